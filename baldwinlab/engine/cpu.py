@@ -1,0 +1,41 @@
+"""The launcher for the CPU: Python arrays in, a block of lives, Python arrays out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.config import Experiment
+from baldwinlab.engine.life import begin, live
+from baldwinlab.engine.state import make_model, make_state
+
+
+class Block:
+    """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others."""
+
+    def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+        self.model = make_model(experiment, len(runs))
+        self.state = make_state(experiment, len(runs))
+        self.state.keys[:] = [(seed, run) for run in runs]
+        self._shape = (len(runs), experiment.population.size)
+
+    def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
+        """Let a generation be born. `genomes` is [world, agent, module, weight]."""
+        agents = genomes.shape[0] * genomes.shape[1]
+        self.state.generation[0] = generation
+        modules = genomes.reshape(agents, *genomes.shape[2:])
+        self.state.weights[:, :agents] = modules[:, 0].T
+        fixed = np.zeros_like(self.state.weights)
+        fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
+        begin(self.model, self.state, fixed)
+
+    def live(self, first_step: int, last_step: int) -> None:
+        """Live through the steps from `first_step` up to, and without, `last_step`."""
+        live(self.model, self.state, first_step, last_step)
+
+    def eaten(self) -> npt.NDArray[np.int32]:
+        """Items eaten so far in this life, [world, agent, region]."""
+        worlds, agents = self._shape
+        return self.state.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()

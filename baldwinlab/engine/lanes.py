@@ -1,0 +1,176 @@
+"""Sixteen agents at a time: the arithmetic of networks on bundles of lanes.
+
+A *lane* is one agent's column in an array [row, lane]. `get` and `put` take either one lane (an integer; the value is a
+float32) or a *bundle* of sixteen neighbouring lanes (`bundle(first)`; the value is a vector of sixteen float32). All other
+operations read the same for both, so a network is written once, as if for one agent, and compiled for sixteen: the compiler
+keeps sums in registers, which its own vectoriser did not manage (37 ns a learning step against 10 ns).
+
+Every operation is elementwise and IEEE, in the order written: a lane has the same bits alone and in a bundle.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic, models, overload, register_model
+
+WIDTH: Final = 16  # lanes in a bundle: one AVX-512 register of float32; narrower machines use several registers
+
+Lane = Any  # an integer, or a bundle of lanes
+Value = Any  # a float32, or one for each lane of a bundle
+
+_VECTOR = ir.VectorType(ir.FloatType(), WIDTH)
+
+
+class BundleType(types.Type):  # type: ignore[misc]
+    """The first of sixteen neighbouring lanes."""
+
+    def __init__(self) -> None:
+        super().__init__("bundle")
+
+
+class WideType(types.Type):  # type: ignore[misc]
+    """Sixteen float32 values."""
+
+    def __init__(self) -> None:
+        super().__init__("wide")
+
+
+BUNDLE, WIDE = BundleType(), WideType()
+
+
+@register_model(BundleType)
+class _BundleModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, manager.lookup(types.intp).get_value_type())
+
+
+@register_model(WideType)
+class _WideModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _VECTOR)
+
+
+@intrinsic
+def bundle(typing_context, first):  # type: ignore[no-untyped-def]
+    """The sixteen lanes from `first`."""
+    return BUNDLE(types.intp), lambda context, builder, signature, arguments: arguments[0]
+
+
+def _pointer(context: Any, builder: Any, array_type: Any, array: Any, indices: list[Any]) -> Any:
+    structure = context.make_array(array_type)(context, builder, array)
+    pointer = cgutils.get_item_pointer(context, builder, array_type, structure, indices, wraparound=False)
+    return builder.bitcast(pointer, _VECTOR.as_pointer())
+
+
+@intrinsic
+def _load(typing_context, array, row, lane):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        value = builder.load(_pointer(context, builder, signature.args[0], arguments[0], arguments[1:]))
+        value.align = 4
+        return value
+
+    return WIDE(array, types.intp, BUNDLE), generate
+
+
+@intrinsic
+def _store(typing_context, array, row, lane, value):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        pointer = _pointer(context, builder, signature.args[0], arguments[0], arguments[1:3])
+        builder.store(arguments[3], pointer).align = 4
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, BUNDLE, WIDE), generate
+
+
+@intrinsic
+def _repeat(typing_context, value):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        undefined = ir.Constant(_VECTOR, ir.Undefined)
+        single = builder.insert_element(undefined, arguments[0], ir.Constant(ir.IntType(32), 0))
+        return builder.shuffle_vector(single, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+
+    return WIDE(types.float32), generate
+
+
+def _elementwise(build: Callable[[Any, Any, Any], Any]) -> Any:
+    """An operation WIDE x WIDE -> WIDE from the function that emits its instructions."""
+
+    @intrinsic
+    def operation(typing_context, a, b):  # type: ignore[no-untyped-def]
+        return WIDE(WIDE, WIDE), lambda context, builder, signature, arguments: build(builder, *arguments)
+
+    return operation
+
+
+def _overload_arithmetic(symbol: Callable[[Any, Any], Any], instruction: str) -> None:
+    operation = _elementwise(lambda builder, a, b: getattr(builder, instruction)(a, b))
+
+    @overload(symbol)
+    def implement(a, b):  # type: ignore[no-untyped-def]
+        if a is WIDE and b is WIDE:
+            return lambda a, b: operation(a, b)
+        if a is WIDE and b is types.float32:
+            return lambda a, b: operation(a, _repeat(b))
+        if a is types.float32 and b is WIDE:
+            return lambda a, b: operation(_repeat(a), b)
+        return None
+
+
+for _symbol, _instruction in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _overload_arithmetic(_symbol, _instruction)
+
+_smaller = _elementwise(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
+_larger = _elementwise(lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
+
+
+def get(array: Any, row: int, lane: Lane) -> Value:
+    """`array[row, lane]`, for a lane or a bundle."""
+    return array[row, lane]
+
+
+def put(array: Any, row: int, lane: Lane, value: Value) -> None:
+    """`array[row, lane] = value`, for a lane or a bundle."""
+    array[row, lane] = value
+
+
+def clamp(value: Value, limit: np.float32) -> Value:
+    """`value`, but no further from 0 than `limit`."""
+    return min(max(value, -limit), limit)
+
+
+@overload(get, inline="always")
+def _get(array, row, lane):  # type: ignore[no-untyped-def]
+    if lane is BUNDLE:
+        return lambda array, row, lane: _load(array, row, lane)
+    return lambda array, row, lane: array[row, lane]
+
+
+@overload(put, inline="always")
+def _put(array, row, lane, value):  # type: ignore[no-untyped-def]
+    if lane is BUNDLE and value is WIDE:
+        return lambda array, row, lane, value: _store(array, row, lane, value)
+    if lane is BUNDLE:
+        return lambda array, row, lane, value: _store(array, row, lane, _repeat(value))
+
+    def store(array, row, lane, value):  # type: ignore[no-untyped-def]
+        array[row, lane] = value
+
+    return store
+
+
+@overload(clamp)
+def _clamp(value, limit):  # type: ignore[no-untyped-def]
+    if value is WIDE:
+        return lambda value, limit: _smaller(_larger(value, _repeat(-limit)), _repeat(limit))
+    return lambda value, limit: min(max(value, -limit), limit)

@@ -1,0 +1,75 @@
+"""One lifetime: the phases of a step, in the order of the paper.
+
+A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import WIDTH, bundle
+from baldwinlab.engine.learning import learn, prepare, think
+from baldwinlab.engine.networks import Rows
+from baldwinlab.engine.senses import sense
+from baldwinlab.engine.state import Model, State
+from baldwinlab.engine.world import act, bear, eat, grow
+
+
+@compiled
+def begin(model: Model, state: State, fixed: Rows) -> None:
+    """Birth: places, food, and sensors that have sensed nothing yet. `state.weights` must be set."""
+    state.code[:] = -1
+    state.eaten[:] = 0
+    state.touched[:] = -1
+    state.appearances[:] = 0
+    for world in range(model.worlds):
+        for agent in range(model.agents):
+            bear(model, state, world, agent)
+        for region in range(model.regions.shape[0]):
+            for item in range(model.region_items[region], model.region_items[region + 1]):
+                grow(model, state, world, region, item)
+    for first in range(0, state.x.size, WIDTH):
+        prepare(model, state, fixed, bundle(first))
+
+
+@compiled
+def live(model: Model, state: State, first_step: int, last_step: int) -> None:
+    """Live through the steps from `first_step` up to, and without, `last_step`."""
+    for step in range(first_step, last_step):
+        if model.sequential:
+            _step_one_by_one(model, state, step)
+        else:
+            _step_together(model, state, step)
+
+
+@compiled
+def _step_together(model: Model, state: State, step: int) -> None:
+    """All agents sense, all think, all act, all learn, all eat. Who touches an item first in the step's order has it."""
+    for world in range(model.worlds):
+        for agent in range(model.agents):
+            sense(model, state, world, agent)
+    for first in range(0, state.x.size, WIDTH):
+        think(model, state, bundle(first))
+        act(model, state, np.uint64(first), np.uint64(first + WIDTH))
+        learn(model, state, bundle(first))
+    for world in range(model.worlds):
+        agent = step % model.agents
+        for _ in range(model.agents):
+            eat(model, state, world, agent, step)
+            agent = agent + 1 if agent + 1 < model.agents else 0
+
+
+@compiled
+def _step_one_by_one(model: Model, state: State, step: int) -> None:
+    """Agent after agent, in the step's order, each finds what the last one left (R7)."""
+    for world in range(model.worlds):
+        agent = step % model.agents
+        for _ in range(model.agents):
+            lane = world * model.agents + agent
+            sense(model, state, world, agent)
+            think(model, state, lane)
+            act(model, state, np.uint64(lane), np.uint64(lane + 1))
+            learn(model, state, lane)
+            eat(model, state, world, agent, step)
+            agent = agent + 1 if agent + 1 < model.agents else 0

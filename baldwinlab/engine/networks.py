@@ -1,0 +1,96 @@
+"""Feed-forward networks of logistic units: one network a lane, any layer sizes, with or without biases.
+
+Units are numbered through the layers from the input on, and so are the rows of `activations` and `errors`. The order of the
+weights is layer by layer from the input; within a layer by the unit they come from, then by the unit they go to; with
+biases, a layer's bias weights follow, as if from one more unit that is always 1.
+
+Source: the paper, "The neural network controller".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import Lane, Value, clamp, get, put
+
+HALF, ONE = np.float32(0.5), np.float32(1.0)
+
+# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
+LIMIT = np.float32(15.5)
+P0, P1, P2, P3, P4 = (
+    np.float32(c) for c in (0.25, 0.008408601395785809, 5.598329516942613e-05, 8.632270720454471e-08, 1.5195286001690178e-11)
+)
+Q1, Q2, Q3, Q4 = (
+    np.float32(c) for c in (0.11696771532297134, 0.0016379167791455984, 5.36017250851728e-06, 3.3775202634700463e-09)
+)
+
+Sizes = npt.NDArray[np.int64]  # units in each layer, from the input to the output
+Rows = npt.NDArray[np.float32]  # [row, lane]
+
+
+@compiled
+def sigmoid(z: Value) -> Value:
+    """The logistic function from +, *, / alone: it vectorises, and has the same bits on every platform. In (0, 1)."""
+    z = clamp(z, LIMIT)
+    s = z * z
+    p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
+    q = ONE + s * (Q1 + s * (Q2 + s * (Q3 + s * Q4)))
+    return HALF + z * p / q
+
+
+@compiled
+def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
+    """Fill `activations` from its first rows, the inputs, on."""
+    source, weight = 0, 0  # the layer's first input unit, and its first weight
+    for layer in range(sizes.size - 1):
+        inputs, outputs = sizes[layer], sizes[layer + 1]
+        target = source + inputs
+        for unit in range(outputs):
+            total = get(weights, weight + unit, lane) * get(activations, source, lane)
+            for i in range(1, inputs):
+                total = total + get(weights, weight + i * outputs + unit, lane) * get(activations, source + i, lane)
+            if biases:
+                total = total + get(weights, weight + inputs * outputs + unit, lane)
+            put(activations, target + unit, lane, sigmoid(total))
+        weight += (inputs + int(biases)) * outputs
+        source = target
+
+
+@compiled
+def backward(sizes: Sizes, biases: bool, rate: np.float32, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
+    """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
+
+    `activations` must be those of `forward` with the same weights. `errors` is scratch, a row a unit.
+    Source: Rumelhart, Hinton and Williams, 1986, which the paper cites for its learning.
+    """
+    layers = sizes.size - 1
+    target, weight = 0, 0  # the layer's first output unit, and its first weight; from the last layer back to the first
+    for layer in range(layers):
+        target += sizes[layer]
+        weight += (sizes[layer] + int(biases)) * sizes[layer + 1]
+    for unit in range(sizes[layers]):
+        y = get(activations, target + unit, lane)
+        put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
+    for layer in range(layers - 1, -1, -1):
+        inputs, outputs = sizes[layer], sizes[layer + 1]
+        source = target - inputs
+        weight -= (inputs + int(biases)) * outputs
+        for i in range(inputs):
+            a = get(activations, source + i, lane)
+            error = get(errors, target, lane) * get(weights, weight + i * outputs, lane)
+            put(weights, weight + i * outputs, lane, get(weights, weight + i * outputs, lane) - get(errors, target, lane) * a)
+            for unit in range(1, outputs):
+                w = weight + i * outputs + unit
+                change = get(errors, target + unit, lane)
+                old = get(weights, w, lane)
+                error = error + change * old
+                put(weights, w, lane, old - change * a)
+            if layer > 0:
+                put(errors, source + i, lane, error * a * (ONE - a))
+        if biases:
+            for unit in range(outputs):
+                w = weight + inputs * outputs + unit
+                put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane))
+        target = source

@@ -1,0 +1,76 @@
+"""Counter-based random numbers: Philox4x32-10.
+
+A random number is a pure function of (seed, run, generation, purpose, index, draw), so nothing depends on the order in
+which threads, blocks or runs come to be computed, and any moment can be recomputed without what came before it.
+
+Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC'11.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.jit import compiled
+
+# What a number is for. The values are part of every stored result: never renumber, only append.
+BIRTHPLACE: Final = 0  # index: agent; draw: attempt
+FOOD: Final = 1  # index: item; draw: how often it has appeared before
+ACTION_WEIGHTS: Final = 2  # index: agent; draw: weight
+REINFORCEMENT_WEIGHTS: Final = 3  # index: agent; draw: weight
+SELECTION: Final = 4  # index: child; draw: 0
+INHERITANCE: Final = 5  # index: child; draw: module and weight
+MUTATION_GATE: Final = 6  # index: child; draw: 0
+
+_M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_W0, _W1 = np.uint32(0x9E3779B9), np.uint32(0xBB67AE85)
+_LOW, _SHIFT = np.uint64(0xFFFFFFFF), np.uint64(32)
+_UNIT = np.float32(2.0**-24)
+
+
+@compiled
+def philox(c0, c1, c2, c3, k0, k1):  # type: ignore[no-untyped-def]
+    """Four random 32-bit words from a counter of four words and a key of two."""
+    c0, c1, c2, c3 = np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3)
+    k0, k1 = np.uint32(k0), np.uint32(k1)
+    for _ in range(10):
+        product0 = _M0 * np.uint64(c0)
+        product1 = _M1 * np.uint64(c2)
+        c0 = np.uint32(np.uint32(product1 >> _SHIFT) ^ c1 ^ k0)
+        c2 = np.uint32(np.uint32(product0 >> _SHIFT) ^ c3 ^ k1)
+        c1 = np.uint32(product1 & _LOW)
+        c3 = np.uint32(product0 & _LOW)
+        k0 = np.uint32(k0 + _W0)
+        k1 = np.uint32(k1 + _W1)
+    return c0, c1, c2, c3
+
+
+@compiled
+def unit(word):  # type: ignore[no-untyped-def]
+    """A float32 in [0, 1), a multiple of 2**-24, from a random word."""
+    return np.float32(np.uint32(word) >> np.uint32(8)) * _UNIT
+
+
+@compiled
+def _fill(seed, run, generation, purpose, out):  # type: ignore[no-untyped-def]
+    for index in range(out.shape[0]):
+        for draw in range(out.shape[1]):
+            words = philox(draw, index, generation, purpose, seed, run)
+            out[index, draw, 0] = words[0]
+            out[index, draw, 1] = words[1]
+            out[index, draw, 2] = words[2]
+            out[index, draw, 3] = words[3]
+
+
+def words(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.uint32]:
+    """Random words [index, draw, 4] for every index below `shape[0]` and every draw below `shape[1]`."""
+    out = np.empty((*shape, 4), np.uint32)
+    _fill(np.uint32(seed), np.uint32(run), np.uint32(generation), np.uint32(purpose), out)
+    return out
+
+
+def uniforms(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
+    """Uniform numbers [index, draw, 4] in the open interval (0, 1), on a grid of 2**-32 with an offset of half a step."""
+    return (words(seed, run, generation, purpose, shape) + 0.5) * 2.0**-32

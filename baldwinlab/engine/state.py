@@ -1,0 +1,136 @@
+"""What the engine works on: a `Model` that never changes and a `State` that does, both flat and typed.
+
+A block is several worlds of the same experiment, which live through the same generation side by side. Agents are *lanes*:
+lane = world * agents + agent, padded to whole bundles; the lanes past the last agent compute, harmlessly, and touch nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.config import Experiment
+from baldwinlab.engine.lanes import WIDTH
+
+Floats = npt.NDArray[np.float32]
+Integers = npt.NDArray[np.int32]
+
+HEADINGS: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
+STRIDE: Final = 2.0  # the longest move in one step
+CODES: Final = 8  # combinations of three sensors: 1 left, 2 front, 4 right
+
+
+class Model(NamedTuple):
+    worlds: int
+    agents: int  # in each world
+    width: np.float32
+    height: np.float32
+    start: Floats  # x, y, radius
+    regions: Floats  # [region, (left, width, upper, height)]
+    region_items: npt.NDArray[np.int64]  # [region + 1], the first item of each region, and the number of items
+    cosine: Floats  # [heading]
+    sine: Floats  # [heading]
+    visual_radius: np.float32
+    alert_radius: np.float32  # nothing farther than this when sensed can be touched after the next move
+    open_boundaries: bool
+    square_contact: bool
+    reach: np.float32
+    sizes: npt.NDArray[np.int64]  # units in each layer
+    biases: bool
+    learns: bool
+    rate: np.float32
+    sequential: bool
+
+
+class State(NamedTuple):
+    keys: npt.NDArray[np.uint32]  # [world, (seed, run)]
+    generation: npt.NDArray[np.uint32]  # [1]
+    x: Floats  # [lane]
+    y: Floats  # [lane]
+    heading: Integers  # [lane], in turns of 9 degrees
+    code: Integers  # [lane], which sensors are 1; -1 before the first look
+    alert: Integers  # [lane], whether an item is near enough to be touched after the next move
+    action: Integers  # [lane], 0 left, 1 forward, 2 right
+    eaten: Integers  # [region, lane], so far in this life
+    item_x: Floats  # [world, item]
+    item_y: Floats  # [world, item]
+    appearances: Integers  # [world, item], how often the item has appeared before
+    touched: Integers  # [world, item], the step in which the item was last eaten; -1 for never
+    weights: Floats  # [weight, lane], the action module's, as they stand
+    activations: Floats  # [unit, lane], the action module's; the first three rows are the sensors
+    errors: Floats  # [unit, lane]
+    targets: Floats  # [action, lane], what the reinforcement module answers to the sensors
+    answers: Floats  # [code * 3 + action, lane]: of the reinforcement module if the agent learns, else of the action module
+
+
+def _aligned(shape: tuple[int, ...]) -> Floats:
+    """Zeros that begin on a cache line, so that no bundle straddles two."""
+    count = math.prod(shape)
+    buffer = np.zeros(count * 4 + 64, np.uint8)
+    offset = -buffer.ctypes.data % 64
+    return buffer[offset : offset + count * 4].view(np.float32).reshape(shape)
+
+
+def _circle() -> tuple[Floats, Floats]:
+    """Cosine and sine of every heading; rounded, so that a quarter turn is exactly 0 or 1."""
+    angles = [math.radians(heading * 360 / HEADINGS) for heading in range(HEADINGS)]
+    cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
+    sine = np.array([round(math.sin(angle), 15) + 0.0 for angle in angles], np.float32)
+    return cosine, sine
+
+
+def make_model(experiment: Experiment, worlds: int) -> Model:
+    world, contact = experiment.world, experiment.contact
+    cosine, sine = _circle()
+    boxes = [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in world.food]
+    farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
+    return Model(
+        worlds=worlds,
+        agents=experiment.population.size,
+        width=np.float32(world.width),
+        height=np.float32(world.height),
+        start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
+        regions=np.array(boxes, np.float32).reshape(len(boxes), 4),
+        region_items=np.cumsum([0, *(region.count for region in world.food)], dtype=np.int64),
+        cosine=cosine,
+        sine=sine,
+        visual_radius=np.float32(experiment.senses.visual_radius),
+        alert_radius=np.float32((farthest_touch + STRIDE) * 1.001 + 0.25),  # with room for rounding
+        open_boundaries=experiment.senses.boundaries == "open",
+        square_contact=contact.shape == "square",
+        reach=np.float32(contact.reach),
+        sizes=np.array(experiment.layer_sizes, np.int64),
+        biases=experiment.network.biases,
+        learns=experiment.learns,
+        rate=np.float32(experiment.learning.rate),
+        sequential=experiment.lifetime.update == "sequential",
+    )
+
+
+def make_state(experiment: Experiment, worlds: int) -> State:
+    items = sum(region.count for region in experiment.world.food)
+    lanes = -(-worlds * experiment.population.size // WIDTH) * WIDTH
+    units = sum(experiment.layer_sizes)
+    return State(
+        keys=np.zeros((worlds, 2), np.uint32),
+        generation=np.zeros(1, np.uint32),
+        x=_aligned((lanes,)),
+        y=_aligned((lanes,)),
+        heading=np.zeros(lanes, np.int32),
+        code=np.zeros(lanes, np.int32),
+        alert=np.zeros(lanes, np.int32),
+        action=np.zeros(lanes, np.int32),
+        eaten=np.zeros((max(1, len(experiment.world.food)), lanes), np.int32),
+        item_x=_aligned((worlds, items)),
+        item_y=_aligned((worlds, items)),
+        appearances=np.zeros((worlds, items), np.int32),
+        touched=np.zeros((worlds, items), np.int32),
+        weights=_aligned((experiment.weight_count, lanes)),
+        activations=_aligned((units, lanes)),
+        errors=_aligned((units, lanes)),
+        targets=_aligned((3, lanes)),
+        answers=_aligned((CODES * 3, lanes)),
+    )

@@ -1,0 +1,102 @@
+"""Evolution: initial weights, selection, crossover and mutation, as pure functions of arrays and of uniform numbers.
+
+Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the alternatives (R4, R5).
+
+Arrays: genome float32 [agent, module, weight]; fitness float64 [agent]; parents int32 [child, 2], the fitter one first.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ndtri
+from scipy.stats import rankdata
+
+from baldwinlab.config import Evolution, Experiment
+from baldwinlab.engine import rng
+
+Genome = npt.NDArray[np.float32]
+Uniforms = npt.NDArray[np.float64]
+Parents = npt.NDArray[np.int32]
+
+_WEIGHTS_OF_MODULE = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
+
+
+class Moment(NamedTuple):
+    """Where in the study random numbers are drawn."""
+
+    seed: int
+    run: int
+    generation: int
+
+    def uniforms(self, purpose: int, shape: tuple[int, int]) -> Uniforms:
+        return rng.uniforms(*self, purpose, shape)
+
+
+def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
+    """Fresh genomes: every weight from N(0, 1). Paper, "The neural network controller"."""
+    agents, weights = experiment.population.size, experiment.weight_count
+    genome = np.empty((agents, len(experiment.modules), weights), np.float32)
+    for module, name in enumerate(experiment.modules):
+        uniforms = moment.uniforms(_WEIGHTS_OF_MODULE[name], (agents, -(-weights // 4)))
+        genome[:, module] = ndtri(uniforms.reshape(agents, -1)[:, :weights])
+    return genome
+
+
+def breed(experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], moment: Moment) -> tuple[Genome, Parents]:
+    """The children of a generation that has lived, and their parents. `moment` is the children's."""
+    agents, modules, weights = genome.shape
+    evolution = experiment.evolution
+    parents = select(evolution.selection, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
+    draws = moment.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(agents, modules, weights, 4)
+    children = cross_over(genome, parents, draws[..., 0])
+    if evolution.mutation_gate == "weight":
+        gates = draws[..., 1]
+    else:
+        gates = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
+    return mutate(children, evolution, gates, draws[..., 2]), parents
+
+
+def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
+    """Two parents for each child, drawn independently and with replacement; the fitter one comes first.
+
+    `uniforms` is [agent, 2, 4] in (0, 1).
+    """
+    agents = fitness.size
+    draws = uniforms[:, 0]
+    if scheme == "tournament":
+        contestants = (draws * agents).astype(np.int32).reshape(agents, 2, 2)  # child, parent, contestant
+        drawn = _fitter_first(contestants, fitness)[..., 0]
+    elif scheme == "truncation":
+        half = max(1, agents // 2)
+        best = np.lexsort((uniforms[:, 1, 0], -fitness))[:half]  # equals in random order
+        drawn = best[(draws[:, :2] * half).astype(np.int32)]
+    else:
+        shares = rankdata(fitness) if scheme == "rank" else fitness
+        drawn = _spin(shares, draws[:, :2])
+    return _fitter_first(drawn.astype(np.int32), fitness)
+
+
+def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.intp]:
+    """Roulette wheel: probability proportional to the share; uniform if nobody has one."""
+    wheel = np.cumsum(shares if shares.any() else np.ones_like(shares))
+    return np.searchsorted(wheel, uniforms * wheel[-1], side="right").clip(max=shares.size - 1)
+
+
+def _fitter_first(pairs: Parents, fitness: npt.NDArray[np.float64]) -> Parents:
+    """Pairs [..., 2] of agents, the fitter one first; of equals, the one drawn first."""
+    swap = fitness[pairs[..., 1]] > fitness[pairs[..., 0]]
+    return np.where(swap[..., None], pairs[..., ::-1], pairs)
+
+
+def cross_over(genome: Genome, parents: Parents, uniforms: Uniforms) -> Genome:
+    """Every weight is copied from the fitter parent with probability 0.5, else from the other."""
+    return np.where(uniforms < 0.5, genome[parents[:, 0]], genome[parents[:, 1]])
+
+
+def mutate(genome: Genome, evolution: Evolution, gates: Uniforms, uniforms: Uniforms) -> Genome:
+    """Where the gate is open (one a weight, or one a child), a weight changes by U(-size, size)."""
+    change = ((2 * uniforms - 1) * evolution.mutation_size).astype(np.float32)
+    return np.where(gates < evolution.mutation_rate, genome + change, genome)

@@ -1,0 +1,79 @@
+"""The paper's conditions, maps and readings, each a small TOML file laid over the defaults of `baldwinlab.config`.
+
+A preset is named CONDITION/MAP, such as `evo+self-taught/B`; a reading is one more layer.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from difflib import get_close_matches
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from baldwinlab.config import Experiment, ExperimentError, merge, validate
+from baldwinlab.toml import from_toml
+
+KINDS = ("conditions", "maps", "readings")
+
+
+def names(kind: str) -> list[str]:
+    """The presets of a kind (`conditions`, `maps`, `readings`), the standard reading first."""
+    found = sorted(entry.name.removesuffix(".toml") for entry in (files(__name__) / kind).iterdir() if entry.name.endswith(".toml"))
+    return sorted(found, key=lambda name: name != "standard")
+
+
+def describe(kind: str, name: str) -> str:
+    """What a preset is, in a line."""
+    return str(_layer(kind, name)["description"])
+
+
+def _layer(kind: str, name: str) -> dict[str, Any]:
+    known = names(kind)
+    if name not in known:
+        raise ExperimentError(f"there is no {kind.removesuffix('s')} {name!r}{_nearest(name, known)}; there are {', '.join(known)}")
+    return tomllib.loads((files(__name__) / kind / f"{name}.toml").read_text("utf-8"))
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    near = get_close_matches(name, known, n=1)
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def load(experiment: str | Path, reading: str = "standard") -> Experiment:
+    """An experiment by the name of a preset (`evo+self-taught/B`), or from a TOML file.
+
+    `reading` lays one of the named readings of the paper over it. Raises ExperimentError when there is no such preset, file
+    or reading, or when the file's experiment is not valid.
+    """
+    text = str(experiment)
+    if text.endswith(".toml"):
+        return _load_file(Path(experiment), reading)
+    condition, slash, map_name = text.rpartition("/")
+    if not slash:
+        known = [f"{condition}/{map_name}" for condition in names("conditions") for map_name in names("maps")]
+        raise ExperimentError(
+            f"there is no preset {text!r}{_nearest(text, known)}; there are {', '.join(known)}, and any file that ends in .toml"
+        )
+    tree: dict[str, Any] = {"name": text}
+    for kind, name in (("conditions", condition), ("maps", map_name), ("readings", reading)):
+        tree = merge(tree, _layer(kind, name))
+    del tree["description"]
+    return validate(tree)
+
+
+def _load_file(path: Path, reading: str) -> Experiment:
+    try:
+        content = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ExperimentError(f"cannot read {path}: {reason}") from None
+    experiment = from_toml(content, where=str(path))
+    layer = _layer("readings", reading)
+    del layer["description"]
+    return experiment.replace(**layer)
+
+
+def paper(reading: str = "standard") -> list[Experiment]:
+    """The paper's six conditions."""
+    return [load(f"{condition}/{map_name}", reading) for map_name in names("maps") for condition in names("conditions")]

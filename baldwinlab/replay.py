@@ -1,0 +1,74 @@
+"""Any lifetime again, step by step: it is recomputed from the seed, not stored."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab import variables
+from baldwinlab.config import Experiment
+from baldwinlab.engine.cpu import Block
+from baldwinlab.engine.state import HEADINGS
+from baldwinlab.evolution import Genome, Moment, draw_genome
+from baldwinlab.simulate import check_seed, facts, next_genome, simulate
+
+
+def replay(experiment: Experiment, seed: int = 0, generation: int = 0, run: int = 0, energy: xr.DataArray | None = None) -> xr.Dataset:
+    """One lifetime of a run, every step: the variables of `baldwinlab.variables.TRACE`.
+
+    `energy` (generation, agent) of the same run, where it is at hand, spares living through the generations before. The
+    trace agrees to the bit with `simulate` of the same experiment, seed and run.
+    Raises ValueError for a generation that the experiment has not.
+    """
+    check_seed(seed, run)
+    if not 0 <= generation < experiment.evolution.generations:
+        raise ValueError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
+    genome = _genome(experiment, Moment(seed, run, generation), energy)
+    block = Block(experiment, seed, [run])
+    block.begin(generation, genome[None])
+    arrays = _record(experiment, block)
+    arrays["weight_birth"] = genome
+    arrays["weight_death"] = genome.copy()
+    arrays["weight_death"][:, 0] = block.state.weights[:, : genome.shape[0]].T
+    attributes = facts(experiment, seed, run) | {"generation": generation}
+    found = variables.dataset(variables.TRACE, arrays, attributes)
+    return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
+
+
+def _genome(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
+    """The genomes of a generation: bred again from what each generation before it ate."""
+    seed, run, generation = moment
+    if experiment.evolution.inheritance == "none":
+        return draw_genome(experiment, moment)
+    if energy is None and generation > 0:
+        before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
+        energy = simulate(experiment.replace(**before), seed, run)["energy"]
+    genome = draw_genome(experiment, Moment(seed, run, 0))
+    for earlier in range(generation):
+        assert energy is not None
+        genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
+    return genome
+
+
+def _record(experiment: Experiment, block: Block) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+    """Live step by step and write down what each step found and did."""
+    state, steps, agents = block.state, experiment.lifetime.steps, experiment.population.size
+    items = state.item_x.shape[1]
+    shapes = {"x": (agents,), "y": (agents,), "heading": (agents,), "item_x": (items,), "item_y": (items,)}
+    shapes |= {"sensor": (agents, 3), "output": (agents, 3), "action": (agents,), "eaten": (agents,)}
+    arrays = {name: np.empty((steps, *shape), variables.TRACE[name].dtype) for name, shape in shapes.items()}
+    eaten_before = np.zeros(agents, np.int64)
+    for step in range(steps):
+        arrays["x"][step] = state.x[:agents]
+        arrays["y"][step] = state.y[:agents]
+        arrays["heading"][step] = state.heading[:agents] * (360 / HEADINGS)
+        arrays["item_x"][step] = state.item_x[0]
+        arrays["item_y"][step] = state.item_y[0]
+        block.live(step, step + 1)
+        arrays["sensor"][step] = state.activations[:3, :agents].T
+        arrays["output"][step] = state.activations[-3:, :agents].T
+        arrays["action"][step] = state.action[:agents]
+        eaten = state.eaten[:, :agents].sum(axis=0)
+        arrays["eaten"][step] = eaten - eaten_before
+        eaten_before = eaten
+    return arrays

@@ -1,0 +1,117 @@
+"""One run: experiment and seed in, labelled arrays out."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numba
+import numpy as np
+import xarray as xr
+
+from baldwinlab import variables
+from baldwinlab.config import Experiment
+from baldwinlab.engine.cpu import Block
+from baldwinlab.evolution import Genome, Moment, breed, draw_genome
+from baldwinlab.toml import to_toml
+from baldwinlab.version import __version__
+
+SEED_LIMIT = 2**32
+
+
+def simulate(experiment: Experiment, seed: int = 0, run: int = 0) -> xr.Dataset:
+    """Evolve one population from its first generation to its last.
+
+    `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**32). Returns the variables of
+    `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError for a seed out of range.
+    """
+    return simulate_block(experiment, seed, [run])[0]
+
+
+def simulate_block(
+    experiment: Experiment, seed: int, runs: Sequence[int], after_generation: Callable[[int], None] = lambda generation: None
+) -> list[xr.Dataset]:
+    """Several runs side by side, which is faster; each has the same bits as alone.
+
+    `after_generation` is called with the number of each generation that has lived; what it raises ends the block.
+    """
+    check_seed(seed, *runs)
+    block = Block(experiment, seed, runs)
+    histories = [_History(experiment, seed, run) for run in runs]
+    for generation in range(experiment.evolution.generations):
+        block.begin(generation, np.stack([history.genome for history in histories]))
+        block.live(0, experiment.lifetime.steps)
+        for history, eaten in zip(histories, block.eaten(), strict=True):
+            history.add(generation, eaten)
+        after_generation(generation)
+    return [history.dataset() for history in histories]
+
+
+def check_seed(seed: int, *runs: int) -> None:
+    """Raises ValueError for a seed or a run that is not in [0, 2**32)."""
+    for name, value in (("seed", seed), *(("run", run) for run in runs)):
+        if not 0 <= value < SEED_LIMIT:
+            raise ValueError(f"{name} = {value} must be at least 0 and less than {SEED_LIMIT}")
+
+
+def next_genome(
+    experiment: Experiment, moment: Moment, genome: Genome, energy: np.ndarray[Any, np.dtype[np.float64]]
+) -> tuple[Genome, np.ndarray[Any, np.dtype[np.int32]]]:
+    """Genomes and parents of the generation at `moment`, from the one before it and what that one ate."""
+    if experiment.evolution.inheritance == "none":
+        return draw_genome(experiment, moment), np.full((experiment.population.size, 2), -1, np.int32)
+    return breed(experiment, genome, energy, moment)
+
+
+class _History:
+    """What is kept of one run as its generations live and die, and the genomes of the generation that is next to live."""
+
+    def __init__(self, experiment: Experiment, seed: int, run: int) -> None:
+        self.experiment, self.seed, self.run = experiment, seed, run
+        self.genome = draw_genome(experiment, Moment(seed, run, 0))
+        generations, agents = experiment.evolution.generations, experiment.population.size
+        self._energy_of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
+        self._food = np.zeros((generations, agents), np.int32)
+        self._energy = np.zeros((generations, agents))
+        self._parents = np.full((generations, agents, 2), -1, np.int32)
+        self._genomes = np.full((generations, *self.genome.shape), np.nan, np.float32)
+
+    def add(self, generation: int, eaten: np.ndarray[Any, np.dtype[np.int32]]) -> None:
+        """Keep what a generation ate, `eaten` [agent, region], and breed the next."""
+        last = self.experiment.evolution.generations - 1
+        if generation % self.experiment.record.genome_every == 0 or generation == last:
+            self._genomes[generation] = self.genome
+        self._food[generation] = eaten.sum(axis=1)
+        self._energy[generation] = (eaten * self._energy_of_region).sum(axis=1)
+        if generation < last:
+            moment = Moment(self.seed, self.run, generation + 1)
+            self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, self.genome, self._energy[generation])
+
+    def dataset(self) -> xr.Dataset:
+        arrays = {"food_eaten": self._food, "energy": self._energy, "parents": self._parents, "genome": self._genomes}
+        found = variables.dataset(variables.RUN, arrays, facts(self.experiment, self.seed, self.run))
+        generations, agents, modules, weights = self._genomes.shape
+        return found.assign_coords(
+            generation=np.arange(generations, dtype=np.int32),
+            agent=np.arange(agents, dtype=np.int32),
+            parent=list(variables.PARENTS),
+            module=list(self.experiment.modules),
+            weight=np.arange(weights, dtype=np.int32),
+        )
+
+
+def facts(experiment: Experiment, seed: int, run: int) -> dict[str, Any]:
+    """What a result must carry to be made again."""
+    return {
+        "experiment": to_toml(experiment),
+        "condition": experiment.name,
+        "seed": seed,
+        "run": run,
+        "weight_order": variables.WEIGHT_ORDER,
+        "baldwinlab": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "platform": platform.platform(),
+    }

@@ -1,0 +1,56 @@
+"""Every recorded variable once: dimensions, type, unit and meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+SIDES = ("left", "front", "right")
+ACTIONS = ("left", "forward", "right")
+PARENTS = ("fitter", "other")
+
+
+class Variable(NamedTuple):
+    dims: tuple[str, ...]
+    dtype: type[np.generic]
+    unit: str
+    meaning: str
+
+
+RUN: Mapping[str, Variable] = {
+    "food_eaten": Variable(("generation", "agent"), np.int32, "items", "items eaten in life"),
+    "energy": Variable(("generation", "agent"), np.float64, "energy", "energy of the items eaten in life: the fitness"),
+    "parents": Variable(("generation", "agent", "parent"), np.int32, "1", "agents of the generation before; -1 where there are none"),
+    "genome": Variable(("generation", "agent", "module", "weight"), np.float32, "1", "weights at birth; NaN in generations that are not kept"),
+}
+
+TRACE: Mapping[str, Variable] = {
+    "x": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed"),
+    "y": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed; points down"),
+    "heading": Variable(("step", "agent"), np.float32, "degrees", "heading when the agent sensed; clockwise from +x, in [0, 360)"),
+    "item_x": Variable(("step", "item"), np.float32, "units of length", "position at the beginning of the step"),
+    "item_y": Variable(("step", "item"), np.float32, "units of length", "position at the beginning of the step"),
+    "sensor": Variable(("step", "agent", "side"), np.int8, "1", "1 if any item falls in the sensor"),
+    "output": Variable(("step", "agent", "action"), np.float32, "1", "the action module's outputs, before learning"),
+    "action": Variable(("step", "agent"), np.int8, "1", "0 left, 1 forward, 2 right"),
+    "eaten": Variable(("step", "agent"), np.int32, "items", "items eaten in this step"),
+    "weight_birth": Variable(("agent", "module", "weight"), np.float32, "1", "weights at birth"),
+    "weight_death": Variable(("agent", "module", "weight"), np.float32, "1", "weights after the last step"),
+}
+
+WEIGHT_ORDER = (
+    "layer by layer from the sensors; within a layer by the unit that a weight comes from, then by the unit that it goes to; "
+    "with biases, a layer's biases follow its weights, as if from one more unit that is always 1"
+)
+
+
+def dataset(variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """Arrays with the names, dimensions, types and units declared for them. Raises KeyError for an undeclared name."""
+    data = {}
+    for name, array in arrays.items():
+        dims, dtype, unit, meaning = variables[name]
+        data[name] = (dims, np.asarray(array, dtype), {"units": unit, "long_name": meaning})
+    return xr.Dataset(data, attrs=dict(attributes))
