@@ -1,0 +1,18 @@
+"""baldwinlab: a laboratory for evolution x lifetime learning.
+
+>>> import baldwinlab as bl
+>>> experiment = bl.load("evo+self-taught/B")
+>>> run = bl.simulate(experiment.replace(evolution={"generations": 2}, lifetime={"steps": 100}), seed=3)
+>>> run.sizes["generation"]
+2
+"""
+
+from baldwinlab.config import Experiment, ExperimentError
+from baldwinlab.presets import load
+from baldwinlab.replay import replay
+from baldwinlab.simulate import simulate
+from baldwinlab.store import StudyError
+from baldwinlab.study import open_study
+from baldwinlab.version import __version__
+
+__all__ = ["Experiment", "ExperimentError", "StudyError", "__version__", "load", "open_study", "replay", "simulate"]

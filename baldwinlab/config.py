@@ -10,7 +10,9 @@ leaves open, see docs/model.md.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+import tomllib
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -200,6 +202,40 @@ def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
+def assign(experiment: Experiment, assignments: Sequence[str]) -> Experiment:
+    """A copy changed by assignments such as `lifetime.steps=1000` or `world.food.0.count=10`.
+
+    A value is TOML; what is not TOML is a plain string. Raises ExperimentError.
+    """
+    tree = experiment.to_dict()
+    for assignment in assignments:
+        path, equals, text = assignment.partition("=")
+        if not equals:
+            raise ExperimentError(f"{assignment}: must be path=value, such as lifetime.steps=1000")
+        table: Any = tree
+        *steps, last = path.strip().split(".")
+        for step in steps:
+            table = table[_key(table, step, path)]
+        table[_key(table, last, path)] = _value(text.strip())
+    return validate(tree)
+
+
+def _key(table: Any, step: str, path: str) -> str | int:
+    if isinstance(table, list) and step.isdecimal() and int(step) < len(table):
+        return int(step)
+    if isinstance(table, dict) and step in table:
+        return step
+    names = list(table) if isinstance(table, dict) else range(len(table)) if isinstance(table, list) else ()
+    raise ExperimentError(f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}")
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
 def validate(tree: dict[str, Any]) -> Experiment:
     """The experiment that `tree` describes. Raises ExperimentError with a line for every fault."""
     try:
@@ -212,7 +248,7 @@ def _sentence(fault: Any) -> str:
     path = ".".join(str(step) for step in fault["loc"])
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
-        return f"{path}: there is no such field"
+        return f"{path}: there is no such field; there are: {', '.join(_names_beside(fault['loc']))}"
     if fault["type"] == "missing":
         return f"{path}: is missing"
     if not path:
@@ -222,3 +258,13 @@ def _sentence(fault: Any) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         shown = str(value)
     return f"{path} = {shown}: {message[0].lower()}{message[1:]}"
+
+
+def _names_beside(location: tuple[str | int, ...]) -> list[str]:
+    """The fields there are where an unknown one was given."""
+    part: Any = Experiment
+    for step in location[:-1]:
+        if isinstance(step, str):
+            annotation = part.model_fields[step].annotation
+            part = get_args(annotation)[0] if get_args(annotation) else annotation
+    return list(part.model_fields)

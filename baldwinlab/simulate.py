@@ -17,13 +17,13 @@ from baldwinlab.evolution import Genome, Moment, breed, draw_genome
 from baldwinlab.toml import to_toml
 from baldwinlab.version import __version__
 
-SEED_LIMIT = 2**32
+SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
 
 def simulate(experiment: Experiment, seed: int = 0, run: int = 0) -> xr.Dataset:
     """Evolve one population from its first generation to its last.
 
-    `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**32). Returns the variables of
+    `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). Returns the variables of
     `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError for a seed out of range.
     """
     return simulate_block(experiment, seed, [run])[0]
@@ -49,7 +49,7 @@ def simulate_block(
 
 
 def check_seed(seed: int, *runs: int) -> None:
-    """Raises ValueError for a seed or a run that is not in [0, 2**32)."""
+    """Raises ValueError for a seed or a run that is not in [0, 2**31)."""
     for name, value in (("seed", seed), *(("run", run) for run in runs)):
         if not 0 <= value < SEED_LIMIT:
             raise ValueError(f"{name} = {value} must be at least 0 and less than {SEED_LIMIT}")

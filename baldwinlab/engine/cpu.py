@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,7 +10,19 @@ import numpy.typing as npt
 
 from baldwinlab.config import Experiment
 from baldwinlab.engine.life import begin, live
+from baldwinlab.engine.rng import words
 from baldwinlab.engine.state import make_model, make_state
+
+
+def warm_up() -> float:
+    """Compile the engine, or load it from the cache, and return the seconds that took. One engine serves all experiments."""
+    began = time.perf_counter()
+    experiment = Experiment()
+    block = Block(experiment, seed=0, runs=[0])
+    block.begin(0, np.zeros((1, experiment.population.size, 1, experiment.weight_count), np.float32))
+    block.live(0, 1)
+    words(0, 0, 0, 0, (1, 1))
+    return time.perf_counter() - began
 
 
 class Block:

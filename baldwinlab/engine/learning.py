@@ -10,7 +10,7 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, get, put
 from baldwinlab.engine.networks import Rows, backward, forward
-from baldwinlab.engine.state import CODES, Model, State
+from baldwinlab.engine.state import CODES, NO_LEARNING, SELF_TAUGHT, Model, State
 
 
 @compiled
@@ -31,12 +31,12 @@ def prepare(model: Model, state: State, fixed: Rows, lane: Lane) -> None:
 @compiled
 def think(model: Model, state: State, lane: Lane) -> None:
     """The action module's outputs; those of an agent that does not learn have been looked up when it sensed."""
-    if model.learns:
+    if model.rule != NO_LEARNING:
         forward(model.sizes, model.biases, state.weights, state.activations, lane)
 
 
 @compiled
 def learn(model: Model, state: State, lane: Lane) -> None:
-    """One step of self-teaching: the action module's answer to what was sensed moves towards the reinforcement module's."""
-    if model.learns:
+    """Change the weights by what was sensed. Self-teaching: the action module's answer to what was sensed moves towards the reinforcement module's."""
+    if model.rule == SELF_TAUGHT:
         backward(model.sizes, model.biases, model.rate, state.weights, state.activations, state.errors, state.targets, lane)

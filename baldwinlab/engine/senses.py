@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.state import Model, State
+from baldwinlab.engine.state import NO_LEARNING, Model, State
 from baldwinlab.engine.world import shortest
 
 HALF = np.float32(0.5)
@@ -74,7 +74,7 @@ def sense(model: Model, state: State, world: int, agent: int) -> None:
     for k in range(3):
         state.activations[k, lane] = np.float32((code >> k) & 1)
         answer = state.answers[code * 3 + k, lane]
-        if model.learns:
-            state.targets[k, lane] = answer
-        else:
+        if model.rule == NO_LEARNING:
             state.activations[outputs + k, lane] = answer
+        else:
+            state.targets[k, lane] = answer

@@ -20,6 +20,8 @@ Integers = npt.NDArray[np.int32]
 
 HEADINGS: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
 STRIDE: Final = 2.0  # the longest move in one step
+RULES: Final = ("none", "self-taught")  # learning rules, numbered for the compiled code
+NO_LEARNING, SELF_TAUGHT = range(len(RULES))
 CODES: Final = 8  # combinations of three sensors: 1 left, 2 front, 4 right
 
 
@@ -40,7 +42,7 @@ class Model(NamedTuple):
     reach: np.float32
     sizes: npt.NDArray[np.int64]  # units in each layer
     biases: bool
-    learns: bool
+    rule: int  # of learning, an index into RULES
     rate: np.float32
     sequential: bool
 
@@ -104,7 +106,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         reach=np.float32(contact.reach),
         sizes=np.array(experiment.layer_sizes, np.int64),
         biases=experiment.network.biases,
-        learns=experiment.learns,
+        rule=RULES.index(experiment.learning.rule),
         rate=np.float32(experiment.learning.rate),
         sequential=experiment.lifetime.update == "sequential",
     )

@@ -1,0 +1,242 @@
+"""The paper's claims held against a study: which hold, which do not, and by how much.
+
+The claims, their rules and the paper's words are data, in `claims.toml`. All p-values of all claims are one family, corrected
+by Holm's method.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis import fitness, statistics
+from baldwinlab.analysis.files import write_atomically
+from baldwinlab.analysis.rules import RULES, VERDICTS, Verdict, conjunction
+from baldwinlab.analysis.summary import SUMMARY_COLUMNS, by_condition
+
+FIRST = "first"  # in place of a condition: the same one, in its first generations
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What is held against what. Without `b`, `a` is held against `bound`."""
+
+    a: str
+    measure: str
+    rule: str
+    b: str = ""
+    bound: float | None = None
+
+    @property
+    def other(self) -> str:
+        """What `a` is held against, in words."""
+        if not self.b:
+            return f"{self.bound:g}"
+        return f"{self.a}, first generations" if self.b == FIRST else self.b
+
+    @property
+    def conditions(self) -> set[str]:
+        return {self.a, self.b} - {"", FIRST}
+
+
+@dataclass(frozen=True)
+class Claim:
+    id: str
+    text: str
+    rule: str  # in words
+    paper: str
+    figure: float | None
+    choices: tuple[tuple[str, str], ...]  # (R1, what it is), the likeliest first
+    comparisons: tuple[Comparison, ...]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One comparison, decided. Numbers that do not exist are NaN."""
+
+    comparison: Comparison
+    numbers: statistics.Comparison
+    p_holm: float
+    verdict: Verdict
+
+    def record(self) -> dict[str, Any]:
+        """For JSON: null where a number does not exist."""
+        numbers = {name: finite(value) for name, value in self.numbers._asdict().items()}
+        low, high = numbers.pop("low"), numbers.pop("high")
+        where = {"condition": self.comparison.a, "comparison": self.comparison.other, "measure": self.comparison.measure}
+        tested = {"interval": None if low is None else [low, high], "p_holm": finite(self.p_holm), "verdict": self.verdict}
+        return where | numbers | tested
+
+
+@dataclass(frozen=True)
+class ClaimResult:
+    claim: Claim
+    findings: tuple[Finding, ...]
+    missing: tuple[str, ...]  # conditions that the study has no run of
+
+    @property
+    def verdict(self) -> Verdict:
+        return conjunction([finding.verdict for finding in self.findings])
+
+    @property
+    def deciding(self) -> Finding | None:
+        """The weakest finding: the worst verdict, and of equals the largest corrected p."""
+        weakness = [(VERDICTS.index(finding.verdict), finite(finding.p_holm) or 0.0) for finding in self.findings]
+        return self.findings[weakness.index(max(weakness))] if weakness else None
+
+    @property
+    def from_paper(self) -> float | None:
+        """How far the deciding effect lies above the paper's figure, where there are both."""
+        if self.deciding is None or self.claim.figure is None:
+            return None
+        return self.deciding.numbers.effect - self.claim.figure
+
+    def record(self) -> dict[str, Any]:
+        """For JSON: the numbers are those of the deciding comparison, and null where there are none."""
+        deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
+        names = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
+        claim = self.claim
+        return {
+            "id": claim.id,
+            "claim": claim.text,
+            **{name: deciding.get(name) for name in names},
+            "verdict": self.verdict,
+            "rule": claim.rule,
+            "paper": claim.paper,
+            "figure": claim.figure,
+            "from_figure": self.from_paper,
+            "missing": list(self.missing),
+            "comparisons": [finding.record() for finding in self.findings],
+        }
+
+
+def finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+@cache
+def claims() -> tuple[Claim, ...]:
+    """The paper's claims, C1 to C9."""
+    tree = tomllib.loads((files("baldwinlab.analysis") / "claims.toml").read_text("utf-8"))
+    return tuple(_claim(entry, tree["rules"], tree["choices"]) for entry in tree["claims"])
+
+
+def _claim(entry: dict[str, Any], rules: dict[str, str], choices: dict[str, str]) -> Claim:
+    comparisons = tuple(Comparison(**{"rule": entry["rule"]} | comparison) for comparison in entry["comparisons"])
+    used = dict.fromkeys(comparison.rule for comparison in comparisons)
+    return Claim(
+        id=entry["id"],
+        text=entry["claim"],
+        rule=" And: ".join(rules[name] for name in used),
+        paper=entry["paper"],
+        figure=entry.get("figure"),
+        choices=tuple((name, choices[name]) for name in entry["choices"]),
+        comparisons=comparisons,
+    )
+
+
+def evaluate(study: xr.Dataset, last: int = 10) -> list[ClaimResult]:
+    """Every claim, decided on averages over the last `last` generations of each run.
+
+    `study` has the dimensions (condition, run, generation, agent). A claim about a condition of which there is no run is not
+    evaluated and says what is missing. Raises ValueError unless `last` is at least 1.
+    """
+    samples = _Samples(study, last)
+    missing = {claim: sorted(_conditions(claim) - samples.present) for claim in claims()}
+    numbers = {
+        comparison: _measure(comparison, samples)
+        for claim in claims()
+        if not missing[claim]
+        for comparison in claim.comparisons
+    }
+    tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
+    corrected = dict(zip(tested, statistics.holm([numbers[comparison].p for comparison in tested]), strict=True))
+    return [
+        ClaimResult(
+            claim,
+            tuple(_decide(comparison, numbers[comparison], corrected) for comparison in claim.comparisons if not missing[claim]),
+            tuple(missing[claim]),
+        )
+        for claim in claims()
+    ]
+
+
+def _conditions(claim: Claim) -> set[str]:
+    return set().union(*(comparison.conditions for comparison in claim.comparisons))
+
+
+def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dict[Comparison, float]) -> Finding:
+    p_holm = float(corrected.get(comparison, nan))
+    return Finding(comparison, found, p_holm, RULES[comparison.rule](found, p_holm, comparison.bound))
+
+
+class _Samples:
+    """One value a run: what a measure comes to in a condition's last, or first, generations."""
+
+    def __init__(self, study: xr.Dataset, last: int) -> None:
+        self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES} | {"most": fitness.most(study)}
+        self._first = {measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES}
+        runs = self._last["best"].notnull().any("run")
+        self.present = {str(name) for name in study["condition"].values[runs.values]}
+
+    def last(self, condition: str, measure: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.asarray(self._last[measure].sel(condition=condition).dropna("run").values, np.float64)
+
+    def first(self, condition: str, measure: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.asarray(self._first[measure].sel(condition=condition).dropna("run").values, np.float64)
+
+
+def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison:
+    a = samples.last(comparison.a, comparison.measure)
+    if comparison.b == FIRST:
+        return statistics.compare(a, samples.first(comparison.a, comparison.measure))
+    if comparison.b:
+        return statistics.compare(a, samples.last(comparison.b, comparison.measure))
+    median = float(np.median(a))
+    if comparison.measure == "most":
+        return statistics.Comparison(a.size, 0, median, nan, float(a.max()), nan, nan, nan, nan, nan)
+    return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a), nan, nan, nan)
+
+
+STATISTICS_COLUMNS = ("claim", "condition_a", "condition_b", "measure", *statistics.Comparison._fields[:-1], "p_holm", "a12")
+
+
+def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, last: int = 10) -> None:
+    """Write `claims.json`, `statistics.csv` (a row a comparison) and `summary.csv` (a row a condition and measure).
+
+    Each file appears whole or not at all. Raises OSError.
+    """
+    records = json.dumps([result.record() for result in results], indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(directory / "claims.json", f"{records}\n".encode())
+    rows = [_row(result.claim.id, finding) for result in results for finding in result.findings]
+    write_atomically(directory / "statistics.csv", _csv(STATISTICS_COLUMNS, rows))
+    summaries = [row._asdict() for row in by_condition(study, last)]
+    write_atomically(directory / "summary.csv", _csv(SUMMARY_COLUMNS, summaries))
+
+
+def _row(claim: str, finding: Finding) -> dict[str, Any]:
+    where = {"claim": claim, "condition_a": finding.comparison.a, "condition_b": finding.comparison.other}
+    return where | {"measure": finding.comparison.measure, "p_holm": finding.p_holm} | finding.numbers._asdict()
+
+
+def _csv(columns: Sequence[str], rows: Sequence[dict[str, Any]]) -> bytes:
+    """Numbers in full precision; an empty cell where there is none."""
+    text = io.StringIO()
+    table = csv.DictWriter(text, columns, lineterminator="\n")
+    table.writeheader()
+    for row in rows:
+        table.writerow({name: "" if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()})
+    return text.getvalue().encode()

@@ -1,0 +1,61 @@
+"""What a population achieved, by generation and at last.
+
+A study has the dimensions (condition, run, generation, agent); missing runs are NaN and stay NaN. Fitness is the energy of
+the items that an agent ate in its life: in the paper's experiments the number of items, since each gives 1.
+
+Source: the paper, "Learning Facilitates Evolution", for the best and the mean; "The Emergence of Intelligent Foraging"
+for the share of agents that reach the food.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import xarray as xr
+
+
+def best(study: xr.Dataset) -> xr.DataArray:
+    """Fitness of the fittest agent: (condition, run, generation), energy."""
+    return study["energy"].max("agent")
+
+
+def mean(study: xr.Dataset) -> xr.DataArray:
+    """Fitness of the average agent: (condition, run, generation), energy."""
+    return study["energy"].mean("agent")
+
+
+def share(study: xr.Dataset) -> xr.DataArray:
+    """Share of agents that ate at least one item in their life: (condition, run, generation), 0 to 1."""
+    food = study["food_eaten"]
+    return (food > 0).where(food.notnull()).mean("agent")
+
+
+MEASURES: Mapping[str, Callable[[xr.Dataset], xr.DataArray]] = {"best": best, "mean": mean, "share": share}
+
+
+def final(study: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
+    """`measure` (best, mean or share) averaged over the last `last` generations: (condition, run).
+
+    Each condition ends with its own last generation; one of fewer than `last` is averaged over all it has.
+    Raises KeyError for an unknown measure, ValueError unless `last` is at least 1.
+    """
+    return _window(MEASURES[measure](study), last, from_end=True)
+
+
+def initial(study: xr.Dataset, measure: str, first: int = 10) -> xr.DataArray:
+    """`measure` averaged over the first `first` generations: (condition, run). Raises as `final` does."""
+    return _window(MEASURES[measure](study), first, from_end=False)
+
+
+def _window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
+    if length < 1:
+        raise ValueError(f"a window of {length} generations: it must have at least 1")
+    lived = values.notnull().any("run")
+    number = lived.cumsum("generation")
+    inside = number > lived.sum("generation") - length if from_end else number <= length
+    return values.where(lived & inside).mean("generation")
+
+
+def most(study: xr.Dataset) -> xr.DataArray:
+    """Items eaten by the agent that ate most of all generations: (condition, run)."""
+    return study["food_eaten"].max(("generation", "agent"))

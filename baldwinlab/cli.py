@@ -1,0 +1,184 @@
+"""The command line. Only it knows both towers: the study that is run, and the report that is made of it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from baldwinlab import console, presets, store
+from baldwinlab.config import Experiment, ExperimentError, assign
+from baldwinlab.movie import MovieError, write_movie
+from baldwinlab.publish import publish
+from baldwinlab.replay import replay as replay_life
+from baldwinlab.store import Study, StudyError
+from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
+from baldwinlab.toml import to_toml
+from baldwinlab.version import __version__
+
+app = App(
+    name="baldwinlab",
+    help="A laboratory for evolution x lifetime learning.",
+    version=__version__,
+    error_formatter=lambda error: f"baldwinlab: {_plain(error)}",
+    suppress_keyboard_interrupt=False,
+)
+
+Runs = Annotated[int, Parameter(help="independent runs of each condition")]
+Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
+Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
+Out = Annotated[Path | None, Parameter(help="directory of the study")]
+Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
+
+
+def _plain(error: CycloptsError) -> str:
+    return " ".join(str(error).split())
+
+
+@app.command
+def reproduce(
+    *,
+    runs: Runs = 30,
+    generations: Annotated[int | None, Parameter(help="generations of each run; 100 unless given")] = None,
+    steps: Annotated[int | None, Parameter(help="steps of a life; 5000 unless given")] = None,
+    seed: Seed = 0,
+    reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
+    workers: Workers = None,
+    out: Out = None,
+) -> None:
+    """Reproduce the whole paper: six conditions, statistics, figures and report."""
+    changes: dict[str, Any] = {}
+    if generations is not None:
+        changes["evolution"] = {"generations": generations}
+    if steps is not None:
+        changes["lifetime"] = {"steps": steps}
+    experiments = [experiment.replace(**changes) for experiment in presets.paper(reading)]
+    given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
+    name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
+    study = _run(experiments, runs, seed, workers, out or Path("results") / name)
+    _report(study, study.directory / "report.html")
+
+
+@app.command
+def run(
+    experiment: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or a TOML file")],
+    /,
+    *,
+    assignments: Assignments = None,
+    runs: Runs = 30,
+    seed: Seed = 0,
+    workers: Workers = None,
+    out: Out = None,
+) -> None:
+    """Run one experiment, a preset or a TOML file."""
+    resolved = assign(presets.load(experiment), assignments or [])
+    study = _run([resolved], runs, seed, workers, out or Path("results") / resolved.name.replace("/", "-"))
+    console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
+
+
+@app.command(name="presets")
+def list_presets() -> None:
+    """List the presets: conditions, maps and readings."""
+    for kind in presets.KINDS:
+        console.say(kind)
+        for name in presets.names(kind):
+            console.say(f"  {name:<20} {presets.describe(kind, name)}")
+    console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
+
+
+@app.command
+def show(experiment: str, /, *, assignments: Assignments = None) -> None:
+    """Show an experiment as TOML, which can be edited and run."""
+    sys.stdout.write(to_toml(assign(presets.load(experiment), assignments or [])))
+
+
+@app.command
+def report(directory: Path, /, *, out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None) -> None:
+    """Rebuild statistics, figures and report from stored results."""
+    _report(Study(directory), out or directory / "report.html")
+
+
+@app.command
+def replay(directory: Path, /, *, condition: str, run: int, generation: int, out: Path) -> None:
+    """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
+    if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
+        raise ValueError(f"--out {out} must end in .nc, .mp4, .gif or .png")
+    study = Study(directory)
+    experiment = study.experiment(condition)
+    energy = study.read(condition, run).energy
+    trace = replay_life(experiment, study.seed, generation, run, energy)
+    if out.suffix == ".nc":
+        store.write_atomically(out, bytes(trace.to_netcdf(engine="scipy")))
+    elif out.suffix == ".png":
+        from baldwinlab.figures import trajectories
+
+        trajectories(trace).savefig(out, dpi=200)
+    else:
+        write_movie(trace, experiment.world.width, experiment.world.height, out)
+    eaten = int(trace.eaten.sum())
+    console.say(f"{out}: {experiment.lifetime.steps} steps of {experiment.population.size} agents, who ate {eaten} items")
+
+
+def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int | None, directory: Path) -> Study:
+    """Bring a study to the given number of runs, showing how far it is."""
+    workers = available_cores() if workers is None else workers
+    for name, value in (("--runs", runs), ("--workers", workers)):
+        if value < 1:
+            raise ValueError(f"{name} {value} must be at least 1")
+    study = store.create(directory, experiments, seed)
+    missing = missing_runs(study, runs, console.complain)
+    total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
+    wanted = runs * len(experiments)
+    if not total:
+        console.say(f"{directory}: all {wanted} runs are stored already")
+        return study
+    stored = wanted - sum(map(len, missing.values()))
+    console.say(f"{directory}: {wanted} runs, {stored} of them stored already, {total / 1e6:.0f} million agent-steps to do")
+    try:
+        run_study(study, missing, workers, console.progress, console.say)
+    except KeyboardInterrupt:
+        raise Interrupted(f"stopped; {_standing(study, runs)}", code=130) from None
+    except OSError as error:
+        raise Interrupted(f"cannot write {error.filename or directory}: {error.strerror}; {_standing(study, runs)}", code=1) from None
+    return study
+
+
+def _standing(study: Study, runs: int) -> str:
+    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
+    return f"{stored} runs are stored in {study.directory}, and the same command carries on from there"
+
+
+def _report(study: Study, out: Path) -> None:
+    results = publish(study, out, console.say)
+    if results:
+        console.console.print(console.claims_table(results))
+    console.say(f"report: {out}")
+
+
+class Interrupted(Exception):
+    """A study that did not come to its end."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def main() -> None:
+    """Run the command line; every fault is one clear sentence and a non-zero exit."""
+    try:
+        app()
+    except (ExperimentError, StudyError, MovieError, ValueError) as error:
+        console.complain(str(error))
+        sys.exit(2)
+    except Interrupted as error:
+        console.complain(str(error))
+        sys.exit(error.code)
+    except KeyboardInterrupt:
+        console.complain("stopped")
+        sys.exit(130)
+    except OSError as error:
+        console.complain(f"{error.filename or ''}: {error.strerror}" if error.strerror else str(error))
+        sys.exit(1)

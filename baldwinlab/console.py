@@ -1,0 +1,99 @@
+"""What the command line shows: progress, tables and messages."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from baldwinlab.analysis.claims import ClaimResult
+
+console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
+errors = Console(stderr=True, highlight=False, soft_wrap=True)
+
+VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
+LINE_EVERY = 10.0  # seconds between progress lines where there is no terminal
+
+
+class _Rate(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        speed = task.finished_speed or task.speed
+        return Text(f"{speed / 1e6:.1f} million agent-steps/s" if speed else "", style="cyan")
+
+
+@contextmanager
+def progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    """Show how far a long piece of work is, its rate and the time left. Yields the function to call with what has been done.
+
+    On a terminal that is a bar; elsewhere, as in a log, a plain line every few seconds.
+    """
+    if not console.is_terminal:
+        yield _Lines(description, total)
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), _Rate(), TimeRemainingColumn(elapsed_when_finished=True))
+    with Progress(*columns, console=console, speed_estimate_period=10) as bar:
+        task = bar.add_task(description, total=total)
+        yield lambda amount: bar.advance(task, amount)
+
+
+class _Lines:
+    def __init__(self, description: str, total: int) -> None:
+        self._description, self._total, self._done = description, total, 0
+        self._began = self._last = time.monotonic()
+
+    def __call__(self, amount: int) -> None:
+        self._done += amount
+        now = time.monotonic()
+        if now - self._last < LINE_EVERY and self._done < self._total:
+            return
+        self._last = now
+        rate = self._done / max(now - self._began, 1e-9)
+        left = (self._total - self._done) / rate
+        share = self._done / self._total
+        say(f"{self._description}: {share:.0%}, {rate / 1e6:.1f} million agent-steps/s, {left:.0f} s left")
+
+
+def say(message: str) -> None:
+    console.print(message, markup=False)
+
+
+def complain(message: str) -> None:
+    errors.print(f"baldwinlab: {message}", markup=False)
+
+
+def claims_table(results: Sequence[ClaimResult]) -> Table:
+    """Every claim with what was measured, and the verdict."""
+    table = Table(title="What the paper claims, and what we measured", title_style="bold", show_lines=True)
+    for heading in ("", "claim", "effect [95 % interval]", "p (corrected)", "A12", "paper", "verdict"):
+        table.add_column(heading, overflow="fold")
+    for result in results:
+        record = result.record()
+        verdict = record["verdict"]
+        table.add_row(
+            record["id"],
+            record["claim"],
+            _effect(record["effect"], record["interval"]),
+            _p(record["p"], record["p_holm"]),
+            "" if record["a12"] is None else f"{record['a12']:.2f}",
+            str(record["paper"]),
+            Text(verdict, style=VERDICT_STYLE.get(verdict, "")),
+        )
+    return table
+
+
+def _effect(effect: float | None, interval: Sequence[float] | None) -> str:
+    if effect is None:
+        return ""
+    return f"{effect:.4g}" + (f" [{interval[0]:.4g}, {interval[1]:.4g}]" if interval else "")
+
+
+def _p(p: float | None, corrected: float | None) -> str:
+    return "" if p is None or corrected is None else f"{p:.2g} ({corrected:.2g})"

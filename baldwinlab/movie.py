@@ -1,0 +1,76 @@
+"""A trace as a moving picture (.mp4 or .gif): the map, its food, the agents with their headings and trails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from PIL import Image, ImageDraw
+
+SIZE = 640  # pixels of the longer side
+SCALE = 2  # drawn so much larger and then reduced, for smooth edges
+FRAMES_PER_SECOND = 25
+LONGEST = 20  # seconds; a longer life is shown faster
+TRAIL = 60  # steps
+BACKGROUND, FOOD, AGENT, TRAILS, EATER = "#fbfaf7", "#009e73", "#0072b2", "#9cc3e0", "#d55e00"
+
+
+class MovieError(Exception):
+    """A moving picture that cannot be made."""
+
+
+def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> None:
+    """Write `trace` to a .gif, or to a .mp4, which needs the extra `video`. Raises MovieError where that is missing."""
+    steps = trace.sizes["step"]
+    shown = range(0, steps, max(1, math.ceil(steps / (LONGEST * FRAMES_PER_SECOND))))
+    frames = (_frame(trace, step, width, height) for step in shown)
+    if path.suffix == ".gif":
+        first, *rest = (frame.quantize(64) for frame in frames)
+        first.save(path, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
+    else:
+        _write_mp4(frames, path)
+
+
+def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise MovieError("writing .mp4 needs the extra 'video': pip install 'baldwinlab[video]'; .gif and .png need nothing") from None
+    first = next(frames)
+    writer = imageio_ffmpeg.write_frames(str(path), first.size, fps=FRAMES_PER_SECOND, macro_block_size=2)
+    writer.send(None)
+    writer.send(np.ascontiguousarray(first))
+    for frame in frames:
+        writer.send(np.ascontiguousarray(frame))
+    writer.close()
+
+
+def _frame(trace: xr.Dataset, step: int, width: float, height: float) -> Image.Image:
+    scale = SIZE * SCALE / max(width, height)
+    size = (round(width * scale / SCALE / 2) * 2, round(height * scale / SCALE / 2) * 2)  # video wants even numbers
+    image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), BACKGROUND)
+    draw = ImageDraw.Draw(image)
+    for x, y in zip(trace.item_x.values[step] * scale, trace.item_y.values[step] * scale, strict=True):
+        draw.rectangle((x - 4 * scale, y - 4 * scale, x + 4 * scale, y + 4 * scale), fill=FOOD)
+    _draw_trails(draw, trace, step, scale)
+    eats = trace.eaten.values[max(0, step - 10) : step + 1].any(axis=0)
+    for agent in range(trace.sizes["agent"]):
+        x, y = trace.x.values[step, agent] * scale, trace.y.values[step, agent] * scale
+        heading = math.radians(float(trace.heading.values[step, agent]))
+        corners = [(x + 8 * scale * math.cos(heading + turn), y + 8 * scale * math.sin(heading + turn)) for turn in (0, 2.5, -2.5)]
+        draw.polygon(corners, fill=EATER if eats[agent] else AGENT)
+    draw.text((8 * SCALE, 6 * SCALE), f"{trace.attrs['condition']}  generation {trace.attrs['generation']}  step {step}", "#444444", font_size=14 * SCALE)
+    return image.resize(size, Image.Resampling.LANCZOS)
+
+
+def _draw_trails(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale: float) -> None:
+    first = max(0, step - TRAIL)
+    xs, ys = trace.x.values[first : step + 1], trace.y.values[first : step + 1]
+    for agent in range(trace.sizes["agent"]):
+        breaks = np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10) + 1  # over the map's edge
+        for path in np.split(np.stack([xs[:, agent], ys[:, agent]], 1) * scale, breaks):
+            if len(path) > 1:
+                draw.line([(float(x), float(y)) for x, y in path], fill=TRAILS, width=SCALE)

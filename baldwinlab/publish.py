@@ -1,0 +1,62 @@
+"""From a stored study to its statistics, figures and report."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis import claims
+from baldwinlab.replay import replay
+from baldwinlab.report import emergence_generations, write_report
+from baldwinlab.store import Study, StudyError
+from baldwinlab.study import open_study
+from baldwinlab.version import __version__
+
+EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
+
+
+def publish(study: Study, out: Path, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
+    """Write claims.json, statistics.csv, summary.csv, the figures and the report, and return the claims.
+
+    Raises StudyError if no run is stored yet.
+    """
+    data = open_study(study.directory)
+    if not data.sizes["run"]:
+        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
+    results = claims.evaluate(data)
+    claims.write(results, data, study.directory)
+    tell("drawing the figures")
+    write_report(study.directory, data, results, _emergence(study, data), facts(study), out)
+    return results
+
+
+def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:
+    """One population at several generations: the first stored run of the paper's condition, else of the first condition."""
+    stored = [condition for condition in (EMERGENCE, *study.experiments) if condition in study.experiments and study.runs(condition)]
+    condition, run = stored[0], study.runs(stored[0])[0]
+    energy = data.energy.sel(condition=condition, run=run)
+    experiment = study.experiments[condition]
+    return [
+        replay(experiment, study.seed, generation, run, energy)
+        for generation in emergence_generations(experiment.evolution.generations)
+    ]
+
+
+def facts(study: Study) -> dict[str, Any]:
+    """With what, and how fast, the study was made."""
+    sessions = list(study.sessions())
+    return {
+        "seed": study.seed,
+        "versions": {"baldwinlab": __version__, "Python": platform.python_version(), "NumPy": np.__version__, "Numba": numba.__version__},
+        "platform": platform.platform(),
+        "agent_steps": sum(session["agent_steps"] for session in sessions),
+        "seconds": sum(session["seconds"] for session in sessions),
+        "compile_seconds": sum(session["compile_seconds"] for session in sessions),
+        "workers": sorted({session["workers"] for session in sessions}),
+    }

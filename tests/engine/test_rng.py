@@ -1,0 +1,59 @@
+"""Random numbers: the published generator, and streams that have nothing to do with one another."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from baldwinlab.engine import rng
+
+PURPOSES = (
+    rng.BIRTHPLACE, rng.FOOD, rng.ACTION_WEIGHTS, rng.REINFORCEMENT_WEIGHTS, rng.SELECTION, rng.INHERITANCE, rng.MUTATION_GATE
+)  # fmt: skip
+
+
+# Source: Random123, kat_vectors, philox4x32 with 10 rounds.
+@pytest.mark.parametrize(
+    ("counter", "key", "expected"),
+    [
+        ("00000000 00000000 00000000 00000000", "00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
+        ("ffffffff ffffffff ffffffff ffffffff", "ffffffff ffffffff", "408f276d 41c83b0e a20bc7c6 6d5451fd"),
+        ("243f6a88 85a308d3 13198a2e 03707344", "a4093822 299f31d0", "d16cfe09 94fdcceb 5001e420 24126ea1"),
+    ],
+)
+def test_philox_gives_the_published_words(counter: str, key: str, expected: str) -> None:
+    arguments = [np.uint32(int(word, 16)) for word in (counter + " " + key).split()]
+    assert [f"{int(word):08x}" for word in rng.philox(*arguments)] == expected.split()
+
+
+def test_every_part_of_the_address_gives_other_numbers() -> None:
+    streams = [rng.words(seed, run, generation, purpose, (2, 2)).tobytes()
+               for seed, run, generation, purpose in itertools.product((0, 1, 2**31 - 1), (0, 1, 7), (0, 1, 99), PURPOSES)]  # fmt: skip
+    assert len(set(PURPOSES)) == len(PURPOSES)
+    assert len(set(streams)) == len(streams)
+    words = rng.words(1, 2, 3, rng.FOOD, (50, 50))
+    assert np.unique(words).size >= words.size - 2  # among 10,000 words of 32 bits, 0.01 pairs are equal by chance
+
+
+def test_numbers_do_not_depend_on_how_many_are_drawn() -> None:
+    np.testing.assert_array_equal(rng.words(1, 2, 3, 0, (9, 7))[:4, :2], rng.words(1, 2, 3, 0, (4, 2)))
+
+
+def test_uniform_numbers_are_uniform_in_the_open_interval() -> None:
+    draws = rng.uniforms(5, 0, 0, rng.INHERITANCE, (100, 100))
+    assert draws.min() > 0
+    assert draws.max() < 1
+    assert kstest(draws.ravel(), "uniform").pvalue > 0.001
+    words = np.array([0, 2**32 - 1], np.uint32)
+    assert [float(rng.unit(word)) for word in words] == [0.0, 1 - 2**-24]
+
+
+def test_neighbouring_numbers_do_not_go_together() -> None:
+    draws = rng.uniforms(5, 0, 0, rng.INHERITANCE, (100, 100)) - 0.5
+    limit = 5 / 12 / np.sqrt(draws.size)  # five standard errors; a uniform number has the variance 1/12
+    for axis in range(3):
+        neighbours = np.delete(draws, 0, axis) * np.delete(draws, -1, axis)
+        assert abs(neighbours.mean()) < limit

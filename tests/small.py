@@ -1,0 +1,43 @@
+"""Small experiments and studies that tests share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from baldwinlab.config import Experiment
+from baldwinlab.presets import load, paper
+from baldwinlab.store import Study, create
+from baldwinlab.study import missing_runs, run_study
+
+SMALL = {"evolution": {"generations": 3}, "lifetime": {"steps": 300}}
+
+
+def small(name: str = "evo+self-taught/A") -> Experiment:
+    """A preset, cut to a fraction of a second; newborns stand where the food begins, so that they eat."""
+    return load(name).replace(**SMALL, world={"start": {"x": 400, "y": 160}})
+
+
+def small_paper() -> list[Experiment]:
+    return [experiment.replace(**SMALL) for experiment in paper()]
+
+
+def ignore(message: str) -> None:
+    """Tell nobody."""
+
+
+@contextmanager
+def silent(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    yield lambda amount: None
+
+
+def small_study(directory: Path, experiments: list[Experiment] | None = None, runs: int = 3, seed: int = 5, workers: int = 2) -> Study:
+    study = create(directory, experiments or [small("evo/A"), small("evo+self-taught/A")], seed)
+    run_study(study, missing_runs(study, runs, ignore), workers, silent, ignore)
+    return study
+
+
+def contents(directory: Path) -> dict[str, bytes]:
+    """Every record of a study, by its path in it."""
+    return {str(path.relative_to(directory)): path.read_bytes() for path in sorted(directory.rglob("*.nc"))}

@@ -1,0 +1,100 @@
+"""Presets are the paper's conditions, maps and readings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.config import Experiment, ExperimentError, merge
+from baldwinlab.presets import describe, load, names, paper
+from baldwinlab.toml import to_toml
+
+
+def test_the_paper_has_three_conditions_on_two_maps() -> None:
+    assert sorted(experiment.name for experiment in paper()) == sorted(
+        ["evo/A", "evo/B", "evo+self-taught/A", "evo+self-taught/B", "self-taught/A", "self-taught/B"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("reading", "changed"),
+    [
+        ("standard", {}),
+        ("literal", {"senses": {"visual_radius": 4}}),
+        ("visual-radius-10", {"senses": {"visual_radius": 10}}),
+        ("visual-radius-20", {"senses": {"visual_radius": 20}}),
+        ("contact-square", {"contact": {"shape": "square"}}),
+        ("contact-5", {"contact": {"reach": 5}}),
+        ("contact-2", {"contact": {"reach": 2}}),
+        ("biases", {"network": {"biases": True}}),
+        ("tournament", {"evolution": {"selection": "tournament"}}),
+        ("truncation", {"evolution": {"selection": "truncation"}}),
+        ("rank", {"evolution": {"selection": "rank"}}),
+        ("mutation-per-child", {"evolution": {"mutation_gate": "child"}}),
+        ("population-100", {"population": {"size": 100}}),
+        ("sequential", {"lifetime": {"update": "sequential"}}),
+        ("open-boundaries", {"senses": {"boundaries": "open"}}),
+    ],
+)
+def test_a_reading_changes_the_one_field_that_it_names(reading: str, changed: dict[str, dict[str, object]]) -> None:
+    standard = load("evo+self-taught/B")
+    assert load("evo+self-taught/B", reading).to_dict() == merge(standard.to_dict(), changed)
+
+
+def test_every_alternative_of_the_open_choices_has_a_reading() -> None:
+    assert len(names("readings")) == 15
+    assert names("readings")[0] == "standard"
+
+
+def test_every_preset_says_what_it_is() -> None:
+    for kind in ("conditions", "maps", "readings"):
+        for name in names(kind):
+            assert len(describe(kind, name)) > 20
+
+
+def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
+    experiment = Experiment()
+    assert experiment.population.size == 20
+    assert (experiment.evolution.generations, experiment.lifetime.steps) == (100, 5000)
+    assert (experiment.learning.rate, experiment.evolution.mutation_rate, experiment.evolution.mutation_size) == (
+        0.01,
+        0.05,
+        0.05,
+    )
+    assert experiment.layer_sizes == (3, 10, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("evo/C", "there is no map 'C'; there are A, B"),
+        ("evolution/A", "there is no condition 'evolution'"),
+        ("evo+selftaught/B", "did you mean 'evo+self-taught'?"),
+        ("evo", "there is no preset 'evo'"),
+        ("absent.toml", "cannot read absent.toml: No such file or directory"),
+    ],
+)
+def test_an_unknown_preset_is_refused_with_what_there_is(name: str, message: str) -> None:
+    with pytest.raises(ExperimentError) as refusal:
+        load(name)
+    assert message in str(refusal.value)
+
+
+def test_an_unknown_reading_is_refused_with_the_nearest_one() -> None:
+    with pytest.raises(ExperimentError, match=r"there is no reading 'litteral' \(did you mean 'literal'\?\)"):
+        load("evo/A", "litteral")
+
+
+def test_a_file_is_an_experiment_too_and_can_carry_a_reading(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(to_toml(load("evo/A").replace(name="mine")))
+    assert load(path).name == "mine"
+    assert load(str(path), "literal").senses.visual_radius == 4
+
+
+def test_a_file_that_is_not_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bytes.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ExperimentError, match="it is not UTF-8 text"):
+        load(path)
