@@ -96,7 +96,9 @@ def show(experiment: str, /, *, assignments: Assignments = None) -> None:
 
 
 @app.command
-def report(directory: Path, /, *, out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None) -> None:
+def report(
+    directory: Path, /, *, out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None
+) -> None:
     """Rebuild statistics, figures and report from stored results."""
     _report(Study(directory), out or directory / "report.html")
 
@@ -140,9 +142,11 @@ def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int |
     try:
         run_study(study, missing, workers, console.progress, console.say)
     except KeyboardInterrupt:
-        raise Interrupted(f"stopped; {_standing(study, runs)}", code=130) from None
+        raise InterruptedStudyError(f"stopped; {_standing(study, runs)}", code=130) from None
     except OSError as error:
-        raise Interrupted(f"cannot write {error.filename or directory}: {error.strerror}; {_standing(study, runs)}", code=1) from None
+        raise InterruptedStudyError(
+            f"cannot write {error.filename or directory}: {error.strerror}; {_standing(study, runs)}", code=1
+        ) from None
     return study
 
 
@@ -158,7 +162,7 @@ def _report(study: Study, out: Path) -> None:
     console.say(f"report: {out}")
 
 
-class Interrupted(Exception):
+class InterruptedStudyError(Exception):
     """A study that did not come to its end."""
 
     def __init__(self, message: str, code: int) -> None:
@@ -173,7 +177,7 @@ def main() -> None:
     except (ExperimentError, StudyError, MovieError, ValueError) as error:
         console.complain(str(error))
         sys.exit(2)
-    except Interrupted as error:
+    except InterruptedStudyError as error:
         console.complain(str(error))
         sys.exit(error.code)
     except KeyboardInterrupt:

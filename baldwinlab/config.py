@@ -72,9 +72,13 @@ class World(Part):
     @model_validator(mode="after")
     def _everything_on_the_map(self) -> Self:
         if self.start.x >= self.width or self.start.y >= self.height:
-            raise ValueError(f"start ({self.start.x:g}, {self.start.y:g}) must lie on the map of {self.width:g} x {self.height:g}")
+            raise ValueError(
+                f"start ({self.start.x:g}, {self.start.y:g}) must lie on the map of {self.width:g} x {self.height:g}"
+            )
         if self.start.radius > min(self.width, self.height) / 2:
-            raise ValueError(f"start.radius {self.start.radius:g} must be at most half the map, {min(self.width, self.height) / 2:g}")
+            raise ValueError(
+                f"start.radius {self.start.radius:g} must be at most half the map, {min(self.width, self.height) / 2:g}"
+            )
         for number, region in enumerate(self.food):
             if region.x[1] > self.width or region.y[1] > self.height:
                 raise ValueError(f"food[{number}] must lie on the map of {self.width:g} x {self.height:g}")
@@ -87,42 +91,60 @@ class Population(Part):
 
 class Senses(Part):
     visual_radius: float = Field(40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)")
-    boundaries: Literal["closed", "open"] = Field("closed", description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)")
+    boundaries: Literal["closed", "open"] = Field(
+        "closed", description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)"
+    )
 
 
 class Contact(Part):
-    shape: Literal["circle", "square"] = Field("circle", description="circle: Euclidean distance of centres; square: the larger of its two components (R2)")
+    shape: Literal["circle", "square"] = Field(
+        "circle", description="circle: Euclidean distance of centres; square: the larger of its two components (R2)"
+    )
     reach: float = Field(10.0, gt=0, le=100_000, description="an item nearer than this is touched, units of length (R2)")
 
 
 class Network(Part):
     """Topology of the action module, and of the reinforcement module."""
 
-    hidden: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = Field((10,), max_length=8, description="units in each hidden layer; [] for none")
+    hidden: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = Field(
+        (10,), max_length=8, description="units in each hidden layer; [] for none"
+    )
     biases: bool = Field(False, description="biases on hidden and output units, N(0, 1), evolved and learned like weights (R3)")
 
 
 class Learning(Part):
-    rule: Literal["none", "self-taught"] = Field("none", description="self-taught: backpropagation towards the reinforcement module")
+    rule: Literal["none", "self-taught"] = Field(
+        "none", description="self-taught: backpropagation towards the reinforcement module"
+    )
     rate: float = Field(0.01, ge=0, le=10, description="learning rate, per step")
 
 
 class Evolution(Part):
     generations: int = Field(100, ge=1, le=1_000_000, description="generations in a run")
-    inheritance: Literal["darwinian", "none"] = Field("darwinian", description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation")
-    selection: Literal["roulette", "tournament", "truncation", "rank"] = Field("roulette", description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)")
-    mutation_gate: Literal["weight", "child"] = Field("weight", description="one draw for every weight, or one for the child and then every weight (R5)")
+    inheritance: Literal["darwinian", "none"] = Field(
+        "darwinian", description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation"
+    )
+    selection: Literal["roulette", "tournament", "truncation", "rank"] = Field(
+        "roulette", description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)"
+    )
+    mutation_gate: Literal["weight", "child"] = Field(
+        "weight", description="one draw for every weight, or one for the child and then every weight (R5)"
+    )
     mutation_rate: float = Field(0.05, ge=0, le=1, description="probability that the gate opens")
     mutation_size: float = Field(0.05, ge=0, le=1000, description="a mutation adds U(-size, size)")
 
 
 class Lifetime(Part):
     steps: int = Field(5000, ge=1, le=100_000_000, description="time steps in a life")
-    update: Literal["simultaneous", "sequential"] = Field("simultaneous", description="sequential: agent after agent, each finds what the last one left (R7)")
+    update: Literal["simultaneous", "sequential"] = Field(
+        "simultaneous", description="sequential: agent after agent, each finds what the last one left (R7)"
+    )
 
 
 class Record(Part):
-    genome_every: int = Field(1, ge=1, le=1_000_000, description="genomes are kept of every so-many-th generation, and of the last")
+    genome_every: int = Field(
+        1, ge=1, le=1_000_000, description="genomes are kept of every so-many-th generation, and of the last"
+    )
 
 
 class Experiment(Part):
@@ -133,7 +155,9 @@ class Experiment(Part):
     100
     """
 
-    name: str = Field("experiment", pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")
+    name: str = Field(
+        "experiment", pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures"
+    )
     world: World = World()
     population: Population = Population()
     senses: Senses = Senses()
@@ -159,7 +183,7 @@ class Experiment(Part):
     @property
     def modules(self) -> tuple[str, ...]:
         """The networks in a genome."""
-        return ("action", "reinforcement") if self.learns else ("action",)
+        return ("action", "reinforcement") if self.learning.rule == "self-taught" else ("action",)
 
     @property
     def layer_sizes(self) -> tuple[int, ...]:

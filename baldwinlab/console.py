@@ -38,7 +38,13 @@ def progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
     if not console.is_terminal:
         yield _Lines(description, total)
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), _Rate(), TimeRemainingColumn(elapsed_when_finished=True))
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        _Rate(),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
     with Progress(*columns, console=console, speed_estimate_period=10) as bar:
         task = bar.add_task(description, total=total)
         yield lambda amount: bar.advance(task, amount)

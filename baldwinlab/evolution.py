@@ -52,10 +52,8 @@ def breed(experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float6
     parents = select(evolution.selection, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
     draws = moment.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(agents, modules, weights, 4)
     children = cross_over(genome, parents, draws[..., 0])
-    if evolution.mutation_gate == "weight":
-        gates = draws[..., 1]
-    else:
-        gates = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
+    of_child = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
+    gates = draws[..., 1] if evolution.mutation_gate == "weight" else of_child
     return mutate(children, evolution, gates, draws[..., 2]), parents
 
 
@@ -68,7 +66,7 @@ def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) ->
     draws = uniforms[:, 0]
     if scheme == "tournament":
         contestants = (draws * agents).astype(np.int32).reshape(agents, 2, 2)  # child, parent, contestant
-        drawn = _fitter_first(contestants, fitness)[..., 0]
+        drawn: npt.NDArray[np.integer] = _fitter_first(contestants, fitness)[..., 0]
     elif scheme == "truncation":
         half = max(1, agents // 2)
         best = np.lexsort((uniforms[:, 1, 0], -fitness))[:half]  # equals in random order
@@ -79,10 +77,11 @@ def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) ->
     return _fitter_first(drawn.astype(np.int32), fitness)
 
 
-def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.intp]:
+def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.integer]:
     """Roulette wheel: probability proportional to the share; uniform if nobody has one."""
     wheel = np.cumsum(shares if shares.any() else np.ones_like(shares))
-    return np.searchsorted(wheel, uniforms * wheel[-1], side="right").clip(max=shares.size - 1)
+    drawn: npt.NDArray[np.integer] = np.minimum(np.searchsorted(wheel, uniforms * wheel[-1], side="right"), shares.size - 1)
+    return drawn
 
 
 def _fitter_first(pairs: Parents, fitness: npt.NDArray[np.float64]) -> Parents:

@@ -38,7 +38,9 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
-        raise MovieError("writing .mp4 needs the extra 'video': pip install 'baldwinlab[video]'; .gif and .png need nothing") from None
+        raise MovieError(
+            "writing .mp4 needs the extra 'video': pip install 'baldwinlab[video]'; .gif and .png need nothing"
+        ) from None
     first = next(frames)
     writer = imageio_ffmpeg.write_frames(str(path), first.size, fps=FRAMES_PER_SECOND, macro_block_size=2)
     writer.send(None)
@@ -60,9 +62,16 @@ def _frame(trace: xr.Dataset, step: int, width: float, height: float) -> Image.I
     for agent in range(trace.sizes["agent"]):
         x, y = trace.x.values[step, agent] * scale, trace.y.values[step, agent] * scale
         heading = math.radians(float(trace.heading.values[step, agent]))
-        corners = [(x + 8 * scale * math.cos(heading + turn), y + 8 * scale * math.sin(heading + turn)) for turn in (0, 2.5, -2.5)]
+        corners = [
+            (x + 8 * scale * math.cos(heading + turn), y + 8 * scale * math.sin(heading + turn)) for turn in (0, 2.5, -2.5)
+        ]
         draw.polygon(corners, fill=EATER if eats[agent] else AGENT)
-    draw.text((8 * SCALE, 6 * SCALE), f"{trace.attrs['condition']}  generation {trace.attrs['generation']}  step {step}", "#444444", font_size=14 * SCALE)
+    draw.text(
+        (8 * SCALE, 6 * SCALE),
+        f"{trace.attrs['condition']}  generation {trace.attrs['generation']}  step {step}",
+        "#444444",
+        font_size=14 * SCALE,
+    )
     return image.resize(size, Image.Resampling.LANCZOS)
 
 

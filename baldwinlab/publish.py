@@ -38,7 +38,9 @@ def publish(study: Study, out: Path, tell: Callable[[str], None]) -> list[claims
 
 def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:
     """One population at several generations: the first stored run of the paper's condition, else of the first condition."""
-    stored = [condition for condition in (EMERGENCE, *study.experiments) if condition in study.experiments and study.runs(condition)]
+    stored = [
+        condition for condition in (EMERGENCE, *study.experiments) if condition in study.experiments and study.runs(condition)
+    ]
     condition, run = stored[0], study.runs(stored[0])[0]
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]
@@ -53,7 +55,12 @@ def facts(study: Study) -> dict[str, Any]:
     sessions = list(study.sessions())
     return {
         "seed": study.seed,
-        "versions": {"baldwinlab": __version__, "Python": platform.python_version(), "NumPy": np.__version__, "Numba": numba.__version__},
+        "versions": {
+            "baldwinlab": __version__,
+            "Python": platform.python_version(),
+            "NumPy": np.__version__,
+            "Numba": numba.__version__,
+        },
         "platform": platform.platform(),
         "agent_steps": sum(session["agent_steps"] for session in sessions),
         "seconds": sum(session["seconds"] for session in sessions),

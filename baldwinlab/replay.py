@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
@@ -13,7 +16,9 @@ from baldwinlab.evolution import Genome, Moment, draw_genome
 from baldwinlab.simulate import check_seed, facts, next_genome, simulate
 
 
-def replay(experiment: Experiment, seed: int = 0, generation: int = 0, run: int = 0, energy: xr.DataArray | None = None) -> xr.Dataset:
+def replay(
+    experiment: Experiment, seed: int = 0, generation: int = 0, run: int = 0, energy: xr.DataArray | None = None
+) -> xr.Dataset:
     """One lifetime of a run, every step: the variables of `baldwinlab.variables.TRACE`.
 
     `energy` (generation, agent) of the same run, where it is at hand, spares living through the generations before. The
@@ -50,11 +55,17 @@ def _genome(experiment: Experiment, moment: Moment, energy: xr.DataArray | None)
     return genome
 
 
-def _record(experiment: Experiment, block: Block) -> dict[str, np.ndarray]:  # type: ignore[type-arg]
+def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]:
     """Live step by step and write down what each step found and did."""
     state, steps, agents = block.state, experiment.lifetime.steps, experiment.population.size
-    items = state.item_x.shape[1]
-    shapes = {"x": (agents,), "y": (agents,), "heading": (agents,), "item_x": (items,), "item_y": (items,)}
+    items = int(block.model.region_items[-1])
+    shapes: dict[str, tuple[int, ...]] = {
+        "x": (agents,),
+        "y": (agents,),
+        "heading": (agents,),
+        "item_x": (items,),
+        "item_y": (items,),
+    }
     shapes |= {"sensor": (agents, 3), "output": (agents, 3), "action": (agents,), "eaten": (agents,)}
     arrays = {name: np.empty((steps, *shape), variables.TRACE[name].dtype) for name, shape in shapes.items()}
     eaten_before = np.zeros(agents, np.int64)
@@ -62,8 +73,7 @@ def _record(experiment: Experiment, block: Block) -> dict[str, np.ndarray]:  # t
         arrays["x"][step] = state.x[:agents]
         arrays["y"][step] = state.y[:agents]
         arrays["heading"][step] = state.heading[:agents] * (360 / HEADINGS)
-        arrays["item_x"][step] = state.item_x[0]
-        arrays["item_y"][step] = state.item_y[0]
+        arrays["item_x"][step], arrays["item_y"][step] = block.items()[0].T
         block.live(step, step + 1)
         arrays["sensor"][step] = state.activations[:3, :agents].T
         arrays["output"][step] = state.activations[-3:, :agents].T

@@ -8,6 +8,7 @@ from typing import Any
 
 import numba
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
@@ -56,8 +57,8 @@ def check_seed(seed: int, *runs: int) -> None:
 
 
 def next_genome(
-    experiment: Experiment, moment: Moment, genome: Genome, energy: np.ndarray[Any, np.dtype[np.float64]]
-) -> tuple[Genome, np.ndarray[Any, np.dtype[np.int32]]]:
+    experiment: Experiment, moment: Moment, genome: Genome, energy: npt.NDArray[np.float64]
+) -> tuple[Genome, npt.NDArray[np.int32]]:
     """Genomes and parents of the generation at `moment`, from the one before it and what that one ate."""
     if experiment.evolution.inheritance == "none":
         return draw_genome(experiment, moment), np.full((experiment.population.size, 2), -1, np.int32)
@@ -77,7 +78,7 @@ class _History:
         self._parents = np.full((generations, agents, 2), -1, np.int32)
         self._genomes = np.full((generations, *self.genome.shape), np.nan, np.float32)
 
-    def add(self, generation: int, eaten: np.ndarray[Any, np.dtype[np.int32]]) -> None:
+    def add(self, generation: int, eaten: npt.NDArray[np.int32]) -> None:
         """Keep what a generation ate, `eaten` [agent, region], and breed the next."""
         last = self.experiment.evolution.generations - 1
         if generation % self.experiment.record.genome_every == 0 or generation == last:
@@ -86,12 +87,14 @@ class _History:
         self._energy[generation] = (eaten * self._energy_of_region).sum(axis=1)
         if generation < last:
             moment = Moment(self.seed, self.run, generation + 1)
-            self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, self.genome, self._energy[generation])
+            self.genome, self._parents[generation + 1] = next_genome(
+                self.experiment, moment, self.genome, self._energy[generation]
+            )
 
     def dataset(self) -> xr.Dataset:
         arrays = {"food_eaten": self._food, "energy": self._energy, "parents": self._parents, "genome": self._genomes}
         found = variables.dataset(variables.RUN, arrays, facts(self.experiment, self.seed, self.run))
-        generations, agents, modules, weights = self._genomes.shape
+        generations, agents, _, weights = self._genomes.shape
         return found.assign_coords(
             generation=np.arange(generations, dtype=np.int32),
             agent=np.arange(agents, dtype=np.int32),

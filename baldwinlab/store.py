@@ -40,7 +40,7 @@ class StudyError(Exception):
     """A directory that is not the study it should be, or cannot be read or written."""
 
 
-class DamagedRecord(StudyError):
+class DamagedRecordError(StudyError):
     """A record that is not what was written."""
 
 
@@ -68,13 +68,13 @@ def encode(run: xr.Dataset) -> bytes:
 
 
 def decode(raw: bytes) -> xr.Dataset:
-    """The run in `raw`. Raises DamagedRecord if a bit of it has changed."""
+    """The run in `raw`. Raises DamagedRecordError if a bit of it has changed."""
     found = _CHECKSUM.search(raw)
     if found is None:
-        raise DamagedRecord("it carries no checksum")
+        raise DamagedRecordError("it carries no checksum")
     blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
     if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
-        raise DamagedRecord("its checksum does not fit its content")
+        raise DamagedRecordError("its checksum does not fit its content")
     packed = xr.load_dataset(io.BytesIO(raw), engine="scipy")
     genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
     del packed.attrs["checksum"]
@@ -97,7 +97,9 @@ class Study:
         except (OSError, ValueError, KeyError) as error:
             raise StudyError(f"{directory / 'study.toml'} cannot be read: {error}") from None
         if facts.get("format") != FORMAT:
-            raise StudyError(f"{directory / 'study.toml'} has format {facts.get('format')}, and this version reads format {FORMAT}")
+            raise StudyError(
+                f"{directory / 'study.toml'} has format {facts.get('format')}, and this version reads format {FORMAT}"
+            )
         self.experiments = {name: self._experiment(name) for name in names}
 
     def _experiment(self, condition: str) -> Experiment:
@@ -125,15 +127,15 @@ class Study:
         write_atomically(self.path(condition, run), encode(record))
 
     def read(self, condition: str, run: int) -> xr.Dataset:
-        """One run, whole. Raises DamagedRecord, naming the file, and StudyError where there is none."""
+        """One run, whole. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
         path = self.path(condition, run)
         try:
             return decode(path.read_bytes())
         except FileNotFoundError:
             stored = self.runs(condition)
             raise StudyError(f"{path} does not exist; {len(stored)} runs of {condition} are stored") from None
-        except DamagedRecord as error:
-            raise DamagedRecord(f"{path} is damaged: {error}") from None
+        except DamagedRecordError as error:
+            raise DamagedRecordError(f"{path} is damaged: {error}") from None
         except OSError as error:
             raise StudyError(f"{path} cannot be read: {error.strerror}") from None
 
@@ -197,7 +199,9 @@ def _require_same(study: Study, experiments: Sequence[Experiment], seed: int) ->
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
-        raise StudyError(f"{where}: its conditions are {', '.join(study.experiments)}, not {', '.join(names)}; choose another --out")
+        raise StudyError(
+            f"{where}: its conditions are {', '.join(study.experiments)}, not {', '.join(names)}; choose another --out"
+        )
     for experiment in experiments:
         stored = study.experiments[experiment.name].to_dict()
         for path, there, here in _differences(stored, experiment.to_dict()):

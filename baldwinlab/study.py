@@ -19,7 +19,7 @@ import xarray as xr
 from baldwinlab.config import Experiment
 from baldwinlab.engine.cpu import warm_up
 from baldwinlab.simulate import simulate_block
-from baldwinlab.store import DamagedRecord, Study
+from baldwinlab.store import DamagedRecordError, Study
 from baldwinlab.toml import to_toml
 from baldwinlab.variables import PARENTS, RUN
 
@@ -39,7 +39,7 @@ class Task(NamedTuple):
         return len(self.runs) * agent_steps_of_run(self.experiment)
 
 
-class Stopped(Exception):
+class StoppedError(Exception):
     """Raised in a worker to end it between two generations."""
 
 
@@ -60,7 +60,7 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
         for run in sorted(stored & set(range(runs))):
             try:
                 study.read(condition, run)
-            except DamagedRecord as error:
+            except DamagedRecordError as error:
                 aside = study.set_aside(condition, run)
                 tell(f"{error}; it is kept as {aside.name} and the run is done again")
                 stored.discard(run)
@@ -94,7 +94,7 @@ def run_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[in
 
         def after_generation(generation: int) -> None:
             if stop.is_set():
-                raise Stopped
+                raise StoppedError
             news.put(share)
 
         for run, record in zip(task.runs, simulate_block(task.experiment, study.seed, task.runs, after_generation), strict=True):
@@ -118,7 +118,11 @@ def run_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[in
 
 
 def run_study(
-    study: Study, missing: dict[str, list[int]], workers: int, progress: Callable[[str, int], Progress], tell: Callable[[str], None]
+    study: Study,
+    missing: dict[str, list[int]],
+    workers: int,
+    progress: Callable[[str, int], Progress],
+    tell: Callable[[str], None],
 ) -> None:
     """Do the missing runs of a study, and note how long that took.
 
@@ -130,7 +134,10 @@ def run_study(
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:
-        with progress("living", sum(task.agent_steps for task in tasks)) as show, closing(run_tasks(study, tasks, workers)) as amounts:
+        with (
+            progress("living", sum(task.agent_steps for task in tasks)) as show,
+            closing(run_tasks(study, tasks, workers)) as amounts,
+        ):
             for amount in amounts:
                 done += amount
                 show(amount)
@@ -150,7 +157,7 @@ def open_study(directory: str | Path) -> xr.Dataset:
     """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
 
     Where conditions have different numbers of runs, generations or agents, the gaps are NaN. `experiment(condition)` is each
-    condition as TOML. Raises StudyError, also (as DamagedRecord) for a record that is not what was written.
+    condition as TOML. Raises StudyError, also (as DamagedRecordError) for a record that is not what was written.
     """
     study = Study(Path(directory))
     conditions = [_open_condition(study, condition) for condition in study.experiments]
@@ -169,7 +176,12 @@ def _open_condition(study: Study, condition: str) -> xr.Dataset:
 
 
 def _no_runs(experiment: Experiment) -> xr.Dataset:
-    sizes = {"run": 0, "generation": experiment.evolution.generations, "agent": experiment.population.size, "parent": len(PARENTS)}
+    sizes = {
+        "run": 0,
+        "generation": experiment.evolution.generations,
+        "agent": experiment.population.size,
+        "parent": len(PARENTS),
+    }
     arrays = {name: ("run", *RUN[name].dims) for name in ("food_eaten", "energy", "parents")}
     empty = {name: (dims, np.empty([sizes[dim] for dim in dims], RUN[name].dtype)) for name, dims in arrays.items()}
     coords = {dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"}

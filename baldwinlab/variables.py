@@ -23,14 +23,20 @@ class Variable(NamedTuple):
 RUN: Mapping[str, Variable] = {
     "food_eaten": Variable(("generation", "agent"), np.int32, "items", "items eaten in life"),
     "energy": Variable(("generation", "agent"), np.float64, "energy", "energy of the items eaten in life: the fitness"),
-    "parents": Variable(("generation", "agent", "parent"), np.int32, "1", "agents of the generation before; -1 where there are none"),
-    "genome": Variable(("generation", "agent", "module", "weight"), np.float32, "1", "weights at birth; NaN in generations that are not kept"),
+    "parents": Variable(
+        ("generation", "agent", "parent"), np.int32, "1", "agents of the generation before; -1 where there are none"
+    ),
+    "genome": Variable(
+        ("generation", "agent", "module", "weight"), np.float32, "1", "weights at birth; NaN in generations that are not kept"
+    ),
 }
 
 TRACE: Mapping[str, Variable] = {
     "x": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed"),
     "y": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed; points down"),
-    "heading": Variable(("step", "agent"), np.float32, "degrees", "heading when the agent sensed; clockwise from +x, in [0, 360)"),
+    "heading": Variable(
+        ("step", "agent"), np.float32, "degrees", "heading when the agent sensed; clockwise from +x, in [0, 360)"
+    ),
     "item_x": Variable(("step", "item"), np.float32, "units of length", "position at the beginning of the step"),
     "item_y": Variable(("step", "item"), np.float32, "units of length", "position at the beginning of the step"),
     "sensor": Variable(("step", "agent", "side"), np.int8, "1", "1 if any item falls in the sensor"),

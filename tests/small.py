@@ -32,7 +32,9 @@ def silent(description: str, total: int) -> Iterator[Callable[[int], None]]:
     yield lambda amount: None
 
 
-def small_study(directory: Path, experiments: list[Experiment] | None = None, runs: int = 3, seed: int = 5, workers: int = 2) -> Study:
+def small_study(
+    directory: Path, experiments: list[Experiment] | None = None, runs: int = 3, seed: int = 5, workers: int = 2
+) -> Study:
     study = create(directory, experiments or [small("evo/A"), small("evo+self-taught/A")], seed)
     run_study(study, missing_runs(study, runs, ignore), workers, silent, ignore)
     return study

@@ -13,7 +13,7 @@ from scipy.io import netcdf_file
 
 from baldwinlab.presets import load
 from baldwinlab.simulate import simulate
-from baldwinlab.store import DamagedRecord, Study, StudyError, create, decode, encode, write_atomically
+from baldwinlab.store import DamagedRecordError, Study, StudyError, create, decode, encode, write_atomically
 from tests.small import small
 
 
@@ -38,10 +38,10 @@ def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
     for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
         damaged = bytearray(raw)
         damaged[position] ^= 1 << rng.integers(8)
-        with pytest.raises(DamagedRecord):
+        with pytest.raises(DamagedRecordError):
             decode(bytes(damaged))
     for length in (0, 10, len(raw) // 2, len(raw) - 1):
-        with pytest.raises(DamagedRecord):
+        with pytest.raises(DamagedRecordError):
             decode(raw[:length])
 
 
@@ -80,7 +80,12 @@ def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(None, "holds no study"), ("seed = ", "cannot be read"), ("seed = 1", "cannot be read"), ("format = 9\nseed = 1\nconditions = []", "format 9")],
+    [
+        (None, "holds no study"),
+        ("seed = ", "cannot be read"),
+        ("seed = 1", "cannot be read"),
+        ("format = 9\nseed = 1\nconditions = []", "format 9"),
+    ],
 )
 def test_a_directory_that_is_no_study_is_refused_with_the_reason(tmp_path: Path, content: str | None, message: str) -> None:
     if content is not None:
@@ -101,7 +106,7 @@ def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match=r"0003\.nc does not exist; 0 runs of evo/A are stored"):
         study.read("evo/A", 3)
     study.path("evo/A", 3).write_bytes(b"CDF")
-    with pytest.raises(DamagedRecord, match=r"0003\.nc is damaged: it carries no checksum"):
+    with pytest.raises(DamagedRecordError, match=r"0003\.nc is damaged: it carries no checksum"):
         study.read("evo/A", 3)
     with pytest.raises(StudyError, match="has no condition 'evo/C'; it has evo/A"):
         study.experiment("evo/C")

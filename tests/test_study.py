@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.simulate import simulate
-from baldwinlab.store import DamagedRecord, create
+from baldwinlab.store import DamagedRecordError, create
 from baldwinlab.study import missing_runs, open_study, plan, run_study, run_tasks
 from tests.small import contents, ignore, silent, small, small_study
 
@@ -88,7 +88,7 @@ def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) 
     sound = contents(tmp_path)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(DamagedRecord, match=r"evo/A/0001\.nc is damaged"):
+    with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
         open_study(tmp_path)
     told: list[str] = []
     missing = missing_runs(study, 3, told.append)

@@ -53,13 +53,23 @@ class Comparison:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """What the paper leaves open."""
+
+    id: str
+    field: str  # where an experiment holds it, such as senses.visual_radius
+    text: str
+
+
+@dataclass(frozen=True)
 class Claim:
     id: str
+    title: str
     text: str
     rule: str  # in words
     paper: str
     figure: float | None
-    choices: tuple[tuple[str, str], ...]  # (R1, what it is), the likeliest first
+    choices: tuple[Choice, ...]  # that could account for a difference, the likeliest first
     comparisons: tuple[Comparison, ...]
 
 
@@ -134,16 +144,17 @@ def claims() -> tuple[Claim, ...]:
     return tuple(_claim(entry, tree["rules"], tree["choices"]) for entry in tree["claims"])
 
 
-def _claim(entry: dict[str, Any], rules: dict[str, str], choices: dict[str, str]) -> Claim:
+def _claim(entry: dict[str, Any], rules: dict[str, str], choices: dict[str, Any]) -> Claim:
     comparisons = tuple(Comparison(**{"rule": entry["rule"]} | comparison) for comparison in entry["comparisons"])
     used = dict.fromkeys(comparison.rule for comparison in comparisons)
     return Claim(
         id=entry["id"],
+        title=entry["title"],
         text=entry["claim"],
         rule=" And: ".join(rules[name] for name in used),
         paper=entry["paper"],
         figure=entry.get("figure"),
-        choices=tuple((name, choices[name]) for name in entry["choices"]),
+        choices=tuple(Choice(name, **choices[name]) for name in entry["choices"]),
         comparisons=comparisons,
     )
 
@@ -157,10 +168,7 @@ def evaluate(study: xr.Dataset, last: int = 10) -> list[ClaimResult]:
     samples = _Samples(study, last)
     missing = {claim: sorted(_conditions(claim) - samples.present) for claim in claims()}
     numbers = {
-        comparison: _measure(comparison, samples)
-        for claim in claims()
-        if not missing[claim]
-        for comparison in claim.comparisons
+        comparison: _measure(comparison, samples) for claim in claims() if not missing[claim] for comparison in claim.comparisons
     }
     tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
     corrected = dict(zip(tested, statistics.holm([numbers[comparison].p for comparison in tested]), strict=True))
@@ -184,27 +192,25 @@ def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dic
 
 
 class _Samples:
-    """One value a run: what a measure comes to in a condition's last, or first, generations."""
+    """One value a run: what a measure comes to in a condition's last generations, or its first."""
 
     def __init__(self, study: xr.Dataset, last: int) -> None:
-        self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES} | {"most": fitness.most(study)}
+        self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
+        self._last["most"] = fitness.most(study)
         self._first = {measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES}
         runs = self._last["best"].notnull().any("run")
         self.present = {str(name) for name in study["condition"].values[runs.values]}
 
-    def last(self, condition: str, measure: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        return np.asarray(self._last[measure].sel(condition=condition).dropna("run").values, np.float64)
-
-    def first(self, condition: str, measure: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        return np.asarray(self._first[measure].sel(condition=condition).dropna("run").values, np.float64)
+    def get(self, condition: str, measure: str, first: bool = False) -> statistics.Sample:
+        table = self._first if first else self._last
+        return np.asarray(table[measure].sel(condition=condition).dropna("run").values, np.float64)
 
 
 def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison:
-    a = samples.last(comparison.a, comparison.measure)
-    if comparison.b == FIRST:
-        return statistics.compare(a, samples.first(comparison.a, comparison.measure))
+    a = samples.get(comparison.a, comparison.measure)
     if comparison.b:
-        return statistics.compare(a, samples.last(comparison.b, comparison.measure))
+        b = comparison.a if comparison.b == FIRST else comparison.b
+        return statistics.compare(a, samples.get(b, comparison.measure, first=comparison.b == FIRST))
     median = float(np.median(a))
     if comparison.measure == "most":
         return statistics.Comparison(a.size, 0, median, nan, float(a.max()), nan, nan, nan, nan, nan)
@@ -223,8 +229,7 @@ def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, la
     write_atomically(directory / "claims.json", f"{records}\n".encode())
     rows = [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", _csv(STATISTICS_COLUMNS, rows))
-    summaries = [row._asdict() for row in by_condition(study, last)]
-    write_atomically(directory / "summary.csv", _csv(SUMMARY_COLUMNS, summaries))
+    write_atomically(directory / "summary.csv", _csv(SUMMARY_COLUMNS, by_condition(study, last)))
 
 
 def _row(claim: str, finding: Finding) -> dict[str, Any]:

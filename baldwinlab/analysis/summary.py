@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 import xarray as xr
 
 from baldwinlab.analysis import fitness, statistics
 
-
-class Row(NamedTuple):
-    condition: str
-    measure: str
-    n: int
-    median: float
-    mean: float
-    lower_quartile: float
-    upper_quartile: float
-    min: float
-    max: float
+SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
 
 
-SUMMARY_COLUMNS = Row._fields
-
-
-def by_condition(study: xr.Dataset, last: int = 10) -> list[Row]:
+def by_condition(study: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
     """A row for each condition and measure (best, mean, share), over the runs that there are; none where there are none.
 
     Each run counts with its average over the last `last` generations. Raises ValueError unless `last` is at least 1.
@@ -35,5 +22,5 @@ def by_condition(study: xr.Dataset, last: int = 10) -> list[Row]:
         for measure, values in finals.items():
             sample = values.sel(condition=condition).dropna("run").values
             if sample.size:
-                rows.append(Row(str(condition), measure, *statistics.summarise(sample)))
+                rows.append({"condition": str(condition), "measure": measure, **statistics.summarise(sample)._asdict()})
     return rows

@@ -48,6 +48,14 @@ class Block:
         """Live through the steps from `first_step` up to, and without, `last_step`."""
         live(self.model, self.state, first_step, last_step)
 
+    def items(self) -> npt.NDArray[np.float32]:
+        """Where the items lie, [world, item, (x, y)]."""
+        counts = np.diff(self.model.region_items)
+        slots = np.concatenate(
+            [first + np.arange(count) for first, count in zip(self.model.region_slots, counts, strict=False)] or [[]]
+        )
+        return np.stack([self.state.item_x, self.state.item_y], axis=-1)[:, slots.astype(np.int64)]
+
     def eaten(self) -> npt.NDArray[np.int32]:
         """Items eaten so far in this life, [world, agent, region]."""
         worlds, agents = self._shape

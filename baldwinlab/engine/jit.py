@@ -1,7 +1,8 @@
 """Compilation: the one place with Numba's flags and the place of its cache.
 
 No fast-math anywhere: every operation is an IEEE float32 (or integer) operation in the order written, so results do not
-depend on vector width, thread count or block size.
+depend on vector width, thread count or block size. No reference counts (`_nrt`) either: kernels allocate nothing, and to count
+the state's arrays at every call cost more than the work.
 
 Numba's own cache goes stale when a callee in *another* file changes, so the folder's name carries a hash of all of the
 engine's sources and of Numba's version.
@@ -14,7 +15,7 @@ import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 import platformdirs
@@ -53,6 +54,6 @@ def compiled(function: Function) -> Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE_DIRECTORY)  # Numba reads it when the dispatcher is made, that is, here
     try:
-        return numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", boundscheck=False, forceinline=True, _nrt=False)(function)  # type: ignore[no-any-return]
+        return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function))
     finally:
         numba.config.CACHE_DIR = before

@@ -37,6 +37,6 @@ def think(model: Model, state: State, lane: Lane) -> None:
 
 @compiled
 def learn(model: Model, state: State, lane: Lane) -> None:
-    """Change the weights by what was sensed. Self-teaching: the action module's answer to what was sensed moves towards the reinforcement module's."""
+    """Change the weights: in self-teaching, the answer to what was sensed moves towards the reinforcement module's."""
     if model.rule == SELF_TAUGHT:
         backward(model.sizes, model.biases, model.rate, state.weights, state.activations, state.errors, state.targets, lane)

@@ -27,8 +27,9 @@ def begin(model: Model, state: State, fixed: Rows) -> None:
         for agent in range(model.agents):
             bear(model, state, world, agent)
         for region in range(model.regions.shape[0]):
-            for item in range(model.region_items[region], model.region_items[region + 1]):
-                grow(model, state, world, region, item)
+            first = model.region_slots[region]
+            for slot in range(first, first + model.region_items[region + 1] - model.region_items[region]):
+                grow(model, state, world, region, slot)
     for first in range(0, state.x.size, WIDTH):
         prepare(model, state, fixed, bundle(first))
 

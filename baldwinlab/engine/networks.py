@@ -59,7 +59,9 @@ def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: 
 
 
 @compiled
-def backward(sizes: Sizes, biases: bool, rate: np.float32, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
+def backward(
+    sizes: Sizes, biases: bool, rate: np.float32, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane
+) -> None:
     """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
 
     `activations` must be those of `forward` with the same weights. `errors` is scratch, a row a unit.

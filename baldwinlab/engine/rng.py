@@ -8,7 +8,7 @@ Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random num
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,8 @@ SELECTION: Final = 4  # index: child; draw: 0
 INHERITANCE: Final = 5  # index: child; draw: module and weight
 MUTATION_GATE: Final = 6  # index: child; draw: 0
 
+Word = Any  # 32 bits: np.uint32, or an integer that fits
+
 _M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _W0, _W1 = np.uint32(0x9E3779B9), np.uint32(0xBB67AE85)
 _LOW, _SHIFT = np.uint64(0xFFFFFFFF), np.uint64(32)
@@ -31,7 +33,7 @@ _UNIT = np.float32(2.0**-24)
 
 
 @compiled
-def philox(c0, c1, c2, c3, k0, k1):  # type: ignore[no-untyped-def]
+def philox(c0: Word, c1: Word, c2: Word, c3: Word, k0: Word, k1: Word) -> tuple[Word, Word, Word, Word]:
     """Four random 32-bit words from a counter of four words and a key of two."""
     c0, c1, c2, c3 = np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3)
     k0, k1 = np.uint32(k0), np.uint32(k1)
@@ -48,13 +50,13 @@ def philox(c0, c1, c2, c3, k0, k1):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def unit(word):  # type: ignore[no-untyped-def]
+def unit(word: Word) -> np.float32:
     """A float32 in [0, 1), a multiple of 2**-24, from a random word."""
     return np.float32(np.uint32(word) >> np.uint32(8)) * _UNIT
 
 
 @compiled
-def _fill(seed, run, generation, purpose, out):  # type: ignore[no-untyped-def]
+def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.uint32]) -> None:
     for index in range(out.shape[0]):
         for draw in range(out.shape[1]):
             words = philox(draw, index, generation, purpose, seed, run)
@@ -67,10 +69,10 @@ def _fill(seed, run, generation, purpose, out):  # type: ignore[no-untyped-def]
 def words(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.uint32]:
     """Random words [index, draw, 4] for every index below `shape[0]` and every draw below `shape[1]`."""
     out = np.empty((*shape, 4), np.uint32)
-    _fill(np.uint32(seed), np.uint32(run), np.uint32(generation), np.uint32(purpose), out)
+    _fill(seed, run, generation, purpose, out)
     return out
 
 
 def uniforms(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
     """Uniform numbers [index, draw, 4] in the open interval (0, 1), on a grid of 2**-32 with an offset of half a step."""
-    return (words(seed, run, generation, purpose, shape) + 0.5) * 2.0**-32
+    return (words(seed, run, generation, purpose, shape).astype(np.float64) + 0.5) * 2.0**-32

@@ -13,47 +13,48 @@ import math
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import WIDTH, Lane, any_of, bundle, get
 from baldwinlab.engine.state import NO_LEARNING, Model, State
-from baldwinlab.engine.world import shortest
+from baldwinlab.engine.world import beside, shortest
 
-HALF = np.float32(0.5)
+ZERO, HALF = np.float32(0), np.float32(0.5)
 TAN_15 = np.float32(math.tan(math.radians(15)))
-LEFT, FRONT, RIGHT, ALERT = np.int32(1), np.int32(2), np.int32(4), np.int32(8)
+LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
 
 
 @compiled
-def _near(model: Model, state: State, lane: int, region: int) -> bool:
-    """Whether anything in the region can be seen, or touched after the next move: a coarse test, of the region's box."""
-    margin = max(model.visual_radius, model.alert_radius)
+def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int, compact: bool) -> int:
+    """The sensors that the items in these slots set, and whether one is near enough to be touched soon, as bits."""
+    dx = get(state.item_x, world, slot) - x
+    dy = get(state.item_y, world, slot) - y
+    if not compact:
+        dx, dy = shortest(dx, model.width), shortest(dy, model.height)
+    distance = dx * dx + dy * dy
+    u = dx * model.cosine[heading] + dy * model.sine[heading]
+    v = dy * model.cosine[heading] - dx * model.sine[heading]
+    edge = u * TAN_15
+    aside = abs(v)
+    seen = distance <= model.visual_radius * model.visual_radius
+    front = seen & ((aside < edge) if model.open_boundaries else (aside <= edge))
+    side = seen & (aside > edge) & (aside < u)
+    bits = FRONT * int(any_of(front))
+    bits |= LEFT * int(any_of(side & (v < ZERO)))
+    bits |= RIGHT * int(any_of(side & (v > ZERO)))
+    return bits | ALERT * int(any_of(distance <= model.alert_radius * model.alert_radius))
+
+
+@compiled
+def _look(model: Model, state: State, world: int, lane: int, region: int) -> int:
+    """What the agent gets to know of a region, as bits; 0 at once if the region's box is out of reach."""
     width, height = model.regions[region, 1], model.regions[region, 3]
-    left, upper = model.regions[region, 0], model.regions[region, 2]
-    dx = shortest(left + width * HALF - state.x[lane], model.width)
-    dy = shortest(upper + height * HALF - state.y[lane], model.height)
-    return abs(dx) <= width * HALF + margin and abs(dy) <= height * HALF + margin
-
-
-@compiled
-def _look(model: Model, state: State, world: int, lane: int, region: int) -> np.int32:
-    """The sensors that an item of the region sets, and whether one is near enough to be touched soon, as bits."""
-    x, y, heading = state.x[lane], state.y[lane], state.heading[lane]
-    cosine, sine = model.cosine[heading], model.sine[heading]
-    far = model.visual_radius * model.visual_radius
-    soon = model.alert_radius * model.alert_radius
-    first, last = model.region_items[region], model.region_items[region + 1]
-    bits = np.int32(0)
-    for item in range(np.uint64(first), np.uint64(last)):
-        dx = shortest(state.item_x[world, item] - x, model.width)
-        dy = shortest(state.item_y[world, item] - y, model.height)
-        distance = dx * dx + dy * dy
-        u = dx * cosine + dy * sine
-        v = dy * cosine - dx * sine
-        edge = u * TAN_15
-        aside = abs(v)
-        side = RIGHT if v > 0 else LEFT
-        seen = FRONT if aside < edge or (aside == edge and not model.open_boundaries) else np.int32(0)
-        seen = side if aside > edge and aside < u else seen
-        bits |= seen if distance <= far else np.int32(0)
-        bits |= ALERT if distance <= soon else np.int32(0)
+    centre_x, centre_y = model.regions[region, 0] + width * HALF, model.regions[region, 2] + height * HALF
+    x, y = beside(state.x[lane], centre_x, model.width), beside(state.y[lane], centre_y, model.height)
+    margin = max(model.visual_radius, model.alert_radius)
+    if abs(centre_x - x) > width * HALF + margin or abs(centre_y - y) > height * HALF + margin:
+        return 0
+    bits = 0
+    for first in range(model.region_slots[region], model.region_slots[region + 1], WIDTH):
+        bits |= _spot(model, state, world, bundle(first), x, y, state.heading[lane], model.region_compact[region])
     return bits
 
 
@@ -61,10 +62,9 @@ def _look(model: Model, state: State, world: int, lane: int, region: int) -> np.
 def sense(model: Model, state: State, world: int, agent: int) -> None:
     """Set the agent's sensors. What follows from them alone is looked up only when they have changed."""
     lane = world * model.agents + agent
-    bits = np.int32(0)
+    bits = 0
     for region in range(model.regions.shape[0]):
-        if _near(model, state, lane, region):
-            bits |= _look(model, state, world, lane, region)
+        bits |= _look(model, state, world, lane, region)
     state.alert[lane] = bits & ALERT
     code = bits & (LEFT | FRONT | RIGHT)
     if code == state.code[lane]:

@@ -22,6 +22,7 @@ HEADINGS: Final = 40  # a turn is 9 degrees, so headings are whole multiples of 
 STRIDE: Final = 2.0  # the longest move in one step
 RULES: Final = ("none", "self-taught")  # learning rules, numbered for the compiled code
 NO_LEARNING, SELF_TAUGHT = range(len(RULES))
+NOWHERE: Final = 1e9  # a coordinate that nothing sees or touches
 CODES: Final = 8  # combinations of three sensors: 1 left, 2 front, 4 right
 
 
@@ -32,7 +33,9 @@ class Model(NamedTuple):
     height: np.float32
     start: Floats  # x, y, radius
     regions: Floats  # [region, (left, width, upper, height)]
-    region_items: npt.NDArray[np.int64]  # [region + 1], the first item of each region, and the number of items
+    region_items: npt.NDArray[np.int64]  # [region + 1], the number of each region's first item, and of all items
+    region_slots: npt.NDArray[np.int64]  # [region + 1], where they lie: each region's items begin a bundle of slots
+    region_compact: npt.NDArray[np.bool]  # [region], whether what sees it is nearer to all of it than half the map
     cosine: Floats  # [heading]
     sine: Floats  # [heading]
     visual_radius: np.float32
@@ -57,10 +60,10 @@ class State(NamedTuple):
     alert: Integers  # [lane], whether an item is near enough to be touched after the next move
     action: Integers  # [lane], 0 left, 1 forward, 2 right
     eaten: Integers  # [region, lane], so far in this life
-    item_x: Floats  # [world, item]
-    item_y: Floats  # [world, item]
-    appearances: Integers  # [world, item], how often the item has appeared before
-    touched: Integers  # [world, item], the step in which the item was last eaten; -1 for never
+    item_x: Floats  # [world, slot]; slots that hold no item lie NOWHERE
+    item_y: Floats  # [world, slot]
+    appearances: Integers  # [world, slot], how often the item has appeared before
+    touched: Integers  # [world, slot], the step in which the item was last eaten; -1 for never
     weights: Floats  # [weight, lane], the action module's, as they stand
     activations: Floats  # [unit, lane], the action module's; the first three rows are the sensors
     errors: Floats  # [unit, lane]
@@ -68,12 +71,19 @@ class State(NamedTuple):
     answers: Floats  # [code * 3 + action, lane]: of the reinforcement module if the agent learns, else of the action module
 
 
-def _aligned(shape: tuple[int, ...]) -> Floats:
-    """Zeros that begin on a cache line, so that no bundle straddles two."""
+def _bundles(count: int) -> int:
+    """How many bundles it takes to hold `count` lanes."""
+    return -(-count // WIDTH)
+
+
+def _aligned(shape: tuple[int, ...], fill: float = 0) -> Floats:
+    """An array that begins on a cache line, so that no bundle straddles two."""
     count = math.prod(shape)
     buffer = np.zeros(count * 4 + 64, np.uint8)
     offset = -buffer.ctypes.data % 64
-    return buffer[offset : offset + count * 4].view(np.float32).reshape(shape)
+    array = buffer[offset : offset + count * 4].view(np.float32).reshape(shape)
+    array[:] = fill
+    return array
 
 
 def _circle() -> tuple[Floats, Floats]:
@@ -89,6 +99,9 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     cosine, sine = _circle()
     boxes = [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in world.food]
     farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
+    alert_radius = (farthest_touch + STRIDE) * 1.001 + 0.25  # with room for rounding
+    margin = max(experiment.senses.visual_radius, alert_radius)
+    compact = [2 * (r.x[1] - r.x[0] + margin) < world.width and 2 * (r.y[1] - r.y[0] + margin) < world.height for r in world.food]
     return Model(
         worlds=worlds,
         agents=experiment.population.size,
@@ -97,10 +110,12 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
         regions=np.array(boxes, np.float32).reshape(len(boxes), 4),
         region_items=np.cumsum([0, *(region.count for region in world.food)], dtype=np.int64),
+        region_slots=np.cumsum([0, *(_bundles(region.count) for region in world.food)], dtype=np.int64) * WIDTH,
+        region_compact=np.array(compact, np.bool),
         cosine=cosine,
         sine=sine,
         visual_radius=np.float32(experiment.senses.visual_radius),
-        alert_radius=np.float32((farthest_touch + STRIDE) * 1.001 + 0.25),  # with room for rounding
+        alert_radius=np.float32(alert_radius),
         open_boundaries=experiment.senses.boundaries == "open",
         square_contact=contact.shape == "square",
         reach=np.float32(contact.reach),
@@ -113,8 +128,8 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
 
 
 def make_state(experiment: Experiment, worlds: int) -> State:
-    items = sum(region.count for region in experiment.world.food)
-    lanes = -(-worlds * experiment.population.size // WIDTH) * WIDTH
+    slots = sum(_bundles(region.count) for region in experiment.world.food) * WIDTH
+    lanes = _bundles(worlds * experiment.population.size) * WIDTH
     units = sum(experiment.layer_sizes)
     return State(
         keys=np.zeros((worlds, 2), np.uint32),
@@ -126,10 +141,10 @@ def make_state(experiment: Experiment, worlds: int) -> State:
         alert=np.zeros(lanes, np.int32),
         action=np.zeros(lanes, np.int32),
         eaten=np.zeros((max(1, len(experiment.world.food)), lanes), np.int32),
-        item_x=_aligned((worlds, items)),
-        item_y=_aligned((worlds, items)),
-        appearances=np.zeros((worlds, items), np.int32),
-        touched=np.zeros((worlds, items), np.int32),
+        item_x=_aligned((worlds, slots), NOWHERE),
+        item_y=_aligned((worlds, slots), NOWHERE),
+        appearances=np.zeros((worlds, slots), np.int32),
+        touched=np.zeros((worlds, slots), np.int32),
         weights=_aligned((experiment.weight_count, lanes)),
         activations=_aligned((units, lanes)),
         errors=_aligned((units, lanes)),

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import WIDTH, Lane, Mask, Value, any_of, bundle, choose, get
 from baldwinlab.engine.rng import BIRTHPLACE, FOOD, philox, unit
 from baldwinlab.engine.state import HEADINGS, Model, State
 
@@ -22,23 +23,32 @@ def wrapped(position: np.float32, span: np.float32) -> np.float32:
 
 
 @compiled
-def shortest(difference: np.float32, span: np.float32) -> np.float32:
+def shortest(difference: Value, span: np.float32) -> Value:
     """The difference of two positions on a circle of length `span`, the short way round."""
     half = span * HALF
-    difference = difference - span if difference > half else difference
-    return difference + span if difference < -half else difference
+    difference = choose(difference > half, difference - span, difference)
+    return choose(difference < -half, difference + span, difference)
 
 
 @compiled
-def grow(model: Model, state: State, world: int, region: int, item: int) -> None:
+def beside(position: np.float32, centre: np.float32, span: np.float32) -> np.float32:
+    """`position`, or the same place a map's span farther or nearer: whichever is nearest to `centre`."""
+    half = span * HALF
+    position = position + span if centre - position > half else position
+    return position - span if centre - position < -half else position
+
+
+@compiled
+def grow(model: Model, state: State, world: int, region: int, slot: int) -> None:
     """Let an item appear at its next place: uniformly in its region."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
-    words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
+    item = model.region_items[region] + slot - model.region_slots[region]
+    words = philox(state.appearances[world, slot], item, state.generation[0], FOOD, seed, run)
     left, width = model.regions[region, 0], model.regions[region, 1]
     upper, height = model.regions[region, 2], model.regions[region, 3]
-    state.item_x[world, item] = wrapped(left + width * unit(words[0]), model.width)
-    state.item_y[world, item] = wrapped(upper + height * unit(words[1]), model.height)
-    state.appearances[world, item] += 1
+    state.item_x[world, slot] = wrapped(left + width * unit(words[0]), model.width)
+    state.item_y[world, slot] = wrapped(upper + height * unit(words[1]), model.height)
+    state.appearances[world, slot] += 1
 
 
 @compiled
@@ -76,35 +86,29 @@ def act(model: Model, state: State, first: np.uint64, last: np.uint64) -> None:
 
 
 @compiled
-def touches(model: Model, dx: np.float32, dy: np.float32) -> bool:
+def _touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Mask:
+    """Whether a body at (x, y) touches the item (R2)."""
+    dx = shortest(get(state.item_x, world, slot) - x, model.width)
+    dy = shortest(get(state.item_y, world, slot) - y, model.height)
     if model.square_contact:
-        return max(abs(dx), abs(dy)) < model.reach
+        return (abs(dx) < model.reach) & (abs(dy) < model.reach)
     return dx * dx + dy * dy < model.reach * model.reach
-
-
-@compiled
-def _touches_any(model: Model, state: State, world: int, lane: int, step: int) -> bool:
-    """Whether the agent touches an item that has not been eaten in this step already."""
-    x, y = state.x[lane], state.y[lane]
-    found = np.int32(0)
-    for item in range(np.uint64(state.item_x.shape[1])):
-        dx = shortest(state.item_x[world, item] - x, model.width)
-        dy = shortest(state.item_y[world, item] - y, model.height)
-        found |= np.int32(touches(model, dx, dy)) & np.int32(state.touched[world, item] != step)
-    return found != 0
 
 
 @compiled
 def eat(model: Model, state: State, world: int, agent: int, step: int) -> None:
     """Eat every item that the agent touches, but none that has been eaten in this step already. Each reappears at once."""
     lane = world * model.agents + agent
-    if state.alert[lane] == 0 or not _touches_any(model, state, world, lane, step):
+    if state.alert[lane] == 0:
         return
+    x, y = state.x[lane], state.y[lane]
     for region in range(model.regions.shape[0]):
-        for item in range(model.region_items[region], model.region_items[region + 1]):
-            dx = shortest(state.item_x[world, item] - state.x[lane], model.width)
-            dy = shortest(state.item_y[world, item] - state.y[lane], model.height)
-            if state.touched[world, item] != step and touches(model, dx, dy):
-                state.eaten[region, lane] += 1
-                state.touched[world, item] = step
-                grow(model, state, world, region, item)
+        first_slot = model.region_slots[region]
+        end = first_slot + model.region_items[region + 1] - model.region_items[region]
+        for first in range(first_slot, end, WIDTH):
+            if any_of(_touches(model, state, world, bundle(first), x, y)):
+                for slot in range(first, min(first + WIDTH, end)):
+                    if state.touched[world, slot] != step and _touches(model, state, world, slot, x, y):
+                        state.eaten[region, lane] += 1
+                        state.touched[world, slot] = step
+                        grow(model, state, world, region, slot)

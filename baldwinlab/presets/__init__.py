@@ -19,7 +19,9 @@ KINDS = ("conditions", "maps", "readings")
 
 def names(kind: str) -> list[str]:
     """The presets of a kind (`conditions`, `maps`, `readings`), the standard reading first."""
-    found = sorted(entry.name.removesuffix(".toml") for entry in (files(__name__) / kind).iterdir() if entry.name.endswith(".toml"))
+    found = sorted(
+        entry.name.removesuffix(".toml") for entry in (files(__name__) / kind).iterdir() if entry.name.endswith(".toml")
+    )
     return sorted(found, key=lambda name: name != "standard")
 
 
@@ -31,7 +33,9 @@ def describe(kind: str, name: str) -> str:
 def _layer(kind: str, name: str) -> dict[str, Any]:
     known = names(kind)
     if name not in known:
-        raise ExperimentError(f"there is no {kind.removesuffix('s')} {name!r}{_nearest(name, known)}; there are {', '.join(known)}")
+        raise ExperimentError(
+            f"there is no {kind.removesuffix('s')} {name!r}{_nearest(name, known)}; there are {', '.join(known)}"
+        )
     return tomllib.loads((files(__name__) / kind / f"{name}.toml").read_text("utf-8"))
 
 

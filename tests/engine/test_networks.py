@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from random import Random
 
 import numpy as np
@@ -47,7 +48,7 @@ def half_squared_error(weights: list[float], sizes: list[int], biases: bool, inp
 @pytest.mark.parametrize("biases", [False, True])
 def test_the_oracle_learns_down_the_gradient_of_half_the_squared_error(hidden: list[int], biases: bool) -> None:
     random, sizes, tiny, rate = Random(1), [3, *hidden, 3], 1e-6, 0.5
-    count = sum((inputs + biases) * outputs for inputs, outputs in zip(sizes, sizes[1:], strict=False))
+    count = sum((inputs + biases) * outputs for inputs, outputs in pairwise(sizes))
     weights = [random.gauss(0, 1) for _ in range(count)]
     inputs, target = [1, 0, 1], [0.9, 0.2, 0.6]
     layers = naive.layers_of(weights, sizes, biases)

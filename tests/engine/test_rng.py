@@ -30,8 +30,8 @@ def test_philox_gives_the_published_words(counter: str, key: str, expected: str)
 
 
 def test_every_part_of_the_address_gives_other_numbers() -> None:
-    streams = [rng.words(seed, run, generation, purpose, (2, 2)).tobytes()
-               for seed, run, generation, purpose in itertools.product((0, 1, 2**31 - 1), (0, 1, 7), (0, 1, 99), PURPOSES)]  # fmt: skip
+    moments = itertools.product((0, 1, 2**31 - 1), (0, 1, 7), (0, 1, 99), PURPOSES)
+    streams = [rng.words(*moment, (2, 2)).tobytes() for moment in moments]
     assert len(set(PURPOSES)) == len(PURPOSES)
     assert len(set(streams)) == len(streams)
     words = rng.words(1, 2, 3, rng.FOOD, (50, 50))

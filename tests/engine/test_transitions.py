@@ -217,7 +217,7 @@ def crowded(condition: str, reading: str) -> Experiment:
 def test_every_step_under_a_named_reading_is_the_step_of_the_paper(condition: str, reading: str) -> None:
     tally = follow(crowded(condition, reading), seed=7, generation=1)
     assert tally["eaten"] > 5
-    assert tally["skipped"] < 0.05 * tally["steps"]
+    assert tally["skipped"] < 0.1 * tally["steps"]
 
 
 @settings(deadline=None, derandomize=True, max_examples=100, database=None)

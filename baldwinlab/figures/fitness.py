@@ -1,0 +1,154 @@
+"""Fitness over generations, and at last: a row for each map, a column for the best and for the average agent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from scipy import stats
+
+from baldwinlab.analysis import fitness
+from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis.rules import SIGNIFICANT
+from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
+
+COLUMNS = {"best": "best agent", "mean": "average agent"}
+
+
+class Condition(NamedTuple):
+    """A condition `evo/A` is the kind `evo` on the map `A`; a name without a slash has no map."""
+
+    name: str
+    kind: str
+    map_name: str
+    look: Series
+
+
+def conditions(study: xr.Dataset) -> list[Condition]:
+    """The study's conditions in their order; the same kind looks the same on every map."""
+    names = [str(name) for name in study["condition"].values]
+    split = [name.rpartition("/") if "/" in name else (name, "", "") for name in names]
+    kinds = list(dict.fromkeys(kind for kind, _, _ in split))
+    return [Condition(name, kind, where, series(kinds.index(kind))) for name, (kind, _, where) in zip(names, split, strict=True)]
+
+
+class Panel(NamedTuple):
+    axes: Axes
+    measure: str
+    shown: list[Condition]
+
+
+def _panels(figure: Figure, study: xr.Dataset) -> Iterator[Panel]:
+    """A panel for each map and measure, with the conditions to be drawn in it."""
+    shown = conditions(study)
+    maps = list(dict.fromkeys(condition.map_name for condition in shown))
+    grid = figure.subplots(len(maps), len(COLUMNS), squeeze=False)
+    for row, map_name in zip(grid, maps, strict=True):
+        for axes, (measure, title) in zip(row, COLUMNS.items(), strict=True):
+            axes.set_title(f"Map {map_name}, {title}" if map_name else title.capitalize(), loc="left", fontweight="bold")
+            axes.set_ylabel("fitness (energy)")
+            yield Panel(axes, measure, [condition for condition in shown if condition.map_name == map_name])
+            top = axes.get_ylim()[1] if axes.dataLim.ymax > 0 else 1.0  # where nobody ate
+            axes.set_ylim(-0.025 * top, top)
+
+
+def _height(study: xr.Dataset) -> float:
+    maps = len({condition.map_name for condition in conditions(study)})
+    return 0.5 + 2.5 * maps
+
+
+@styled
+def fitness_curves(study: xr.Dataset) -> Figure:
+    """Fitness by generation: the mean over runs, and the 95 % interval of that mean (Student's t) where there are two or more."""
+    figure = Figure((WIDTH, _height(study)))
+    tables = {measure: fitness.MEASURES[measure](study) for measure in COLUMNS}
+    for axes, measure, shown in _panels(figure, study):
+        for condition in shown:
+            _curve(axes, tables[measure].sel(condition=condition.name), condition)
+        axes.set_xlabel("generation")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    kinds = {condition.kind: condition.look for condition in reversed(conditions(study))}
+    handles = [
+        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=kind)[0]
+        for kind, look in reversed(kinds.items())
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
+    return figure
+
+
+def _curve(axes: Axes, values: xr.DataArray, condition: Condition) -> None:
+    average, low, high = interval_of_mean(values)
+    generation = values["generation"].values
+    look = condition.look
+    every = max(1, len(generation) // 8)
+    axes.fill_between(generation, low, high, color=look.colour, alpha=0.18, lw=0)
+    axes.plot(generation, average, color=look.colour, ls=look.line, lw=1.5, marker=look.marker, ms=3.5, markevery=every)
+
+
+def interval_of_mean(values: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Mean over runs and its 95 % interval by Student's t; the interval is NaN for a single run."""
+    count = values.count("run")
+    average = values.mean("run")
+    spread = ((values - average) ** 2).sum("run") / (count - 1).where(count > 1)
+    half = np.sqrt(spread / count) * xr.zeros_like(average).copy(data=stats.t.ppf(0.975, np.maximum(count - 1, 1)))
+    return average, average - half, average + half
+
+
+@styled
+def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int = 10) -> Figure:
+    """Fitness averaged over the last generations: a box (quartiles, whiskers to 1.5 times their distance), a point a run.
+
+    Brackets join the conditions that the claims compare on a map, with the p corrected for all claims.
+    """
+    figure = Figure((WIDTH, _height(study) + 0.4))
+    tables = {measure: fitness.final(study, measure, last) for measure in COLUMNS}
+    for axes, measure, shown in _panels(figure, study):
+        samples = [tables[measure].sel(condition=condition.name).dropna("run").values for condition in shown]
+        for place, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
+            _box(axes, place, sample, condition.look)
+        axes.set_xticks(range(len(shown)), [condition.kind for condition in shown], rotation=0 if len(shown) < 5 else 90)
+        axes.set_xlim(-0.6, len(shown) - 0.4)
+        axes.grid(visible=False, axis="x")
+        _brackets(axes, [condition.name for condition in shown], _compared(results, measure))
+    return figure
+
+
+def _box(axes: Axes, place: int, sample: np.ndarray, look: Series) -> None:
+    line = {"color": look.colour, "linewidth": 1.1}
+    axes.boxplot(
+        [sample], positions=[place], widths=0.55, showfliers=False, manage_ticks=False,
+        boxprops=line, whiskerprops=line, capprops=line, medianprops=line | {"linewidth": 2.2},
+    )  # fmt: skip
+    aside = 0.36 * (np.arange(sample.size) * 0.618 % 1 - 0.5)  # spread evenly, and the same each time
+    axes.plot(place + aside, sample, look.marker, color=look.colour, ms=3.2, alpha=0.6, mew=0, clip_on=False)
+
+
+def _compared(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
+    return [found for result in results for found in result.findings if found.comparison.measure == measure]
+
+
+def _brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
+    """Short brackets below, long ones above."""
+    places = [
+        (*sorted((names.index(found.comparison.a), names.index(found.comparison.b))), found.p_holm)
+        for found in findings
+        if found.comparison.a in names and found.comparison.b in names
+    ]
+    top = axes.get_ylim()[1] if axes.dataLim.ymax > 0 else 1.0
+    for level, (left, right, p) in enumerate(sorted(places, key=lambda place: (place[1] - place[0], place[0]))):
+        height = top * (1.06 + 0.13 * level)
+        foot = height - 0.02 * top
+        axes.plot([left + 0.04, left + 0.04, right - 0.04, right - 0.04], [foot, height, height, foot], color=BLACK, lw=0.8)
+        colour = BLACK if p < SIGNIFICANT else GREY
+        axes.text((left + right) / 2, height + 0.01 * top, p_label(p), ha="center", va="bottom", color=colour)
+    if places:
+        axes.set_ylim(top=top * (1.1 + 0.13 * len(places)))
+
+
+def p_label(p: float) -> str:
+    return "p < 0.001" if p < 0.001 else f"p = {p:.2g}" if p < 0.995 else "p = 1"

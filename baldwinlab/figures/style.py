@@ -1,0 +1,97 @@
+"""How all figures look, and how they are kept.
+
+Colours: M. Okabe and K. Ito, Color Universal Design (2008), told apart with every kind of colour vision; conditions differ in
+line and marker too, so that they survive a print in grey. Sizes are those of a page: 7.2 inches wide, no text below 8 points.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from threading import RLock
+from typing import Any, NamedTuple, ParamSpec, TypeVar
+
+from matplotlib import style
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.files import write_atomically
+
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"
+GREY = "#666666"
+WIDTH = 7.2  # inches
+
+SETTINGS: dict[str, Any] = {
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 9,
+    "figure.constrained_layout.use": True,
+    "font.family": "DejaVu Sans",  # comes with Matplotlib: the same shapes everywhere
+    "font.size": 8.5,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "baldwinlab",  # without it, identifiers in the SVG are drawn by lot
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+}
+
+_settings = RLock()  # Matplotlib's settings belong to the whole process
+
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
+
+
+def styled(draw: Callable[Given, Made]) -> Callable[Given, Made]:
+    """Draw with the settings of this house, whatever the process has set; one thread at a time."""
+
+    @wraps(draw)
+    def in_style(*args: Given.args, **kwargs: Given.kwargs) -> Made:
+        with _settings, style.context(SETTINGS, after_reset=True):
+            return draw(*args, **kwargs)
+
+    return in_style
+
+
+class Series(NamedTuple):
+    """How a condition is drawn."""
+
+    colour: str
+    line: str
+    marker: str
+
+
+def series(number: int) -> Series:
+    """The look of the `number`-th condition; the first 28 differ."""
+    colours = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+    lines, markers = ("-", "--", "-.", ":"), ("o", "s", "^", "D", "v", "P", "X")
+    return Series(colours[number % 7], lines[(number + number // 7) % 4], markers[number % 7])
+
+
+@styled
+def svg(figure: Figure) -> bytes:
+    """The same bytes each time for the same figure and version of Matplotlib."""
+    return _render(figure, "svg", 150, {"Date": None, "Creator": None})
+
+
+@styled
+def png(figure: Figure) -> bytes:
+    return _render(figure, "png", 200, {"Software": None})
+
+
+def _render(figure: Figure, kind: str, dots_per_inch: int, metadata: dict[str, None]) -> bytes:
+    page = io.BytesIO()
+    figure.savefig(page, format=kind, dpi=dots_per_inch, metadata=metadata)
+    return page.getvalue()
+
+
+def save(figure: Figure, folder: Path, name: str) -> bytes:
+    """Write `name`.svg and `name`.png, each whole or not at all, and return the SVG. Raises OSError."""
+    drawing = svg(figure)
+    write_atomically(folder / f"{name}.svg", drawing)
+    write_atomically(folder / f"{name}.png", png(figure))
+    return drawing

@@ -1,0 +1,72 @@
+"""A study as one HTML file that needs nothing else: claims, figures, summaries, and everything needed to make it again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from jinja2 import Environment, StrictUndefined
+
+from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.files import write_atomically
+from baldwinlab.analysis.summary import by_condition
+from baldwinlab.report import content, words
+from baldwinlab.report.content import typical_run
+from baldwinlab.report.pictures import embed, pictures
+
+__all__ = ["emergence_generations", "typical_run", "write_report"]
+
+PANELS = 6
+
+
+def emergence_generations(generations: int) -> list[int]:
+    """The generations at which emergence is shown: up to six, evenly spread, with the first and the last."""
+    panels = min(PANELS, generations)
+    return [-(-number * (generations - 1) // max(panels - 1, 1)) for number in range(panels)]
+
+
+def write_report(
+    directory: Path,
+    study: xr.Dataset,
+    results: Sequence[ClaimResult],
+    traces: Sequence[xr.Dataset],
+    facts: Mapping[str, Any],
+    out: Path,
+    last: int = 10,
+) -> Path:
+    """Write the report to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
+
+    `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
+    population at `emergence_generations`, or none. Of `facts`, the report shows what it finds: seed, versions, platform,
+    seconds, agent_steps, workers, compile_seconds. Each file appears whole or not at all. Raises OSError.
+    """
+    texts = content.experiment_texts(study)
+    conditions = content.experiments(texts)
+    differing = content.differing(results)
+    shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last)]
+    page = _template().render(
+        overview=content.overview(study, conditions, facts),
+        verdict_counts=content.verdict_counts(results),
+        results=results,
+        figures=shown,
+        last=last,
+        differing=differing,
+        open_choices=content.open_choices(differing, conditions),
+        departures=content.departures(study, conditions),
+        summary=by_condition(study, last),
+        experiments=texts,
+        facts=facts,
+        timing=content.timing(facts),
+    )
+    return write_atomically(out, page.encode())
+
+
+def _template() -> Any:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    spoken = (words.number, words.probability, words.interval, words.effect, words.compared, words.sentence, words.from_paper)
+    environment.filters |= {phrase.__name__: phrase for phrase in (*spoken, content.shown)}
+    environment.globals["measures"] = words.MEASURES
+    return environment.from_string((files("baldwinlab.report") / "report.html").read_text("utf-8"))

@@ -1,0 +1,173 @@
+"""What the report says: from a study and its findings to the words and rows that the template lays out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import xarray as xr
+
+from baldwinlab import presets
+from baldwinlab.analysis import fitness
+from baldwinlab.analysis.claims import Choice, ClaimResult, Finding
+from baldwinlab.analysis.rules import HOLDS, VERDICTS
+from baldwinlab.config import Experiment, ExperimentError, World
+from baldwinlab.report import words
+from baldwinlab.toml import from_toml
+
+Experiments = Mapping[str, Experiment]
+
+PAPER_RUNS = 30
+
+
+def experiment_texts(study: xr.Dataset) -> dict[str, str]:
+    """Each condition's experiment as TOML."""
+    return {str(name): str(text) for name, text in zip(study["condition"].values, study["experiment"].values, strict=True)}
+
+
+def experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
+    """Each condition's experiment. Raises ExperimentError for one that cannot be."""
+    return {name: from_toml(text, where=f"the experiment of {name}") for name, text in texts.items()}
+
+
+def run_counts(study: xr.Dataset) -> dict[str, int]:
+    """The finished runs of each condition."""
+    finished = study["energy"].notnull().any(("generation", "agent")).sum("run")
+    return {str(name): int(count) for name, count in zip(study["condition"].values, finished.values, strict=True)}
+
+
+def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What was run, as pairs of a heading and what it is."""
+    settings = conditions.values()
+    return [
+        ("conditions", ", ".join(conditions)),
+        ("independent runs", span(run_counts(study).values())),
+        ("generations a run", span(experiment.evolution.generations for experiment in settings)),
+        ("time steps a generation", span(experiment.lifetime.steps for experiment in settings)),
+        ("agents in a world", span(experiment.population.size for experiment in settings)),
+        ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment) for experiment in settings))),
+        ("seed", str(facts.get("seed", study.attrs.get("seed", "not known")))),
+    ]
+
+
+def span(values: Iterable[int]) -> str:
+    found = sorted(set(values))
+    return f"{found[0]:,}" if len(found) == 1 else f"{found[0]:,} to {found[-1]:,}"
+
+
+def reading(experiment: Experiment) -> str:
+    """The reading of the paper that an experiment follows, or how it departs from the standard one."""
+    try:
+        for name in presets.names("readings"):
+            if not _changes(presets.load(experiment.name, name), experiment):
+                return name
+        changes = _changes(presets.load(experiment.name), experiment)
+    except ExperimentError:  # not a condition of the paper
+        return f"{experiment.name} is an experiment of its own"
+    return f"{experiment.name} is standard but for {', '.join(changes)}"
+
+
+def _changes(base: Experiment, experiment: Experiment) -> list[str]:
+    there, here = dict(_leaves(base.to_dict())), dict(_leaves(experiment.to_dict()))
+    return [
+        f"{path} = {toml_value(value)}" for path, value in here.items() if there[path] != value and not path.startswith("record.")
+    ]
+
+
+def _leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}", value
+
+
+def worlds(conditions: Experiments) -> dict[str, World]:
+    """Each different world once, titled by its map where that tells them apart, else by its conditions."""
+    names: dict[World, list[str]] = {}
+    for name, experiment in conditions.items():
+        names.setdefault(experiment.world, []).append(name)
+    maps = {world: sorted({name.rpartition("/")[2] for name in shared if "/" in name}) for world, shared in names.items()}
+    single = {found[0] for found in maps.values() if len(found) == 1}
+    if len(single) == len(names):
+        return {f"Map {found[0]}": world for world, found in maps.items()}
+    return {", ".join(shared): world for world, shared in names.items()}
+
+
+def verdict_counts(results: Sequence[ClaimResult]) -> str:
+    """Such as: 7 hold, 1 is undecided, 1 does not hold."""
+    verbs = dict(zip(VERDICTS, (("holds", "hold"), ("is undecided", "are undecided"), ("does not hold", "do not hold"),
+                                ("is not evaluated", "are not evaluated")), strict=True))  # fmt: skip
+    counts = {verdict: sum(result.verdict == verdict for result in results) for verdict in VERDICTS}
+    return ", ".join(f"{count} {verbs[verdict][count > 1]}" for verdict, count in counts.items() if count)
+
+
+def shown(result: ClaimResult) -> list[Finding]:
+    """The weakest finding under each of the claim's rules."""
+    rules = dict.fromkeys(finding.comparison.rule for finding in result.findings)
+    parts = [tuple(finding for finding in result.findings if finding.comparison.rule == rule) for rule in rules]
+    weakest = [ClaimResult(result.claim, part, ()).deciding for part in parts]
+    return [finding for finding in weakest if finding]
+
+
+def differing(results: Sequence[ClaimResult]) -> list[ClaimResult]:
+    """The claims that were evaluated and do not come out as in the paper, in their verdict or in their size."""
+    return [result for result in results if result.findings and (result.verdict != HOLDS or not words.agrees(result))]
+
+
+def open_choices(results: Sequence[ClaimResult], conditions: Experiments) -> list[tuple[Choice, str, list[str]]]:
+    """What the paper leaves open and could account for how these claims come out: the choice, what it is here, the claims."""
+    claims_of: dict[Choice, list[str]] = {}
+    for result in results:
+        for choice in result.claim.choices:
+            claims_of.setdefault(choice, []).append(result.claim.id)
+    return [(choice, setting(choice.field, conditions), names) for choice, names in claims_of.items()]
+
+
+def setting(field: str, conditions: Experiments) -> str:
+    """What a field, such as senses.visual_radius, is in the study's experiments."""
+    values = [dict(_leaves(experiment.to_dict()))[field] for experiment in conditions.values()]
+    return " or ".join(dict.fromkeys(toml_value(value) for value in values))
+
+
+def toml_value(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def departures(study: xr.Dataset, conditions: Experiments) -> list[str]:
+    """What sets this study apart from the paper's, before any open choice."""
+    known = {experiment.name for experiment in presets.paper()}
+    found = [reading(experiment) for name, experiment in conditions.items() if name in known]
+    sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
+    named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
+    sentences += [f"The reading is {name}: {presets.describe('readings', name)}." for name in named]
+    counts = run_counts(study)
+    if max(counts.values()) < PAPER_RUNS:
+        sentences.append(f"There are {span(counts.values())} runs, where the paper has {PAPER_RUNS}: intervals are wider.")
+    return sentences
+
+
+def typical_run(study: xr.Dataset, condition: str) -> int:
+    """The run of a condition whose final mean fitness is nearest to the median of all its runs: the one to show.
+
+    Raises ValueError where the condition has no run.
+    """
+    final = fitness.final(study, "mean").sel(condition=condition).dropna("run")
+    if not final.size:
+        raise ValueError(f"there is no run of {condition}")
+    return int(final["run"][abs(final - final.median()).argmin("run")])
+
+
+def timing(facts: Mapping[str, Any]) -> str:
+    """How long the study took, as far as it is known."""
+    parts = []
+    if seconds := facts.get("seconds"):
+        parts.append(f"{words.number(seconds)} s")
+        if steps := facts.get("agent_steps"):
+            parts[0] = f"{steps:,} agent-steps in {parts[0]} ({steps / seconds / 1e6:,.1f} million a second)"
+    if workers := facts.get("workers"):
+        counts = workers if isinstance(workers, list) else [workers]
+        parts.append(f"workers: {', '.join(str(count) for count in counts)}")
+    if facts.get("compile_seconds") is not None:
+        parts.append(f"compiling: {words.number(facts['compile_seconds'])} s")
+    return "; ".join(parts)

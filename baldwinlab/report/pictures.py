@@ -1,0 +1,102 @@
+"""The report's figures: drawn, kept as files, and put into the page with a caption and a text for those who cannot see them."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from baldwinlab import figures
+from baldwinlab.analysis import fitness
+from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.report.content import Experiments, typical_run, worlds
+from baldwinlab.report.words import number
+
+
+class Picture(NamedTuple):
+    name: str
+    title: str
+    caption: str
+    alternative: str
+    figure: Figure
+
+
+def pictures(
+    study: xr.Dataset, results: Sequence[ClaimResult], traces: Sequence[xr.Dataset], conditions: Experiments, last: int
+) -> Iterator[Picture]:
+    """In the order in which the report shows them; without traces there is no picture of emergence."""
+    medians = final_medians(study, last)
+    yield Picture(
+        "fitness",
+        "Fitness over generations",
+        "Energy of the items eaten by the best agent and by the average agent of each generation: mean over runs, and the 95 % "
+        "interval of that mean (Student's t) as a band. The paper draws the mean alone.",
+        f"Curves of fitness by generation for each condition. {medians}",
+        figures.fitness_curves(study),
+    )
+    yield Picture(
+        "final-fitness",
+        f"Fitness in the last {last} generations",
+        "Each point is a run, averaged over these generations. Box: quartiles, with the median as the thick line; whiskers reach "
+        "the farthest run within 1.5 times the box. Brackets: p of the Mann-Whitney test, corrected for all claims (Holm).",
+        f"Box plots of final fitness by condition. {medians}",
+        figures.fitness_boxes(study, results, last),
+    )
+    if traces:
+        yield _emergence(study, traces)
+    found = worlds(conditions)
+    yield Picture(
+        "maps",
+        "The maps",
+        "To scale, in units of length, y pointing down; what leaves the map at one edge enters at the opposite one. Places of "
+        "agents (blue, with a line in the direction of their heading) and items (orange) are examples.",
+        "; ".join(f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})" for title, world in found.items()) + ".",
+        figures.world_maps(found, min(experiment.population.size for experiment in conditions.values())),
+    )
+    name, first = next(iter(conditions.items()))
+    yield Picture(
+        "senses",
+        "What an agent senses",
+        f"To scale, as in {name}. Each of three sensors is 1 if any item lies in its sector. The agent heads to the right of the "
+        "page, its right hand is below. Here the right sensor is 1 and the other two are 0.",
+        f"An agent with a field of view of radius {first.senses.visual_radius:g}: front to 15 degrees on either side, "
+        "left and right from 15 to 45 degrees.",
+        figures.agent_senses(first),
+    )
+
+
+def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
+    condition, run = str(traces[0].attrs["condition"]), int(traces[0].attrs["run"])
+    why = ", the one nearest to the median in final mean fitness" if typical_run(study, condition) == run else ""
+    counts = ", ".join(
+        f"generation {trace.attrs['generation']}: {int((trace['eaten'].sum('step') > 0).sum())} of {trace.sizes['agent']}"
+        for trace in traces
+    )
+    return Picture(
+        "emergence",
+        "The emergence of foraging",
+        f"{condition}, run {run}{why}. Above: the ways of all agents through a whole life, fading towards birth, a dot where it "
+        "ends; the circle is where they are born, the square is where food lies. Below: the share of agents that ate at least "
+        "one item, mean over runs with its 95 % interval.",
+        f"Trajectories on the map at several generations. Agents that ate: {counts}.",
+        figures.emergence(study, traces),
+    )
+
+
+def final_medians(study: xr.Dataset, last: int) -> str:
+    """For those who cannot see the picture: the median over runs of the final mean fitness of each condition."""
+    medians = fitness.final(study, "mean", last).median("run")
+    values = [f"{name} {number(float(medians.sel(condition=name)))}" for name in medians["condition"].values]
+    return f"Average agent at last, median over runs: {', '.join(values)}."
+
+
+def embed(picture: Picture, folder: Path) -> dict[str, str]:
+    """Keep the picture as SVG and PNG in `folder`, and give what the page needs to show it without any file."""
+    drawing = figures.save(picture.figure, folder, picture.name)
+    source = f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}"
+    words = {"name": picture.name, "title": picture.title, "caption": picture.caption, "alternative": picture.alternative}
+    return words | {"source": source}

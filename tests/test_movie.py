@@ -1,0 +1,49 @@
+"""A trace becomes a moving picture that other programs can play."""
+
+from __future__ import annotations
+
+import builtins
+from pathlib import Path
+from typing import Any
+
+import imageio_ffmpeg
+import pytest
+from PIL import Image
+
+from baldwinlab.movie import MovieError, write_movie
+from baldwinlab.replay import replay
+from tests.small import small
+
+
+def test_a_gif_has_a_frame_for_every_few_steps_and_the_map_s_proportions(tmp_path: Path) -> None:
+    write_movie(replay(small(), seed=1), 640, 320, tmp_path / "life.gif")
+    with Image.open(tmp_path / "life.gif") as movie:
+        assert movie.size == (640, 320)
+        assert getattr(movie, "n_frames", 1) > 200
+
+
+def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "life.mp4"
+    write_movie(replay(small(), seed=1), 640, 640, path)
+    frames = imageio_ffmpeg.read_frames(str(path))
+    assert next(frames)["size"] == (640, 640)
+    assert sum(1 for _ in frames) == 300
+
+
+def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:
+    experiment = small("evo/A").replace(world={"food": []}, population={"size": 1}, lifetime={"steps": 1})
+    write_movie(replay(experiment, seed=1), 640, 640, tmp_path / "life.gif")
+    assert (tmp_path / "life.gif").stat().st_size > 0
+
+
+def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real_import = builtins.__import__
+
+    def without_ffmpeg(name: str, *arguments: Any) -> Any:
+        if name == "imageio_ffmpeg":
+            raise ImportError(name)
+        return real_import(name, *arguments)
+
+    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+    with pytest.raises(MovieError, match=r"needs the extra 'video': pip install 'baldwinlab\[video\]'"):
+        write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")
