@@ -11,9 +11,11 @@ from cyclopts import App, CycloptsError, Parameter
 
 from baldwinlab import console, presets, store
 from baldwinlab.config import Experiment, ExperimentError, assign
+from baldwinlab.files import write_atomically
 from baldwinlab.movie import MovieError, write_movie
 from baldwinlab.publish import publish
 from baldwinlab.replay import replay as replay_life
+from baldwinlab.simulate import SEED_LIMIT
 from baldwinlab.store import Study, StudyError
 from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
 from baldwinlab.toml import to_toml
@@ -24,6 +26,7 @@ app = App(
     help="A laboratory for evolution x lifetime learning.",
     version=__version__,
     error_formatter=lambda error: f"baldwinlab: {_plain(error)}",
+    error_console=console.errors,
     suppress_keyboard_interrupt=False,
 )
 
@@ -108,12 +111,14 @@ def replay(directory: Path, /, *, condition: str, run: int, generation: int, out
     """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
     if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
         raise ValueError(f"--out {out} must end in .nc, .mp4, .gif or .png")
+    if not out.parent.is_dir():
+        raise ValueError(f"--out {out}: there is no folder {out.parent}")
     study = Study(directory)
     experiment = study.experiment(condition)
     energy = study.read(condition, run).energy
     trace = replay_life(experiment, study.seed, generation, run, energy)
     if out.suffix == ".nc":
-        store.write_atomically(out, bytes(trace.to_netcdf(engine="scipy")))
+        write_atomically(out, bytes(trace.to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
         from baldwinlab.figures import trajectories
 
@@ -130,6 +135,8 @@ def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int |
     for name, value in (("--runs", runs), ("--workers", workers)):
         if value < 1:
             raise ValueError(f"{name} {value} must be at least 1")
+    if not 0 <= seed < SEED_LIMIT:
+        raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
     study = store.create(directory, experiments, seed)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
@@ -173,7 +180,7 @@ class InterruptedStudyError(Exception):
 def main() -> None:
     """Run the command line; every fault is one clear sentence and a non-zero exit."""
     try:
-        app()
+        app(sys.argv[1:])
     except (ExperimentError, StudyError, MovieError, ValueError) as error:
         console.complain(str(error))
         sys.exit(2)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import xarray as xr
 from PIL import Image, ImageDraw
+
+from baldwinlab.files import write_atomically
 
 SIZE = 640  # pixels of the longer side
 SCALE = 2  # drawn so much larger and then reduced, for smooth edges
@@ -27,11 +30,16 @@ def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> N
     steps = trace.sizes["step"]
     shown = range(0, steps, max(1, math.ceil(steps / (LONGEST * FRAMES_PER_SECOND))))
     frames = (_frame(trace, step, width, height) for step in shown)
-    if path.suffix == ".gif":
-        first, *rest = (frame.quantize(64) for frame in frames)
-        first.save(path, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
-    else:
-        _write_mp4(frames, path)
+    with TemporaryDirectory() as folder:
+        draft = Path(folder) / path.name
+        (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
+        write_atomically(path, draft.read_bytes())
+
+
+def _write_gif(frames: Iterator[Image.Image], path: Path) -> None:
+    first = next(frames).quantize(64)
+    rest = (frame.quantize(palette=first, dither=Image.Dither.NONE) for frame in frames)
+    first.save(path, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
 
 
 def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
@@ -72,7 +80,7 @@ def _frame(trace: xr.Dataset, step: int, width: float, height: float) -> Image.I
         "#444444",
         font_size=14 * SCALE,
     )
-    return image.resize(size, Image.Resampling.LANCZOS)
+    return image.reduce(SCALE)
 
 
 def _draw_trails(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale: float) -> None:

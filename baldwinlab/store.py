@@ -14,24 +14,22 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
 import re
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
 import tomlkit
 import xarray as xr
 
 from baldwinlab.config import Experiment, ExperimentError
+from baldwinlab.files import PARTIAL, write_atomically
 from baldwinlab.toml import from_toml, to_toml
 
 FORMAT = 1
-PARTIAL = ".partial"
 _BLANK = "0" * 64
 _CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
@@ -42,21 +40,6 @@ class StudyError(Exception):
 
 class DamagedRecordError(StudyError):
     """A record that is not what was written."""
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all. Raises OSError, leaving no trace."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
-    try:
-        with partial.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
 
 
 def encode(run: xr.Dataset) -> bytes:
@@ -132,8 +115,10 @@ class Study:
         try:
             return decode(path.read_bytes())
         except FileNotFoundError:
-            stored = self.runs(condition)
-            raise StudyError(f"{path} does not exist; {len(stored)} runs of {condition} are stored") from None
+            count = len(self.runs(condition))
+            raise StudyError(
+                f"{path} does not exist; {count} {'run' if count == 1 else 'runs'} of {condition} are stored"
+            ) from None
         except DamagedRecordError as error:
             raise DamagedRecordError(f"{path} is damaged: {error}") from None
         except OSError as error:

@@ -9,7 +9,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version"},
+    {"version", "files"},
     {"config"},
     {"toml", "engine"},
     {"presets", "variables"},

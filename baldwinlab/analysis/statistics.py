@@ -8,8 +8,9 @@ Educational and Behavioral Statistics 25 (2000), for A12; B. Efron and R. Tibshi
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from math import comb, nan
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -72,16 +73,21 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     normal approximation with the corrections for ties and for continuity.
     """
     pooled = np.concatenate([a, b])
-    distinct = np.unique(pooled).size
+    distinct, pairs = np.unique(pooled).size, a.size * b.size
     if distinct == 1:
-        return a.size * b.size / 2, 1.0
-    method: Any = "asymptotic"
-    if distinct == pooled.size and a.size * b.size <= EXACT_PAIRS:
-        method = "exact"
-    elif distinct < pooled.size and comb(pooled.size, a.size) <= ARRANGEMENTS:
-        method = stats.PermutationMethod(n_resamples=ARRANGEMENTS)
+        return pairs / 2, 1.0
+    method: Literal["exact", "asymptotic"] = "exact" if distinct == pooled.size and pairs <= EXACT_PAIRS else "asymptotic"
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
+    if distinct < pooled.size and comb(pooled.size, a.size) <= ARRANGEMENTS:
+        return float(result.statistic), _p_of_all_arrangements(stats.rankdata(pooled), a.size)
     return float(result.statistic), float(result.pvalue)
+
+
+def _p_of_all_arrangements(ranks: Sample, size: int) -> float:
+    """Twice the share of the ways to deal the ranks that give the first `size` a sum as far out as theirs, or farther."""
+    sums = ranks[list(combinations(range(ranks.size), size))].sum(axis=1)
+    found = ranks[:size].sum()
+    return float(min(1, 2 * min(np.mean(sums <= found), np.mean(sums >= found))))
 
 
 def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:

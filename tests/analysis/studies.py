@@ -1,0 +1,65 @@
+"""Studies and traces made by hand, so that what they must say is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.config import Experiment, ExperimentError
+from baldwinlab.presets import load
+from baldwinlab.toml import to_toml
+
+RUNS = 8
+
+AS_THE_PAPER: Mapping[str, Sequence[float]] = {
+    "evo/A": range(80, 80 + RUNS),
+    "evo+self-taught/A": range(120, 120 + RUNS),
+    "self-taught/A": range(10, 10 + RUNS),
+    "evo/B": [0] * RUNS,
+    "evo+self-taught/B": range(50, 50 + RUNS),
+    "self-taught/B": range(2, 2 + RUNS),
+}
+
+
+def study(eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: int = 10, hungry: int = 6) -> xr.Dataset:
+    """In each run of a condition, every agent eats the number given, in every generation; NaN is a missing run.
+
+    Of `evo+self-taught/B`, `hungry` agents eat nothing in the first half of the generations.
+    """
+    runs = max(len(values) for values in eaten.values())
+    food = np.full((len(eaten), runs, generations, agents), np.nan)
+    for number, (name, values) in enumerate(eaten.items()):
+        food[number, : len(values)] = np.reshape(list(values), (-1, 1, 1))
+        if name == "evo+self-taught/B":
+            food[number, : len(values), : generations // 2, :hungry] *= 0
+    dims = ("condition", "run", "generation", "agent")
+    coords = {"condition": list(eaten), "run": range(runs), "generation": range(generations), "agent": range(agents)}
+    texts = [to_toml(experiment(name, generations, agents)) for name in eaten]
+    data = {"food_eaten": (dims, food), "energy": (dims, food.copy()), "experiment": ("condition", texts)}
+    return xr.Dataset(data, coords, {"seed": 7})
+
+
+def experiment(name: str, generations: int, agents: int) -> Experiment:
+    """The paper's condition of that name, or one of somebody's own."""
+    try:
+        base = load(name)
+    except ExperimentError:
+        base = Experiment(name=name)
+    return base.replace(evolution={"generations": generations}, population={"size": agents})
+
+
+def trace(condition: str, generation: int, run: int = 0, steps: int = 60, agents: int = 10) -> xr.Dataset:
+    """Agents that walk to the right, over the edge of the map; every second one eats once."""
+    x = (160.0 + np.arange(steps)[:, None] * 12.0 + np.arange(agents)) % 640
+    eaten = np.zeros((steps, agents), np.int32)
+    eaten[-1, ::2] = 1
+    dims = ("step", "agent")
+    facts = {
+        "experiment": to_toml(experiment(condition, 12, agents)),
+        "condition": condition,
+        "run": run,
+        "generation": generation,
+    }
+    return xr.Dataset({"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)}, attrs=facts)

@@ -1,0 +1,170 @@
+"""Each claim on studies that bear it out, contradict it, and say nothing."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baldwinlab.analysis.claims import ClaimResult, claims, evaluate, write
+from baldwinlab.analysis.rules import RULES, Verdict, conjunction
+from baldwinlab.config import Experiment
+from baldwinlab.presets import paper
+from tests.analysis.studies import AS_THE_PAPER, RUNS, study
+
+Eaten = Mapping[str, Sequence[float]]
+
+
+def verdicts(eaten: Eaten, **how: Any) -> dict[str, Verdict]:
+    return {result.claim.id: result.verdict for result in evaluate(study(eaten, **how), last=5)}
+
+
+def one(name: str, eaten: Eaten, **how: Any) -> ClaimResult:
+    return next(result for result in evaluate(study(eaten, **how), last=5) if result.claim.id == name)
+
+
+def swapped(first: str, second: str) -> Eaten:
+    return {**AS_THE_PAPER, first: AS_THE_PAPER[second], second: AS_THE_PAPER[first]}
+
+
+def test_where_all_is_as_in_the_paper_every_claim_holds() -> None:
+    assert verdicts(AS_THE_PAPER, hungry=6) == dict.fromkeys((f"C{number}" for number in range(1, 10)), "holds")
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "second"),
+    [
+        ("C1", "evo+self-taught/A", "evo/A"),
+        ("C2", "evo+self-taught/A", "evo/A"),
+        ("C3", "evo/B", "self-taught/B"),
+        ("C4", "evo+self-taught/B", "evo/B"),
+        ("C5", "evo+self-taught/B", "self-taught/B"),
+        ("C6", "self-taught/A", "evo/A"),
+        ("C7", "self-taught/B", "evo/B"),
+        ("C8", "self-taught/A", "self-taught/B"),
+    ],
+)
+def test_where_it_is_the_other_way_round_a_claim_does_not_hold(name: str, first: str, second: str) -> None:
+    assert verdicts(swapped(first, second))[name] == "does not hold"
+
+
+def test_where_conditions_do_not_differ_nothing_is_decided_but_zero() -> None:
+    alike = {name: range(RUNS) for name in AS_THE_PAPER}
+    assert set(verdicts(alike, hungry=0).values()) == {"undecided", "does not hold"}
+    assert verdicts(alike, hungry=0)["C3"] == "does not hold"
+
+
+def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
+    assert verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"  # all ate from the first generation on
+    few = study(AS_THE_PAPER)
+    late = {"condition": "evo+self-taught/B", "agent": slice(0, 3), "generation": slice(6, None)}
+    few["food_eaten"].loc[late] = 0
+    emergence = evaluate(few, last=5)[8]
+    assert [finding.verdict for finding in emergence.findings] == ["holds", "does not hold"]
+    assert emergence.verdict == "does not hold"
+    assert emergence.record()["effect"] == 0.7
+
+
+def test_emergence_fails_where_the_share_falls() -> None:
+    falling = study(AS_THE_PAPER, hungry=0)
+    falling["food_eaten"].loc[{"condition": "evo+self-taught/B", "agent": 0, "generation": slice(6, None)}] = 0
+    assert [finding.verdict for finding in evaluate(falling, last=5)[8].findings] == ["does not hold", "holds"]
+
+
+def test_a_single_item_refutes_that_evo_never_eats() -> None:
+    eaten = study(AS_THE_PAPER)
+    eaten["food_eaten"][{"condition": 3, "run": 1, "generation": 0, "agent": 2}] = 1
+    third = evaluate(eaten, last=5)[2]
+    assert third.verdict == "does not hold" and third.record()["effect"] == 1
+
+
+def test_claims_about_absent_conditions_are_not_evaluated_and_say_so() -> None:
+    some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {"self-taught/A": [math.nan]}
+    found = {result.claim.id: result for result in evaluate(study(some))}
+    assert found["C1"].verdict == found["C2"].verdict == "holds"
+    assert found["C6"].verdict == "not evaluated"
+    assert found["C6"].missing == ("self-taught/A",)
+    assert found["C5"].missing == ("evo+self-taught/B", "self-taught/A", "self-taught/B")
+    assert found["C6"].record()["p"] is None and found["C6"].record()["comparisons"] == []
+
+
+def test_conditions_of_one_s_own_are_no_concern_of_the_claims() -> None:
+    assert set(verdicts({"my-rule": [1, 2, 3]}).values()) == {"not evaluated"}
+
+
+@pytest.mark.parametrize("generations", [1, 3])
+def test_one_run_decides_only_what_needs_no_statistics(generations: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = verdicts({name: list(values)[:1] for name, values in AS_THE_PAPER.items()}, generations=generations, agents=1)
+    assert found.pop("C3") == "holds"
+    assert set(found.values()) == {"undecided"}
+
+
+def test_all_p_values_of_all_claims_are_one_family() -> None:
+    findings = [finding for result in evaluate(study(AS_THE_PAPER)) for finding in result.findings]
+    tested = [finding for finding in findings if not math.isnan(finding.numbers.p)]
+    smallest = min(tested, key=lambda finding: finding.numbers.p)
+    assert len(tested) == 19
+    assert smallest.p_holm == pytest.approx(19 * smallest.numbers.p)
+
+
+def test_the_record_shows_the_weakest_comparison_and_the_distance_from_the_paper() -> None:
+    weak = {**AS_THE_PAPER, "self-taught/B": [value + 46 for value in AS_THE_PAPER["self-taught/B"]]}
+    fifth = one("C5", weak).record()
+    assert (fifth["condition"], fifth["comparison"]) == ("evo+self-taught/B", "self-taught/B")
+    assert fifth["p_holm"] == max(comparison["p_holm"] for comparison in fifth["comparisons"])
+    first = one("C1", AS_THE_PAPER)
+    assert first.record()["figure"] == 40 and first.from_paper == 0
+    assert one("C4", AS_THE_PAPER).from_paper is None
+
+
+def test_files_are_strict_and_complete(tmp_path: Path) -> None:
+    data = study({**AS_THE_PAPER, "evo/A": [80], "mine": [math.nan]})
+    results = evaluate(data)
+    write(results, data, tmp_path)
+    records = json.loads((tmp_path / "claims.json").read_text(), parse_constant=pytest.fail)
+    needed = {"id", "claim", "condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12", "verdict", "rule"}
+    assert all(needed | {"paper", "comparisons"} <= record.keys() for record in records)
+    assert records[0]["interval"] is None  # one run has none
+    with (tmp_path / "statistics.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == sum(len(record["comparisons"]) for record in records)
+    assert rows[0]["claim"] == "C1" and rows[0]["low"] == "" and float(rows[0]["median_a"]) == 123.5
+    with (tmp_path / "summary.csv").open() as file:
+        assert {row["condition"] for row in csv.DictReader(file)} == set(AS_THE_PAPER)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["claims.json", "statistics.csv", "summary.csv"]
+
+
+def test_the_claims_name_only_what_there_is() -> None:
+    names = {experiment.name for experiment in paper()}
+    fields = Experiment().to_dict()
+    for claim in claims():
+        for comparison in claim.comparisons:
+            assert comparison.conditions <= names
+            assert comparison.rule in RULES
+        for choice in claim.choices:
+            part, field = choice.field.split(".")
+            assert field in fields[part]
+
+
+def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
+    assert conjunction(["holds", "holds"]) == "holds"
+    assert conjunction(["holds", "undecided"]) == "undecided"
+    assert conjunction(["undecided", "does not hold", "holds"]) == "does not hold"
+    assert conjunction([]) == "not evaluated"
+
+
+def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
+    data = study({name: np.random.default_rng(3).poisson(9, RUNS) for name in AS_THE_PAPER})
+    for folder in ("one", "two"):
+        write(evaluate(data), data, tmp_path / folder)
+    for name in ("claims.json", "statistics.csv", "summary.csv"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()

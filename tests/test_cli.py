@@ -1,0 +1,209 @@
+"""The command line does what it says, and refuses in one clear sentence with a non-zero exit."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from baldwinlab.cli import main
+from baldwinlab.presets import load, names
+from baldwinlab.study import open_study
+from baldwinlab.toml import from_toml
+from tests.small import contents, small_study
+
+TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
+
+
+class Outcome(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Outcome]
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Command:
+    """Run the command line in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["baldwinlab", *arguments])
+        try:
+            main()
+            code = 0
+        except SystemExit as end:
+            code = int(end.code or 0)
+        return Outcome(code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study with one run of each condition."""
+    return small_study(tmp_path_factory.mktemp("stored"), runs=1).directory
+
+
+def test_presets_lists_every_preset_with_a_line(command: Command) -> None:
+    done = command("presets")
+    assert done.code == 0
+    for kind in ("conditions", "maps", "readings"):
+        for name in names(kind):
+            assert any(line.split()[:1] == [name] and len(line.split()) > 3 for line in done.out.splitlines())
+
+
+def test_show_prints_an_experiment_that_can_be_edited_and_run(command: Command, tmp_path: Path) -> None:
+    done = command("show", "evo/B", "--set", "lifetime.steps=50", "evolution.generations=2")
+    shown = from_toml(done.out, where="output")
+    assert shown == load("evo/B").replace(lifetime={"steps": 50}, evolution={"generations": 2})
+    (tmp_path / "mine.toml").write_text(done.out.replace('name = "evo/B"', 'name = "mine"'))
+    done = command("run", "mine.toml", "--runs", "2", "--seed", "4")
+    assert done.code == 0
+    assert dict(open_study("results/mine").food_eaten.sizes) == {"condition": 1, "run": 2, "generation": 2, "agent": 20}
+
+
+def test_set_may_be_given_once_for_all_or_once_for_each(command: Command) -> None:
+    once = command("show", "evo/A", "--set", "lifetime.steps=5", "population.size=3")
+    each = command("show", "evo/A", "--set", "lifetime.steps=5", "--set", "population.size=3")
+    assert once.out == each.out
+    assert "size = 3" in once.out
+
+
+def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_report(command: Command, tmp_path: Path) -> None:
+    done = command("reproduce", *TINY, "--out", "small")
+    assert done.code == 0, done.err
+    for number in range(1, 10):
+        assert f"C{number}" in done.out
+    assert "report: small/report.html" in done.out
+    claims = json.loads((tmp_path / "small/claims.json").read_text())
+    assert [claim["id"] for claim in claims] == [f"C{number}" for number in range(1, 10)]
+    fields = {"id", "condition", "comparison", "effect", "interval", "p", "p_holm", "a12", "verdict", "paper"}
+    assert all(fields <= set(claim) for claim in claims)
+    assert (tmp_path / "small/statistics.csv").read_text().count("\n") > 15
+    assert {path.suffix for path in (tmp_path / "small/figures").iterdir()} == {".svg", ".png"}
+    assert "<html" in (tmp_path / "small/report.html").read_text()
+    again = command("reproduce", *TINY, "--out", "small")
+    assert "all 12 runs are stored already" in again.out
+
+
+def test_reproduce_takes_a_reading_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
+    done = command("reproduce", "--runs", "1", "--generations", "1", "--steps", "10", "--reading", "literal", "--workers", "1")
+    assert done.code == 0, done.err
+    (study,) = (tmp_path / "results").iterdir()
+    assert study.name == "paper-literal-generations1-steps10"
+    assert "visual_radius = 4.0" in (study / "runs/evo/A/experiment.toml").read_text()
+
+
+def test_report_is_rebuilt_from_stored_results_alone(command: Command, tmp_path: Path) -> None:
+    small_study(tmp_path / "study")
+    done = command("report", "study", "--out", "elsewhere.html")
+    assert done.code == 0, done.err
+    assert (tmp_path / "elsewhere.html").exists()
+    assert (tmp_path / "study/claims.json").exists()
+
+
+def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: Path) -> None:
+    study = small_study(tmp_path / "study")
+    for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
+        done = command("replay", "study", "--condition", "evo+self-taught/A", "--run", "1", "--generation", "2", "--out", name)
+        assert done.code == 0, done.err
+        assert (tmp_path / name).stat().st_size > 1000
+    with xr.open_dataset(tmp_path / "life.nc") as trace:
+        assert np.array_equal(trace.eaten.sum("step"), study.read("evo+self-taught/A", 1).food_eaten[2])
+    with Image.open(tmp_path / "life.png") as picture:
+        assert min(picture.size) > 500
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["run", "evo/C"], "there is no map 'C'"),
+        (["run", "nothing.toml"], "cannot read nothing.toml: No such file or directory"),
+        (["run", "evo/A", "--set", "lifetime.steps=0"], "lifetime.steps = 0: input should be greater than or equal to 1"),
+        (["run", "evo/A", "--set", "speed=3"], "speed: there is no 'speed' here; there are: name, world"),
+        (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
+        (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
+        (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
+        (["reproduce", "--reading", "sloppy"], "there is no reading 'sloppy'"),
+        (["reproduce", "--generations", "0"], "evolution.generations = 0"),
+        (["report", "nowhere"], "nowhere holds no study"),
+        (
+            ["replay", "nowhere", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "x.nc"],
+            "nowhere holds no study",
+        ),
+        (
+            ["replay", "x", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "x.avi"],
+            "must end in .nc, .mp4, .gif or .png",
+        ),
+        (
+            ["replay", "study", "--condition", "evo/B", "--run", "0", "--generation", "0", "--out", "x.nc"],
+            "has no condition 'evo/B'",
+        ),
+        (
+            ["replay", "study", "--condition", "evo/A", "--run", "7", "--generation", "0", "--out", "x.nc"],
+            "0007.nc does not exist; 1 run",
+        ),
+        (
+            ["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "9", "--out", "x.nc"],
+            "generation = 9 must be",
+        ),
+        (["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "no/x.gif"], "no/x.gif"),
+        (["run", "evo/A", "--out", "study"], "study holds another study"),
+        (["run", "evo/A", "--runs", "many"], "many"),
+        (["rum"], "rum"),
+    ],
+)
+def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
+    command: Command, tmp_path: Path, stored: Path, arguments: list[str], sentence: str
+) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+    before = contents(tmp_path)
+    done = command(*arguments)
+    assert done.code != 0
+    assert sentence in done.err + done.out
+    assert "Traceback" not in done.err
+    assert len(done.err.strip().splitlines()) == 1
+    assert contents(tmp_path) == before
+
+
+def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path: Path) -> None:
+    study = small_study(tmp_path / "study", runs=1)
+    for condition in study.experiments:
+        study.path(condition, 0).unlink()
+    done = command("report", "study")
+    assert done.code != 0
+    assert "holds no finished run yet" in done.err
+
+
+def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "baldwinlab", "run", "evo+self-taught/A", "--runs", "40", "--out", "study"]
+    words += ["--set", "evolution.generations=4", "--set", "lifetime.steps=2000"]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    process = subprocess.Popen(words, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not contents(tmp_path):
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 130
+    stored = len(contents(tmp_path))
+    assert 0 < stored < 40
+    assert f"stopped; {stored} runs are stored in study, and the same command carries on from there" in err
+    assert "Traceback" not in err
+    again = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert f"40 runs, {stored} of them stored already" in again.stdout
+    assert len(contents(tmp_path)) == 40
