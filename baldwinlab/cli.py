@@ -34,6 +34,7 @@ Runs = Annotated[int, Parameter(help="independent runs of each condition")]
 Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
 Out = Annotated[Path | None, Parameter(help="directory of the study")]
+Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
 
@@ -51,6 +52,7 @@ def reproduce(
     reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
     workers: Workers = None,
     out: Out = None,
+    last: Last = 10,
 ) -> None:
     """Reproduce the whole paper: six conditions, statistics, figures and report."""
     changes: dict[str, Any] = {}
@@ -61,8 +63,9 @@ def reproduce(
     experiments = [experiment.replace(**changes) for experiment in presets.paper(reading)]
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
     name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
+    _require_positive("--last", last)
     study = _run(experiments, runs, seed, workers, out or Path("results") / name)
-    _report(study, study.directory / "report.html")
+    _report(study, study.directory / "report.html", last)
 
 
 @app.command
@@ -100,10 +103,15 @@ def show(experiment: str, /, *, assignments: Assignments = None) -> None:
 
 @app.command
 def report(
-    directory: Path, /, *, out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None
+    directory: Path,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
+    last: Last = 10,
 ) -> None:
     """Rebuild statistics, figures and report from stored results."""
-    _report(Study(directory), out or directory / "report.html")
+    _require_positive("--last", last)
+    _report(Study(directory), out or directory / "report.html", last)
 
 
 @app.command
@@ -132,9 +140,8 @@ def replay(directory: Path, /, *, condition: str, run: int, generation: int, out
 def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int | None, directory: Path) -> Study:
     """Bring a study to the given number of runs, showing how far it is."""
     workers = available_cores() if workers is None else workers
-    for name, value in (("--runs", runs), ("--workers", workers)):
-        if value < 1:
-            raise ValueError(f"{name} {value} must be at least 1")
+    _require_positive("--runs", runs)
+    _require_positive("--workers", workers)
     if not 0 <= seed < SEED_LIMIT:
         raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
     study = store.create(directory, experiments, seed)
@@ -157,13 +164,18 @@ def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int |
     return study
 
 
+def _require_positive(name: str, value: int) -> None:
+    if value < 1:
+        raise ValueError(f"{name} {value} must be at least 1")
+
+
 def _standing(study: Study, runs: int) -> str:
     stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
     return f"{stored} runs are stored in {study.directory}, and the same command carries on from there"
 
 
-def _report(study: Study, out: Path) -> None:
-    results = publish(study, out, console.say)
+def _report(study: Study, out: Path, last: int) -> None:
+    results = publish(study, out, last, console.say)
     if results:
         console.console.print(console.claims_table(results))
     console.say(f"report: {out}")

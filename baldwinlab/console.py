@@ -6,8 +6,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -76,30 +77,25 @@ def complain(message: str) -> None:
 
 
 def claims_table(results: Sequence[ClaimResult]) -> Table:
-    """Every claim with what was measured, and the verdict."""
-    table = Table(title="What the paper claims, and what we measured", title_style="bold", show_lines=True)
-    for heading in ("", "claim", "effect [95 % interval]", "p (corrected)", "A12", "paper", "verdict"):
-        table.add_column(heading, overflow="fold")
+    """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure."""
+    table = Table(title="What the paper claims, and what we measured", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 1, 0))
+    table.add_column("")
+    table.add_column("verdict", width=13)
+    table.add_column("claim, measured effect [95 % interval], corrected p, effect size; the paper's figure")
     for result in results:
         record = result.record()
-        verdict = record["verdict"]
-        table.add_row(
-            record["id"],
-            record["claim"],
-            _effect(record["effect"], record["interval"]),
-            _p(record["p"], record["p_holm"]),
-            "" if record["a12"] is None else f"{record['a12']:.2f}",
-            str(record["paper"]),
-            Text(verdict, style=VERDICT_STYLE.get(verdict, "")),
-        )
+        verdict = Text(record["verdict"], style=VERDICT_STYLE.get(record["verdict"], ""))
+        table.add_row(record["id"], verdict, Text.assemble(record["claim"], ("\n" + _measured(record), "dim")))
     return table
 
 
-def _effect(effect: float | None, interval: Sequence[float] | None) -> str:
-    if effect is None:
-        return ""
-    return f"{effect:.4g}" + (f" [{interval[0]:.4g}, {interval[1]:.4g}]" if interval else "")
-
-
-def _p(p: float | None, corrected: float | None) -> str:
-    return "" if p is None or corrected is None else f"{p:.2g} ({corrected:.2g})"
+def _measured(record: dict[str, Any]) -> str:
+    """For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`."""
+    parts = [f"{record['effect']:.4g}" if record["effect"] is not None else "not measured"]
+    if record["interval"]:
+        parts[0] += " [{:.4g}, {:.4g}]".format(*record["interval"])
+    if record["p_holm"] is not None:
+        parts.append(f"p {record['p_holm']:.2g}")
+    if record["a12"] is not None:
+        parts.append(f"A12 {record['a12']:.2f}")
+    return f"{', '.join(parts)}; paper: {record['paper']}"

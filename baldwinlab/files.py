@@ -9,8 +9,8 @@ from uuid import uuid4
 PARTIAL = ".partial"  # the ending of a file that is being written
 
 
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all. Raises OSError, leaving no trace."""
+def write_atomically(path: Path, content: bytes) -> Path:
+    """Write under another name in the same folder, made where it is missing, and rename. Raises OSError, leaving no trace."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
     try:
@@ -22,3 +22,4 @@ def write_atomically(path: Path, content: bytes) -> None:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
+    return path

@@ -64,7 +64,7 @@ def _frame(trace: xr.Dataset, step: int, width: float, height: float) -> Image.I
     image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), BACKGROUND)
     draw = ImageDraw.Draw(image)
     for x, y in zip(trace.item_x.values[step] * scale, trace.item_y.values[step] * scale, strict=True):
-        draw.rectangle((x - 4 * scale, y - 4 * scale, x + 4 * scale, y + 4 * scale), fill=FOOD)
+        draw.rectangle((x - 5 * scale, y - 5 * scale, x + 5 * scale, y + 5 * scale), fill=FOOD)
     _draw_trails(draw, trace, step, scale)
     eats = trace.eaten.values[max(0, step - 10) : step + 1].any(axis=0)
     for agent in range(trace.sizes["agent"]):

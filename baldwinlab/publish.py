@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.analysis import claims
 from baldwinlab.replay import replay
-from baldwinlab.report import emergence_generations, write_report
+from baldwinlab.report import emergence_generations, typical_run, write_report
 from baldwinlab.store import Study, StudyError
 from baldwinlab.study import open_study
 from baldwinlab.version import __version__
@@ -21,27 +21,27 @@ from baldwinlab.version import __version__
 EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
 
 
-def publish(study: Study, out: Path, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
+def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
     """Write claims.json, statistics.csv, summary.csv, the figures and the report, and return the claims.
 
-    Raises StudyError if no run is stored yet.
+    A run counts with its average over its `last` generations. Raises StudyError if no run is stored yet.
     """
     data = open_study(study.directory)
     if not data.sizes["run"]:
         raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
-    results = claims.evaluate(data)
-    claims.write(results, data, study.directory)
+    results = claims.evaluate(data, last)
+    claims.write(results, data, study.directory, last)
     tell("drawing the figures")
-    write_report(study.directory, data, results, _emergence(study, data), facts(study), out)
+    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last)
     return results
 
 
 def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:
-    """One population at several generations: the first stored run of the paper's condition, else of the first condition."""
+    """The typical population at several generations, of the condition that the paper shows, or else of the first there is."""
     stored = [
         condition for condition in (EMERGENCE, *study.experiments) if condition in study.experiments and study.runs(condition)
     ]
-    condition, run = stored[0], study.runs(stored[0])[0]
+    condition, run = stored[0], typical_run(data, stored[0])
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]
     return [

@@ -141,6 +141,7 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: 
         (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
         (["reproduce", "--reading", "sloppy"], "there is no reading 'sloppy'"),
         (["reproduce", "--generations", "0"], "evolution.generations = 0"),
+        (["report", "study", "--last", "0"], "--last 0 must be at least 1"),
         (["report", "nowhere"], "nowhere holds no study"),
         (
             ["replay", "nowhere", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "x.nc"],

@@ -13,7 +13,7 @@ from baldwinlab.simulate import simulate_block
 from tests import naive
 from tests.worlds import small
 
-NAIVE_RUNS, ENGINE_RUNS = 25, 300
+NAIVE_RUNS, ENGINE_RUNS = 20, 300
 
 
 def experiment(condition: str, update: str) -> Experiment:

@@ -28,7 +28,8 @@ def drawn_parents(scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2
 
 def probabilities(scheme: str) -> npt.NDArray[np.float64]:
     """Of each agent, to be drawn as a parent; FITNESS has no two equal."""
-    agents, rank = FITNESS.size, rankdata(FITNESS)
+    agents = FITNESS.size
+    rank: npt.NDArray[np.float64] = rankdata(FITNESS)
     if scheme == "tournament":  # the better of two is of rank r: both are at most r, and not both below it
         return (rank**2 - (rank - 1) ** 2) / agents**2
     shares = {"roulette": FITNESS, "truncation": (rank > agents / 2).astype(float), "rank": rank}[scheme]
@@ -188,6 +189,17 @@ def test_the_parents_on_record_are_the_fitter_one_and_the_other() -> None:
         assert (fitness[:, 0] >= fitness[:, 1]).all()
         if energy[generation - 1].any():
             assert (fitness > 0).all(), "roulette never draws who ate nothing"
+
+
+def test_a_generation_is_bred_from_the_genomes_and_the_energy_of_the_one_before() -> None:
+    experiment = small("evo+self-taught", world={"food": [{"x": [20, 100], "y": [10, 90], "count": 12, "energy": 2.5}]})
+    result = simulate(experiment, seed=3, run=4)
+    genome, energy = result["genome"].values, result["energy"].values
+    assert (energy == 2.5 * result["food_eaten"].values).all()
+    for generation in (1, 2):
+        children, parents = breed(experiment, genome[generation - 1], energy[generation - 1], Moment(3, 4, generation))
+        np.testing.assert_array_equal(children, genome[generation])
+        np.testing.assert_array_equal(parents, result["parents"].values[generation])
 
 
 def test_agents_that_only_teach_themselves_are_drawn_afresh_every_generation() -> None:

@@ -23,9 +23,9 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import fitness, statistics
-from baldwinlab.analysis.files import write_atomically
 from baldwinlab.analysis.rules import RULES, VERDICTS, Verdict, conjunction
 from baldwinlab.analysis.summary import SUMMARY_COLUMNS, by_condition
+from baldwinlab.files import write_atomically
 
 FIRST = "first"  # in place of a condition: the same one, in its first generations
 

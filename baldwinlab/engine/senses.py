@@ -17,7 +17,7 @@ from baldwinlab.engine.lanes import WIDTH, Lane, any_of, bundle, get
 from baldwinlab.engine.state import NO_LEARNING, Model, State
 from baldwinlab.engine.world import beside, shortest
 
-ZERO, HALF = np.float32(0), np.float32(0.5)
+ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
 
@@ -49,7 +49,7 @@ def _look(model: Model, state: State, world: int, lane: int, region: int) -> int
     width, height = model.regions[region, 1], model.regions[region, 3]
     centre_x, centre_y = model.regions[region, 0] + width * HALF, model.regions[region, 2] + height * HALF
     x, y = beside(state.x[lane], centre_x, model.width), beside(state.y[lane], centre_y, model.height)
-    margin = max(model.visual_radius, model.alert_radius)
+    margin = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
     if abs(centre_x - x) > width * HALF + margin or abs(centre_y - y) > height * HALF + margin:
         return 0
     bits = 0

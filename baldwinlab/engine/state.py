@@ -100,7 +100,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     boxes = [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in world.food]
     farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
     alert_radius = (farthest_touch + STRIDE) * 1.001 + 0.25  # with room for rounding
-    margin = max(experiment.senses.visual_radius, alert_radius)
+    margin = max(experiment.senses.visual_radius, alert_radius) + STRIDE
     compact = [2 * (r.x[1] - r.x[0] + margin) < world.width and 2 * (r.y[1] - r.y[0] + margin) < world.height for r in world.food]
     return Model(
         worlds=worlds,

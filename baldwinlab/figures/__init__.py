@@ -1,8 +1,8 @@
 """One figure, one function: labelled arrays in, a Matplotlib `Figure` out. Nothing here draws on a screen."""
 
-from baldwinlab.figures.emergence import emergence
+from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.style import png, save, svg
 from baldwinlab.figures.world import agent_senses, world_maps
 
-__all__ = ["agent_senses", "emergence", "fitness_boxes", "fitness_curves", "png", "save", "svg", "world_maps"]
+__all__ = ["agent_senses", "emergence", "fitness_boxes", "fitness_curves", "png", "save", "svg", "trajectories", "world_maps"]

@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
@@ -42,10 +42,23 @@ def emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
         _trajectories(axes, trace)
     for axes in grid.flat[len(traces) :]:
         axes.set_visible(False)
-    handles = [Line2D([], [], color=colour, lw=1.5, label=label) for colour, label in ((BLUE, "ate"), (VERMILION, "never ate"))]
-    above.legend(handles=handles, loc="outside upper center", ncols=2)
+    _legend(above)
     _share(below.subplots(), study, traces)
     return figure
+
+
+@styled
+def trajectories(trace: xr.Dataset) -> Figure:
+    """The ways of all agents over the map in one lifetime, fading towards birth, a dot where each ends."""
+    figure = Figure((WIDTH / 2, WIDTH / 2 + 0.5))
+    _trajectories(figure.subplots(), trace)
+    _legend(figure)
+    return figure
+
+
+def _legend(figure: Figure | SubFigure) -> None:
+    handles = [Line2D([], [], color=colour, lw=1.5, label=label) for colour, label in ((BLUE, "ate"), (VERMILION, "never ate"))]
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
 
 
 def _trajectories(axes: Axes, trace: xr.Dataset) -> None:
@@ -79,11 +92,19 @@ def _share(axes: Axes, study: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
     average, low, high = interval_of_mean(shares)
     generation = shares["generation"].values
     axes.fill_between(generation, low, high, color=BLUE, alpha=0.2, lw=0)
-    axes.plot(generation, average, color=BLUE, lw=1.6, label=f"mean of {int(shares.notnull().any('generation').sum())} runs")
+    axes.plot(
+        generation,
+        average,
+        color=BLUE,
+        lw=1.6,
+        marker=".",
+        ms=3,
+        label=f"mean of {int(shares.notnull().any('generation').sum())} runs",
+    )
     if run in shares["run"]:
         axes.plot(generation, shares.sel(run=run), color=GREY, lw=0.8, ls=":", label="the population above")
         shown = [trace.attrs["generation"] for trace in traces]
         axes.plot(shown, shares.sel(run=run, generation=shown), "o", color=GREY, ms=4)
     axes.set(xlabel="generation", ylabel="share of agents that ate", ylim=(0, 1.02))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     axes.legend(loc="lower right", ncols=2)

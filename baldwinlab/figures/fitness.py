@@ -53,7 +53,7 @@ def _panels(figure: Figure, study: xr.Dataset) -> Iterator[Panel]:
             axes.set_title(f"Map {map_name}, {title}" if map_name else title.capitalize(), loc="left", fontweight="bold")
             axes.set_ylabel("fitness (energy)")
             yield Panel(axes, measure, [condition for condition in shown if condition.map_name == map_name])
-            top = axes.get_ylim()[1] if axes.dataLim.ymax > 0 else 1.0  # where nobody ate
+            top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
             axes.set_ylim(-0.025 * top, top)
 
 
@@ -71,7 +71,7 @@ def fitness_curves(study: xr.Dataset) -> Figure:
         for condition in shown:
             _curve(axes, tables[measure].sel(condition=condition.name), condition)
         axes.set_xlabel("generation")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     kinds = {condition.kind: condition.look for condition in reversed(conditions(study))}
     handles = [
         figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=kind)[0]
@@ -110,7 +110,8 @@ def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int =
     for axes, measure, shown in _panels(figure, study):
         samples = [tables[measure].sel(condition=condition.name).dropna("run").values for condition in shown]
         for place, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
-            _box(axes, place, sample, condition.look)
+            if sample.size:
+                _box(axes, place, sample, condition.look)
         axes.set_xticks(range(len(shown)), [condition.kind for condition in shown], rotation=0 if len(shown) < 5 else 90)
         axes.set_xlim(-0.6, len(shown) - 0.4)
         axes.grid(visible=False, axis="x")
@@ -139,7 +140,7 @@ def _brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
         for found in findings
         if found.comparison.a in names and found.comparison.b in names
     ]
-    top = axes.get_ylim()[1] if axes.dataLim.ymax > 0 else 1.0
+    top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
     for level, (left, right, p) in enumerate(sorted(places, key=lambda place: (place[1] - place[0], place[0]))):
         height = top * (1.06 + 0.13 * level)
         foot = height - 0.02 * top

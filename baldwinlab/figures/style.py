@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 from matplotlib import style
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.files import write_atomically
+from baldwinlab.files import write_atomically
 
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"
 GREY = "#666666"
@@ -69,7 +69,7 @@ def series(number: int) -> Series:
     """The look of the `number`-th condition; the first 28 differ."""
     colours = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
     lines, markers = ("-", "--", "-.", ":"), ("o", "s", "^", "D", "v", "P", "X")
-    return Series(colours[number % 7], lines[(number + number // 7) % 4], markers[number % 7])
+    return Series(colours[number % 7], lines[(number % 7 + number // 7) % 4], markers[number % 7])
 
 
 @styled

@@ -11,8 +11,8 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 
 from baldwinlab.analysis.claims import ClaimResult
-from baldwinlab.analysis.files import write_atomically
 from baldwinlab.analysis.summary import by_condition
+from baldwinlab.files import write_atomically
 from baldwinlab.report import content, words
 from baldwinlab.report.content import typical_run
 from baldwinlab.report.pictures import embed, pictures

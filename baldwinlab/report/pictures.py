@@ -57,16 +57,7 @@ def pictures(
         "; ".join(f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})" for title, world in found.items()) + ".",
         figures.world_maps(found, min(experiment.population.size for experiment in conditions.values())),
     )
-    name, first = next(iter(conditions.items()))
-    yield Picture(
-        "senses",
-        "What an agent senses",
-        f"To scale, as in {name}. Each of three sensors is 1 if any item lies in its sector. The agent heads to the right of the "
-        "page, its right hand is below. Here the right sensor is 1 and the other two are 0.",
-        f"An agent with a field of view of radius {first.senses.visual_radius:g}: front to 15 degrees on either side, "
-        "left and right from 15 to 45 degrees.",
-        figures.agent_senses(first),
-    )
+    yield _senses(conditions)
 
 
 def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
@@ -84,6 +75,19 @@ def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
         "one item, mean over runs with its 95 % interval.",
         f"Trajectories on the map at several generations. Agents that ate: {counts}.",
         figures.emergence(study, traces),
+    )
+
+
+def _senses(conditions: Experiments) -> Picture:
+    name, first = next(iter(conditions.items()))
+    return Picture(
+        "senses",
+        "What an agent senses",
+        f"To scale, as in {name}. Each of three sensors is 1 if any item lies in its sector. The agent heads to the right of the "
+        "page, its right hand is below. Here the right sensor is 1 and the other two are 0.",
+        f"An agent with a field of view of radius {first.senses.visual_radius:g}: front to 15 degrees on either side, "
+        "left and right from 15 to 45 degrees.",
+        figures.agent_senses(first),
     )
 
 

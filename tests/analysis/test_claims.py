@@ -64,7 +64,7 @@ def test_where_conditions_do_not_differ_nothing_is_decided_but_zero() -> None:
 def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
     assert verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"  # all ate from the first generation on
     few = study(AS_THE_PAPER)
-    late = {"condition": "evo+self-taught/B", "agent": slice(0, 3), "generation": slice(6, None)}
+    late = {"condition": "evo+self-taught/B", "agent": slice(0, 2), "generation": slice(6, None)}
     few["food_eaten"].loc[late] = 0
     emergence = evaluate(few, last=5)[8]
     assert [finding.verdict for finding in emergence.findings] == ["holds", "does not hold"]
@@ -163,7 +163,7 @@ def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
 
 
 def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
-    data = study({name: np.random.default_rng(3).poisson(9, RUNS) for name in AS_THE_PAPER})
+    data = study({name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER})
     for folder in ("one", "two"):
         write(evaluate(data), data, tmp_path / folder)
     for name in ("claims.json", "statistics.csv", "summary.csv"):

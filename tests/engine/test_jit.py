@@ -20,7 +20,9 @@ print(jit.CACHE_DIRECTORY.name, before, rng.unit(2**31), len(list(jit.CACHE_DIRE
 
 def start(package: Path, cache: Path) -> list[str]:
     environment = {**os.environ, "PYTHONPATH": str(package), "BALDWINLAB_CACHE": str(cache)}
-    done = subprocess.run([sys.executable, "-c", COUNT_AND_RUN], env=environment, cwd=package, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", COUNT_AND_RUN], env=environment, cwd=package, capture_output=True, text=True, check=True
+    )
     return done.stdout.split()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -101,8 +102,9 @@ def test_learning_brings_the_action_module_nearer_to_the_reinforcement_module() 
     assert nothing.any()
     middle = 0.5 * np.ones((trace.sizes["agent"], 10), np.float32)  # the hidden units when no food is seen
 
-    def outputs(weights: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-        return 1 / (1 + np.exp(-np.einsum("ah,aho->ao", middle, weights[:, 30:].reshape(-1, 10, 3))))
+    def outputs(weights: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+        result: npt.NDArray[np.float64] = 1 / (1 + np.exp(-np.einsum("ah,aho->ao", middle, weights[:, 30:].reshape(-1, 10, 3))))
+        return result
 
     target = outputs(trace["weight_birth"].values[:, 1])
     distance = [

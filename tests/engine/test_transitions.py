@@ -36,7 +36,8 @@ def food_regions(draw: st.DrawFn, width: int, height: int) -> dict[str, Any]:
         return [low, draw(st.integers(low + 1, size))]
 
     energy = draw(st.sampled_from([1, 0, 2.5]))
-    return {"x": edges(width), "y": edges(height), "count": draw(st.integers(0, 6)), "energy": energy}
+    count = draw(st.integers(0, 6) | st.sampled_from([15, 16, 17, 33]))  # the engine looks at sixteen items at a time
+    return {"x": edges(width), "y": edges(height), "count": count, "energy": energy}
 
 
 @st.composite
@@ -196,7 +197,7 @@ def follow(experiment: Experiment, seed: int, generation: int) -> Counter[str]:
 def test_every_step_of_a_random_life_is_the_step_of_the_paper(update: str) -> None:
     tally = Counter[str]()
 
-    @settings(deadline=None, derandomize=True, max_examples=400, database=None)
+    @settings(deadline=None, derandomize=True, max_examples=300, database=None)
     @given(experiments(update), st.integers(0, 2**31 - 1), st.integers(0, 1))
     def check(experiment: Experiment, seed: int, generation: int) -> None:
         tally.update(follow(experiment, seed, generation))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from scipy.stats import kstest
 
@@ -70,7 +71,7 @@ def test_an_item_gives_the_energy_of_its_region() -> None:
     assert result["energy"].values.tolist() == [[5, 5, 0]]
 
 
-def places(seed_count: int) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def places(seed_count: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Where agents were born and where items lay and reappeared, each [2, n]."""
     food = [{"x": [120, 180], "y": [20, 50], "count": 40}]
     crowd = exact((20, 60), [], world={"food": food, "start": {"x": 150, "y": 35, "radius": 30}}, population={"size": 40})

@@ -1,0 +1,175 @@
+"""The report: what it says, that it needs nothing but itself, and that a browser shows it well on a desk and on a phone."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+from playwright.sync_api import Browser, sync_playwright
+
+from baldwinlab.analysis.claims import evaluate
+from baldwinlab.presets import load
+from baldwinlab.report import emergence_generations, typical_run, write_report
+from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
+from baldwinlab.report.words import number, probability
+from tests.analysis.studies import AS_THE_PAPER, study, trace
+
+FORAGERS = "evo+self-taught/B"
+FACTS = {
+    "seed": 7,
+    "versions": {"NumPy": "9.9"},
+    "platform": "A machine",
+    "seconds": 10,
+    "agent_steps": 2_000_000_000,
+    "workers": [2],
+}
+
+
+def report_of(
+    data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, facts: dict[str, Any] | None = None
+) -> Path:
+    return write_report(folder, data, evaluate(data), traces or [], facts or {}, folder / "report.html")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    data = study({**AS_THE_PAPER, "self-taught/A": range(80, 88)})
+    traces = [trace(FORAGERS, generation) for generation in emergence_generations(12)]
+    return report_of(data, tmp_path_factory.mktemp("study"), traces, FACTS)
+
+
+def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
+    text = page.read_text("utf-8")
+    for needed in ("C1", "C9", "holds", "undecided", "about 40 items more", "A12", "95&nbsp;%", "Nam Le", "standard but for"):
+        assert needed in text
+    for needed in ("A machine", "9.9", "200.0 million a second", "workers: 2", "[evolution]", "generations = 12"):
+        assert needed in text
+    assert "Of the paper's 9 claims, 7 hold, 1 is undecided, 1 does not hold." in text
+    assert "There are 8 runs, where the paper has 30" in text
+
+
+def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -> None:
+    section = page.read_text("utf-8").split("Where this study and the paper differ")[1].split("<h2>")[0]
+    assert "C6" in section and "C2" not in section
+    assert "senses.visual_radius</code> is 40" in section
+
+
+def test_it_needs_nothing_but_itself(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#)|@import|url\(|<script|<link(?! rel="icon")""", text)
+    assert page.stat().st_size < 4_000_000
+
+
+def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
+    names = {"fitness", "final-fitness", "emergence", "maps", "senses"}
+    assert {path.name for path in (page.parent / "figures").iterdir()} == {
+        f"{name}{end}" for name in names for end in (".svg", ".png")
+    }
+    alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
+    assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
+
+
+def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
+    data = study(AS_THE_PAPER)
+    assert report_of(data, tmp_path / "one").read_bytes() == report_of(data, tmp_path / "two").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        study({"my-rule": [3]}, generations=1, agents=1),
+        study({"evo/A": [1, 2], "evo/B": [float("nan"), float("nan")]}),
+        study({name: [0] for name in AS_THE_PAPER}),
+    ],
+    ids=["one of one's own", "nothing of a condition", "nobody ate"],
+)
+def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None:
+    text = report_of(data, tmp_path).read_text("utf-8")
+    assert "not evaluated" in text or "undecided" in text
+    assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
+
+
+def test_names_are_text_and_not_markup(tmp_path: Path) -> None:
+    text = report_of(study({"mine": [1, 2]}), tmp_path, facts={"platform": "<script>alert(1)</script>"}).read_text("utf-8")
+    assert "<script>" not in text
+
+
+def test_generations_of_the_panel_are_spread_with_both_ends() -> None:
+    assert emergence_generations(100) == [0, 20, 40, 60, 80, 99]
+    assert emergence_generations(6) == [0, 1, 2, 3, 4, 5]
+    assert emergence_generations(2) == [0, 1]
+    assert emergence_generations(1) == [0]
+
+
+def test_the_typical_run_is_the_one_in_the_middle() -> None:
+    assert typical_run(study({"mine": [9, 1, 5, 100, float("nan")]}), "mine") in (0, 2)
+    with pytest.raises(ValueError, match="no run of mine"):
+        typical_run(study({"mine": [float("nan")]}), "mine")
+
+
+def test_the_reading_is_named_or_spelt_out() -> None:
+    assert reading(load("evo/A")) == "standard"
+    assert reading(load("evo/A", "literal")) == "literal"
+    assert reading(load("evo/A").replace(lifetime={"steps": 9})) == "evo/A is standard but for lifetime.steps = 9"
+    assert reading(load("evo/A").replace(name="mine")) == "mine is an experiment of its own"
+    assert setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")}) == "40 or 4"
+
+
+def test_maps_are_titled_by_what_tells_them_apart() -> None:
+    paper = {name: load(name) for name in AS_THE_PAPER}
+    assert list(worlds(paper)) == ["Map A", "Map B"]
+    moved = load("evo/A").replace(world={"start": {"x": 100}})
+    assert list(worlds({"one/A": load("evo/A"), "two/A": moved})) == ["one/A", "two/A"]
+
+
+def test_facts_may_be_absent() -> None:
+    assert timing({}) == ""
+    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}))["seed"] == "7"
+    assert open_choices([], {}) == []
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0, "0"), (286.4, "286"), (-9.75, "−9.75"), (12345.6, "12,346"), (0.001, "0.00"), (float("nan"), "–")]
+)
+def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+@pytest.mark.parametrize(("p", "text"), [(1e-9, "< 0.001"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")])
+def test_probabilities_are_never_nought(p: float, text: str) -> None:
+    assert probability(p) == text
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if path is None:
+        (pytest.fail if os.environ.get("CI") else pytest.skip)("there is no Chromium on this machine to open the report with")
+    quiet = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"])
+        yield opened
+        opened.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
+def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
+    browser: Browser, page: Path, width: int, height: int
+) -> None:
+    opened = browser.new_page(viewport={"width": width, "height": height})
+    complaints: list[str] = []
+    opened.on("console", lambda message: complaints.append(message.text))
+    opened.on("pageerror", lambda error: complaints.append(str(error)))
+    opened.on("request", lambda request: None if request.url.startswith(("file:", "data:")) else complaints.append(request.url))
+    opened.goto(page.as_uri())
+    opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
+    assert opened.evaluate("document.documentElement.scrollWidth") <= width
+    assert opened.evaluate("[...document.images].every(image => image.complete && image.naturalWidth > 0)")
+    assert complaints == []
+    opened.close()

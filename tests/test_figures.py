@@ -1,0 +1,126 @@
+"""Every figure can be drawn of any study, to the same bytes each time."""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from PIL import Image
+
+from baldwinlab import figures
+from baldwinlab.analysis.claims import evaluate
+from baldwinlab.config import World
+from baldwinlab.figures.emergence import unwrapped
+from baldwinlab.figures.fitness import conditions
+from baldwinlab.figures.style import series
+from baldwinlab.presets import load
+from tests.analysis.studies import AS_THE_PAPER, study, trace
+
+FORAGERS = "evo+self-taught/B"
+MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
+
+
+def six_traces() -> list[xr.Dataset]:
+    return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
+
+
+DRAW: dict[str, Callable[[], Figure]] = {
+    "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
+    "final-fitness": lambda: figures.fitness_boxes(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))),
+    "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
+    "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
+    "maps": lambda: figures.world_maps(MAPS, 20),
+    "senses": lambda: figures.agent_senses(load("evo/A")),
+}
+
+ODD = {
+    "one run": study({name: [5] for name in AS_THE_PAPER}),
+    "one generation": study(AS_THE_PAPER, generations=1),
+    "one agent": study(AS_THE_PAPER, agents=1, hungry=0),
+    "no food": study({name: [0, 0, 0] for name in AS_THE_PAPER}),
+    "a missing run": study({"evo/A": [1, 2], FORAGERS: [3, math.nan]}),
+    "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
+    "conditions of one's own": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
+}
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_a_figure_has_the_same_bytes_each_time_whatever_the_process_has_set(name: str) -> None:
+    first = figures.svg(DRAW[name]())
+    with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
+        assert figures.svg(DRAW[name]()) == first
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
+    figure = DRAW[name]()
+    figure.draw_without_rendering()
+    texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
+    assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
+    assert figure.get_size_inches()[0] <= 7.2
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
+    odd = ODD[name]
+    condition = str(odd["condition"].values[0])
+    agents = odd.sizes["agent"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for figure in (
+            figures.fitness_curves(odd),
+            figures.fitness_boxes(odd, evaluate(odd)),
+            figures.emergence(odd, [trace(condition, 0, agents=agents, steps=1)]),
+        ):
+            assert isinstance(figure, Figure)
+            assert figures.svg(figure)
+
+
+def test_threads_may_draw_at_the_same_time() -> None:
+    alone = figures.svg(DRAW["fitness"]())
+    with ThreadPoolExecutor(3) as threads:
+        assert set(threads.map(lambda _: figures.svg(DRAW["fitness"]()), range(3))) == {alone}
+
+
+def test_a_way_is_broken_where_it_leaves_the_map() -> None:
+    x = np.array([636.0, 638, 0, 2, 2, 2])
+    y = np.array([100.0, 100, 100, 2, 638, 636])
+    way = unwrapped(x, y, World())
+    assert np.flatnonzero(np.isnan(way).any(axis=1)).tolist() == [2, 5]
+    assert np.nanmax(np.abs(np.diff(way, axis=0))) < 320
+    np.testing.assert_array_equal(way[np.isfinite(way).all(axis=1)], np.stack([x, y], axis=1))
+
+
+def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
+    shown = conditions(study(AS_THE_PAPER))
+    assert [(condition.kind, condition.map_name) for condition in shown[:4:3]] == [("evo", "A"), ("evo", "B")]
+    assert shown[0].look == shown[3].look
+    assert len({(look.line, look.marker) for look in map(series, range(28))}) == 28
+
+
+def test_brackets_show_the_corrected_p() -> None:
+    figure = DRAW["final-fitness"]()
+    labels = [text.get_text() for text in figure.axes[0].texts]
+    assert len(labels) == 3 and all(label.startswith("p ") for label in labels)
+
+
+def test_emergence_needs_a_trace() -> None:
+    with pytest.raises(ValueError, match="no trace"):
+        figures.emergence(study(AS_THE_PAPER), [])
+
+
+def test_a_figure_is_kept_as_svg_and_as_png(tmp_path: Path) -> None:
+    drawing = figures.save(DRAW["maps"](), tmp_path / "figures", "maps")
+    assert (tmp_path / "figures" / "maps.svg").read_bytes() == drawing
+    with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
+        assert picture.width == 1440
