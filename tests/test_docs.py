@@ -22,16 +22,16 @@ def blocks(page: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.name)
-def test_the_python_on_a_page_runs_from_top_to_bottom(page: Path, tmp_path: Path) -> None:
-    code = "\n".join(blocks(page, "python"))
+@pytest.mark.parametrize("document", [page for page in PAGES if blocks(page, "python")], ids=lambda document: document.name)
+def test_the_python_on_a_page_runs_from_top_to_bottom(document: Path, tmp_path: Path) -> None:
+    code = "\n".join(blocks(document, "python"))
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "console")], ids=lambda page: page.name)
-def test_the_commands_on_a_page_run_one_after_the_other(page: Path, tmp_path: Path) -> None:
-    for line in "".join(blocks(page, "console")).splitlines():
+@pytest.mark.parametrize("document", [page for page in PAGES if blocks(page, "console")], ids=lambda document: document.name)
+def test_the_commands_on_a_page_run_one_after_the_other(document: Path, tmp_path: Path) -> None:
+    for line in "".join(blocks(document, "console")).splitlines():
         command, _, target = line.partition(" > ")
         words = [sys.executable, "-m", *shlex.split(command)]
         assert words[2] == "baldwinlab", line
