@@ -149,10 +149,10 @@ def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int |
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
     wanted = runs * len(experiments)
     if not total:
-        console.say(f"{directory}: all {wanted} runs are stored already")
+        console.say(f"{directory}: runs: {wanted}, all of them stored already")
         return study
     stored = wanted - sum(map(len, missing.values()))
-    console.say(f"{directory}: {wanted} runs, {stored} of them stored already, {total / 1e6:.0f} million agent-steps to do")
+    console.say(f"{directory}: runs: {wanted}, stored already: {stored}, million agent-steps to do: {total / 1e6:.3g}")
     try:
         run_study(study, missing, workers, console.progress, console.say)
     except KeyboardInterrupt:
@@ -171,12 +171,12 @@ def _require_positive(name: str, value: int) -> None:
 
 def _standing(study: Study, runs: int) -> str:
     stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
-    return f"{stored} runs are stored in {study.directory}, and the same command carries on from there"
+    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
 
 
 def _report(study: Study, out: Path, last: int) -> None:
     results = publish(study, out, last, console.say)
-    if results:
+    if any(result.record()["verdict"] in console.VERDICT_STYLE for result in results):
         console.console.print(console.claims_table(results))
     console.say(f"report: {out}")
 

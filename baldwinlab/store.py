@@ -116,9 +116,7 @@ class Study:
             return decode(path.read_bytes())
         except FileNotFoundError:
             count = len(self.runs(condition))
-            raise StudyError(
-                f"{path} does not exist; {count} {'run' if count == 1 else 'runs'} of {condition} are stored"
-            ) from None
+            raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
         except DamagedRecordError as error:
             raise DamagedRecordError(f"{path} is damaged: {error}") from None
         except OSError as error:

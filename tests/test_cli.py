@@ -98,7 +98,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     assert {path.suffix for path in (tmp_path / "small/figures").iterdir()} == {".svg", ".png"}
     assert "<html" in (tmp_path / "small/report.html").read_text()
     again = command("reproduce", *TINY, "--out", "small")
-    assert "all 12 runs are stored already" in again.out
+    assert "runs: 12, all of them stored already" in again.out
 
 
 def test_reproduce_takes_a_reading_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: 
         ),
         (
             ["replay", "study", "--condition", "evo/A", "--run", "7", "--generation", "0", "--out", "x.nc"],
-            "0007.nc does not exist; 1 run",
+            "0007.nc does not exist; runs of evo/A that are stored: 1",
         ),
         (
             ["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "9", "--out", "x.nc"],
@@ -203,8 +203,8 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     assert process.returncode == 130
     stored = len(contents(tmp_path))
     assert 0 < stored < 40
-    assert f"stopped; {stored} runs are stored in study, and the same command carries on from there" in err
+    assert f"stopped; runs stored in study: {stored}; the same command carries on from there" in err
     assert "Traceback" not in err
     again = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-    assert f"40 runs, {stored} of them stored already" in again.stdout
+    assert f"runs: 40, stored already: {stored}" in again.stdout
     assert len(contents(tmp_path)) == 40

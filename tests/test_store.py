@@ -103,7 +103,7 @@ def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
 
 def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
     study = create(tmp_path, [small("evo/A")], seed=1)
-    with pytest.raises(StudyError, match=r"0003\.nc does not exist; 0 runs of evo/A are stored"):
+    with pytest.raises(StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"):
         study.read("evo/A", 3)
     study.path("evo/A", 3).write_bytes(b"CDF")
     with pytest.raises(DamagedRecordError, match=r"0003\.nc is damaged: it carries no checksum"):

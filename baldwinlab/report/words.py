@@ -32,7 +32,7 @@ def signed(value: float) -> str:
 def probability(p: float) -> str:
     if math.isnan(p):
         return "–"
-    return "< 0.001" if p < 0.001 else f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
+    return f"{p:.1e}" if p < 0.001 else f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
 
 
 def interval(finding: Finding) -> str:

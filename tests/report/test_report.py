@@ -141,7 +141,7 @@ def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
     assert number(value) == text
 
 
-@pytest.mark.parametrize(("p", "text"), [(1e-9, "< 0.001"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")])
+@pytest.mark.parametrize(("p", "text"), [(1e-9, "1.0e-09"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")])
 def test_probabilities_are_never_nought(p: float, text: str) -> None:
     assert probability(p) == text
 
@@ -173,3 +173,11 @@ def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
     assert opened.evaluate("[...document.images].every(image => image.complete && image.naturalWidth > 0)")
     assert complaints == []
     opened.close()
+
+
+def test_a_study_that_no_claim_concerns_is_reported_without_the_claims(tmp_path: Path) -> None:
+    text = report_of(study({"mine": range(8)}), tmp_path).read_text("utf-8")
+    assert "<h1>Evolution and lifetime learning: mine</h1>" in text
+    assert "None of the paper's claims compares what was run here." in text
+    assert "not evaluated" not in text
+    assert "<h2>The claims" not in text
