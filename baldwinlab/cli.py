@@ -152,7 +152,7 @@ def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int |
         console.say(f"{directory}: runs: {wanted}, all of them stored already")
         return study
     stored = wanted - sum(map(len, missing.values()))
-    console.say(f"{directory}: runs: {wanted}, stored already: {stored}, million agent-steps to do: {total / 1e6:.3g}")
+    console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
     try:
         run_study(study, missing, workers, console.progress, console.say)
     except KeyboardInterrupt:

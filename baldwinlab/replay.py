@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.config import Experiment
 from baldwinlab.engine.cpu import Block
-from baldwinlab.engine.state import HEADINGS
+from baldwinlab.engine.state import HEADING_COUNT
 from baldwinlab.evolution import Genome, Moment, draw_genome
 from baldwinlab.simulate import check_seed, facts, next_genome, simulate
 
@@ -72,12 +72,12 @@ def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]
     for step in range(steps):
         arrays["x"][step] = state.x[:agents]
         arrays["y"][step] = state.y[:agents]
-        arrays["heading"][step] = state.heading[:agents] * (360 / HEADINGS)
+        arrays["heading"][step] = state.heading[0, :agents] * (360 / HEADING_COUNT)
         arrays["item_x"][step], arrays["item_y"][step] = block.items()[0].T
         block.live(step, step + 1)
         arrays["sensor"][step] = state.activations[:3, :agents].T
         arrays["output"][step] = state.activations[-3:, :agents].T
-        arrays["action"][step] = state.action[:agents]
+        arrays["action"][step] = state.action[0, :agents]
         eaten = state.eaten[:, :agents].sum(axis=0)
         arrays["eaten"][step] = eaten - eaten_before
         eaten_before = eaten

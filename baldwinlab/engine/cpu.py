@@ -50,11 +50,7 @@ class Block:
 
     def items(self) -> npt.NDArray[np.float32]:
         """Where the items lie, [world, item, (x, y)]."""
-        counts = np.diff(self.model.region_items)
-        slots = np.concatenate(
-            [first + np.arange(count) for first, count in zip(self.model.region_slots, counts, strict=False)] or [[]]
-        )
-        return np.stack([self.state.item_x, self.state.item_y], axis=-1)[:, slots.astype(np.int64)]
+        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
 
     def eaten(self) -> npt.NDArray[np.int32]:
         """Items eaten so far in this life, [world, agent, region]."""

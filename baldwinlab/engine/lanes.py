@@ -170,6 +170,21 @@ def _choose(typing_context, mask, a, b):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
+def _gather(typing_context, table, index):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        structure = context.make_array(signature.args[0])(context, builder, arguments[0])
+        whole = builder.fptosi(arguments[1], ir.VectorType(ir.IntType(32), WIDTH))
+        value = ir.Constant(_VECTOR, ir.Undefined)
+        for lane in range(WIDTH):
+            number = ir.Constant(ir.IntType(32), lane)
+            entry = builder.load(builder.gep(structure.data, [builder.extract_element(whole, number)]))
+            value = builder.insert_element(value, entry, number)
+        return value
+
+    return WIDE(table, WIDE), generate
+
+
+@intrinsic
 def _any(typing_context, mask):  # type: ignore[no-untyped-def]
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         word = builder.bitcast(arguments[0], ir.IntType(WIDTH))
@@ -230,10 +245,32 @@ def _clamp(value, limit):  # type: ignore[no-untyped-def]
     return lambda value, limit: min(max(value, -limit), limit)
 
 
+def _widen(value: Value) -> Value:
+    """`value` for each lane of a bundle."""
+    return value
+
+
+@overload(_widen)
+def _widen_value(value):  # type: ignore[no-untyped-def]
+    return (lambda value: value) if value is WIDE else (lambda value: _repeat(value))
+
+
+def lookup(table: Any, index: Value) -> Value:
+    """`table[index]`, where the index is a whole number held as a float32."""
+    return table[int(index)]
+
+
+@overload(lookup)
+def _lookup(table, index):  # type: ignore[no-untyped-def]
+    if index is WIDE:
+        return lambda table, index: _gather(table, index)
+    return lambda table, index: table[int(index)]
+
+
 @overload(choose)
 def _choose_for_lanes(mask, a, b):  # type: ignore[no-untyped-def]
     if mask is MASK:
-        return lambda mask, a, b: _choose(mask, a, b)
+        return lambda mask, a, b: _choose(mask, _widen(a), _widen(b))
     return lambda mask, a, b: a if mask else b
 
 

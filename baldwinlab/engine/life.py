@@ -5,15 +5,14 @@ A lifetime is a pure function of the experiment, the seed and run, the generatio
 
 from __future__ import annotations
 
-import numpy as np
-
+from baldwinlab.engine.food import eat, grow, settle, tidy
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, bundle
 from baldwinlab.engine.learning import learn, prepare, think
 from baldwinlab.engine.networks import Rows
-from baldwinlab.engine.senses import sense
+from baldwinlab.engine.senses import look_out, sense
 from baldwinlab.engine.state import Model, State
-from baldwinlab.engine.world import act, bear, eat, grow
+from baldwinlab.engine.world import act, bear
 
 
 @compiled
@@ -27,9 +26,9 @@ def begin(model: Model, state: State, fixed: Rows) -> None:
         for agent in range(model.agents):
             bear(model, state, world, agent)
         for region in range(model.regions.shape[0]):
-            first = model.region_slots[region]
-            for slot in range(first, first + model.region_items[region + 1] - model.region_items[region]):
-                grow(model, state, world, region, slot)
+            for item in range(model.region_items[region], model.region_items[region + 1]):
+                grow(model, state, world, region, item)
+            settle(model, state, world, region)
     for first in range(0, state.x.size, WIDTH):
         prepare(model, state, fixed, bundle(first))
 
@@ -47,18 +46,23 @@ def live(model: Model, state: State, first_step: int, last_step: int) -> None:
 @compiled
 def _step_together(model: Model, state: State, step: int) -> None:
     """All agents sense, all think, all act, all learn, all eat. Who touches an item first in the step's order has it."""
+    for first in range(0, state.x.size, WIDTH):
+        look_out(model, state, bundle(first))
     for world in range(model.worlds):
         for agent in range(model.agents):
             sense(model, state, world, agent)
     for first in range(0, state.x.size, WIDTH):
         think(model, state, bundle(first))
-        act(model, state, np.uint64(first), np.uint64(first + WIDTH))
+    for first in range(0, state.x.size, WIDTH):
+        act(model, state, bundle(first))
+    for first in range(0, state.x.size, WIDTH):
         learn(model, state, bundle(first))
     for world in range(model.worlds):
         agent = step % model.agents
         for _ in range(model.agents):
             eat(model, state, world, agent, step)
             agent = agent + 1 if agent + 1 < model.agents else 0
+        tidy(model, state, world)
 
 
 @compiled
@@ -68,9 +72,11 @@ def _step_one_by_one(model: Model, state: State, step: int) -> None:
         agent = step % model.agents
         for _ in range(model.agents):
             lane = world * model.agents + agent
+            look_out(model, state, lane)
             sense(model, state, world, agent)
             think(model, state, lane)
-            act(model, state, np.uint64(lane), np.uint64(lane + 1))
+            act(model, state, lane)
             learn(model, state, lane)
             eat(model, state, world, agent, step)
+            tidy(model, state, world)
             agent = agent + 1 if agent + 1 < model.agents else 0

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, Value, clamp, get, put
+from baldwinlab.engine.lanes import Lane, Value, any_of, clamp, get, put
 
-HALF, ONE = np.float32(0.5), np.float32(1.0)
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 
 # sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
 LIMIT = np.float32(15.5)
@@ -41,13 +41,29 @@ def sigmoid(z: Value) -> Value:
 
 
 @compiled
+def blind(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
+    """Whether all inputs are 0 and nothing else drives the first layer: its units are then at 1/2, and its weights do not learn.
+
+    Most agents see nothing most of the time, and this saves half of their thinking and learning, to the same bits.
+    """
+    at_rest = not biases
+    for i in range(inputs):
+        at_rest = at_rest and not any_of(get(activations, i, lane) > ZERO)
+    return at_rest
+
+
+@compiled
 def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
     """Fill `activations` from its first rows, the inputs, on."""
     source, weight = 0, 0  # the layer's first input unit, and its first weight
+    at_rest = blind(biases, sizes[0], activations, lane)
     for layer in range(sizes.size - 1):
         inputs, outputs = sizes[layer], sizes[layer + 1]
         target = source + inputs
         for unit in range(outputs):
+            if layer == 0 and at_rest:
+                put(activations, target + unit, lane, HALF)
+                continue
             total = get(weights, weight + unit, lane) * get(activations, source, lane)
             for i in range(1, inputs):
                 total = total + get(weights, weight + i * outputs + unit, lane) * get(activations, source + i, lane)
@@ -75,7 +91,7 @@ def backward(
     for unit in range(sizes[layers]):
         y = get(activations, target + unit, lane)
         put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
-    for layer in range(layers - 1, -1, -1):
+    for layer in range(layers - 1, 0 if blind(biases, sizes[0], activations, lane) else -1, -1):
         inputs, outputs = sizes[layer], sizes[layer + 1]
         source = target - inputs
         weight -= (inputs + int(biases)) * outputs

@@ -12,10 +12,11 @@ import math
 
 import numpy as np
 
+from baldwinlab.engine.food import image, tiles_within
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, Lane, any_of, bundle, get
+from baldwinlab.engine.lanes import WIDTH, Lane, any_of, bundle, choose, get, put
 from baldwinlab.engine.state import NO_LEARNING, Model, State
-from baldwinlab.engine.world import beside, shortest
+from baldwinlab.engine.world import shortest
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
@@ -23,12 +24,23 @@ LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
 
 
 @compiled
-def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int, compact: bool) -> int:
+def look_out(model: Model, state: State, lane: Lane) -> None:
+    """Mark the agents that are near any region, for the others sense nothing: most often so, and quickly told."""
+    put(state.near, 0, lane, ZERO)
+    reach = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
+    for region in range(model.regions.shape[0]):
+        half_width, half_height = model.regions[region, 1] * HALF, model.regions[region, 3] * HALF
+        dx = shortest(get(state.places, 0, lane) - (model.regions[region, 0] + half_width), model.width)
+        dy = shortest(get(state.places, 1, lane) - (model.regions[region, 2] + half_height), model.height)
+        near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
+        put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
+
+
+@compiled
+def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int) -> int:
     """The sensors that the items in these slots set, and whether one is near enough to be touched soon, as bits."""
-    dx = get(state.item_x, world, slot) - x
-    dy = get(state.item_y, world, slot) - y
-    if not compact:
-        dx, dy = shortest(dx, model.width), shortest(dy, model.height)
+    dx = get(state.slot_x, world, slot) - x
+    dy = get(state.slot_y, world, slot) - y
     distance = dx * dx + dy * dy
     u = dx * model.cosine[heading] + dy * model.sine[heading]
     v = dy * model.cosine[heading] - dx * model.sine[heading]
@@ -44,17 +56,16 @@ def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: 
 
 
 @compiled
-def _look(model: Model, state: State, world: int, lane: int, region: int) -> int:
-    """What the agent gets to know of a region, as bits; 0 at once if the region's box is out of reach."""
-    width, height = model.regions[region, 1], model.regions[region, 3]
-    centre_x, centre_y = model.regions[region, 0] + width * HALF, model.regions[region, 2] + height * HALF
-    x, y = beside(state.x[lane], centre_x, model.width), beside(state.y[lane], centre_y, model.height)
-    margin = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
-    if abs(centre_x - x) > width * HALF + margin or abs(centre_y - y) > height * HALF + margin:
-        return 0
+def _look(model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int) -> int:
+    """What an agent at (x, y) gets to know of a region, as bits."""
+    farthest = max(model.visual_radius, model.alert_radius)
+    first_column, last_column = tiles_within(model, region, 0, x, farthest)
+    first_row, last_row = tiles_within(model, region, 1, y, farthest)
     bits = 0
-    for first in range(model.region_slots[region], model.region_slots[region + 1], WIDTH):
-        bits |= _spot(model, state, world, bundle(first), x, y, state.heading[lane], model.region_compact[region])
+    for row in range(first_row, last_row):
+        tile = model.region_tiles[region] + row * model.grid[region, 0]
+        for first in range(state.tile_slots[world, tile + first_column], state.tile_slots[world, tile + last_column], WIDTH):
+            bits |= _spot(model, state, world, bundle(first), x, y, heading)
     return bits
 
 
@@ -63,8 +74,10 @@ def sense(model: Model, state: State, world: int, agent: int) -> None:
     """Set the agent's sensors. What follows from them alone is looked up only when they have changed."""
     lane = world * model.agents + agent
     bits = 0
-    for region in range(model.regions.shape[0]):
-        bits |= _look(model, state, world, lane, region)
+    for region in range(model.regions.shape[0] if state.near[0, lane] > ZERO else 0):
+        for number in range(model.images[region]):
+            x, y = image(model, region, number, state.x[lane], state.y[lane])
+            bits |= _look(model, state, world, region, x, y, int(state.heading[0, lane]))
     state.alert[lane] = bits & ALERT
     code = bits & (LEFT | FRONT | RIGHT)
     if code == state.code[lane]:

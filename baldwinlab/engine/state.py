@@ -12,17 +12,19 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.config import Experiment
+from baldwinlab.config import Experiment, FoodRegion
 from baldwinlab.engine.lanes import WIDTH
 
 Floats = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int32]
 
-HEADINGS: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
+HEADING_COUNT: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
 STRIDE: Final = 2.0  # the longest move in one step
 RULES: Final = ("none", "self-taught")  # learning rules, numbered for the compiled code
 NO_LEARNING, SELF_TAUGHT = range(len(RULES))
 NOWHERE: Final = 1e9  # a coordinate that nothing sees or touches
+FEW_ITEMS: Final = 8 * WIDTH
+ITEMS_IN_TILE: Final = 10  # on average
 CODES: Final = 8  # combinations of three sensors: 1 left, 2 front, 4 right
 
 
@@ -34,8 +36,10 @@ class Model(NamedTuple):
     start: Floats  # x, y, radius
     regions: Floats  # [region, (left, width, upper, height)]
     region_items: npt.NDArray[np.int64]  # [region + 1], the number of each region's first item, and of all items
-    region_slots: npt.NDArray[np.int64]  # [region + 1], where they lie: each region's items begin a bundle of slots
-    region_compact: npt.NDArray[np.bool]  # [region], whether what sees it is nearer to all of it than half the map
+    region_tiles: npt.NDArray[np.int64]  # [region + 1], the number of each region's first tile, and of all tiles
+    grid: npt.NDArray[np.int64]  # [region, (columns, rows)] of its tiles
+    tile_size: Floats  # [region, (width, height)]
+    images: npt.NDArray[np.int64]  # [region], from how many images of the torus it may be reached: 1, or 9
     cosine: Floats  # [heading]
     sine: Floats  # [heading]
     visual_radius: np.float32
@@ -53,17 +57,25 @@ class Model(NamedTuple):
 class State(NamedTuple):
     keys: npt.NDArray[np.uint32]  # [world, (seed, run)]
     generation: npt.NDArray[np.uint32]  # [1]
-    x: Floats  # [lane]
-    y: Floats  # [lane]
-    heading: Integers  # [lane], in turns of 9 degrees
+    places: Floats  # [(x, y), lane]
+    x: Floats  # [lane], the first row of places
+    y: Floats  # [lane], the second
+    near: Floats  # [1, lane], 1 if any food region is near, else 0
+    heading: Floats  # [1, lane], in turns of 9 degrees
     code: Integers  # [lane], which sensors are 1; -1 before the first look
     alert: Integers  # [lane], whether an item is near enough to be touched after the next move
-    action: Integers  # [lane], 0 left, 1 forward, 2 right
+    action: Floats  # [1, lane], 0 left, 1 forward, 2 right
     eaten: Integers  # [region, lane], so far in this life
-    item_x: Floats  # [world, slot]; slots that hold no item lie NOWHERE
-    item_y: Floats  # [world, slot]
-    appearances: Integers  # [world, slot], how often the item has appeared before
-    touched: Integers  # [world, slot], the step in which the item was last eaten; -1 for never
+    item_x: Floats  # [world, item]
+    item_y: Floats  # [world, item]
+    appearances: Integers  # [world, item], how often the item has appeared before
+    touched: Integers  # [world, item], the step in which the item was last eaten; -1 for never
+    slot_x: Floats  # [world, slot], the items in the order of their tiles; behind the last, NOWHERE
+    slot_y: Floats  # [world, slot]
+    slot_item: Integers  # [world, slot], which item it is
+    tile_slots: Integers  # [world, tile + 1], the first slot of each tile, and the number of items
+    tile_next: Integers  # [world, tile], scratch: the next slot to fill
+    stale: Integers  # [world, region], whether items have moved and are to be put in order
     weights: Floats  # [weight, lane], the action module's, as they stand
     activations: Floats  # [unit, lane], the action module's; the first three rows are the sensors
     errors: Floats  # [unit, lane]
@@ -86,9 +98,18 @@ def _aligned(shape: tuple[int, ...], fill: float = 0) -> Floats:
     return array
 
 
+def _grid(region: FoodRegion) -> tuple[int, int]:
+    """Columns and rows of the tiles that a region's items are sorted into: one for a few items, which are looked at all."""
+    if region.count <= FEW_ITEMS:
+        return 1, 1
+    width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
+    edge = math.sqrt(width * height * ITEMS_IN_TILE / region.count)
+    return max(1, round(width / edge)), max(1, round(height / edge))
+
+
 def _circle() -> tuple[Floats, Floats]:
     """Cosine and sine of every heading; rounded, so that a quarter turn is exactly 0 or 1."""
-    angles = [math.radians(heading * 360 / HEADINGS) for heading in range(HEADINGS)]
+    angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
     cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
     sine = np.array([round(math.sin(angle), 15) + 0.0 for angle in angles], np.float32)
     return cosine, sine
@@ -101,6 +122,8 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
     alert_radius = (farthest_touch + STRIDE) * 1.001 + 0.25  # with room for rounding
     margin = max(experiment.senses.visual_radius, alert_radius) + STRIDE
+    grid = np.array([_grid(region) for region in world.food], np.int64).reshape(-1, 2)
+    regions = np.array(boxes, np.float32).reshape(-1, 4)
     compact = [2 * (r.x[1] - r.x[0] + margin) < world.width and 2 * (r.y[1] - r.y[0] + margin) < world.height for r in world.food]
     return Model(
         worlds=worlds,
@@ -108,10 +131,12 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         width=np.float32(world.width),
         height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
-        regions=np.array(boxes, np.float32).reshape(len(boxes), 4),
+        regions=regions,
         region_items=np.cumsum([0, *(region.count for region in world.food)], dtype=np.int64),
-        region_slots=np.cumsum([0, *(_bundles(region.count) for region in world.food)], dtype=np.int64) * WIDTH,
-        region_compact=np.array(compact, np.bool),
+        region_tiles=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
+        grid=grid,
+        tile_size=(regions[:, 1::2] / grid).astype(np.float32),
+        images=np.where(compact, 1, 9).astype(np.int64),
         cosine=cosine,
         sine=sine,
         visual_radius=np.float32(experiment.senses.visual_radius),
@@ -128,23 +153,35 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
 
 
 def make_state(experiment: Experiment, worlds: int) -> State:
-    slots = sum(_bundles(region.count) for region in experiment.world.food) * WIDTH
+    food = experiment.world.food
+    items = sum(region.count for region in food)
+    tiles = sum(math.prod(_grid(region)) for region in food)
+    slots = items + WIDTH  # a bundle may begin at the last item
     lanes = _bundles(worlds * experiment.population.size) * WIDTH
     units = sum(experiment.layer_sizes)
+    places = _aligned((2, lanes))
     return State(
         keys=np.zeros((worlds, 2), np.uint32),
         generation=np.zeros(1, np.uint32),
-        x=_aligned((lanes,)),
-        y=_aligned((lanes,)),
-        heading=np.zeros(lanes, np.int32),
+        places=places,
+        x=places[0],
+        y=places[1],
+        near=_aligned((1, lanes)),
+        heading=_aligned((1, lanes)),
         code=np.zeros(lanes, np.int32),
         alert=np.zeros(lanes, np.int32),
-        action=np.zeros(lanes, np.int32),
-        eaten=np.zeros((max(1, len(experiment.world.food)), lanes), np.int32),
-        item_x=_aligned((worlds, slots), NOWHERE),
-        item_y=_aligned((worlds, slots), NOWHERE),
-        appearances=np.zeros((worlds, slots), np.int32),
-        touched=np.zeros((worlds, slots), np.int32),
+        action=_aligned((1, lanes)),
+        eaten=np.zeros((max(1, len(food)), lanes), np.int32),
+        item_x=_aligned((worlds, items)),
+        item_y=_aligned((worlds, items)),
+        appearances=np.zeros((worlds, items), np.int32),
+        touched=np.zeros((worlds, items), np.int32),
+        slot_x=_aligned((worlds, slots), NOWHERE),
+        slot_y=_aligned((worlds, slots), NOWHERE),
+        slot_item=np.zeros((worlds, slots), np.int32),
+        tile_slots=np.zeros((worlds, tiles + 1), np.int32),
+        tile_next=np.zeros((worlds, tiles), np.int32),
+        stale=np.zeros((worlds, len(food)), np.int32),
         weights=_aligned((experiment.weight_count, lanes)),
         activations=_aligned((units, lanes)),
         errors=_aligned((units, lanes)),
