@@ -18,7 +18,7 @@ FLOORS = [
     {"replay"},
     {"store"},
     {"study"},
-    {"analysis", "movie"},
+    {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
     {"publish", "console"},

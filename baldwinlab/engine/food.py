@@ -42,12 +42,12 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
 
 
 @compiled
-def _tile(model: Model, state: State, world: int, region: int, item: int) -> np.int64:
+def _tile(model: Model, state: State, world: int, region: int, item: int) -> int:
     """The tile that an item lies in."""
     columns, rows = model.grid[region, 0], model.grid[region, 1]
     column = int((state.item_x[world, item] - model.regions[region, 0]) / model.tile_size[region, 0])
     row = int((state.item_y[world, item] - model.regions[region, 2]) / model.tile_size[region, 1])
-    return np.int64(model.region_tiles[region] + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
+    return int(model.region_tiles[region] + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
 
 
 @compiled

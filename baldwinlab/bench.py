@@ -1,0 +1,132 @@
+"""What this machine does: agent-steps a second of a small study, of every condition, and of worlds of many agents.
+
+Each case runs in a process of its own, so that its compile time and its peak memory are its own.
+"""
+
+from __future__ import annotations
+
+import math
+import platform
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from baldwinlab.config import Experiment
+from baldwinlab.engine.cpu import Block, warm_up
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.presets import load, paper
+from baldwinlab.simulate import simulate_block
+from baldwinlab.store import create
+from baldwinlab.study import WORLDS_PER_BLOCK, agent_steps_of_run, available_cores, missing_runs, run_study
+
+CROWDS = (20, 1000, 10_000)  # agents in one world, at the paper's density
+
+
+class Record(NamedTuple):
+    """One case, measured. Seconds are without `compile_seconds`; `peak_mib` is the most memory its process held."""
+
+    case: str
+    agent_steps_per_second: float
+    seconds: float
+    compile_seconds: float
+    peak_mib: float
+    threads: int
+
+
+def cases() -> list[str]:
+    """The cases in the order in which they are measured."""
+    return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in CROWDS)]
+
+
+def bench(quick: bool) -> Iterator[Record]:
+    """Measure every case; `quick` measures less of each, and is less exact."""
+    for case in cases():
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+            yield process.submit(measure, case, quick).result()
+
+
+def measure(case: str, quick: bool) -> Record:
+    """Measure one case in this process."""
+    compile_seconds = warm_up()
+    if case == "study":
+        agent_steps, seconds, threads = _study(runs=2 if quick else 8)
+    elif case.startswith("world-"):
+        agent_steps, seconds, threads = _world(int(case.removeprefix("world-")), steps=20 if quick else 200)
+    else:
+        agent_steps, seconds, threads = _condition(case, generations=20 if quick else 100)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
+    return Record(case, agent_steps / seconds, seconds, compile_seconds, peak, threads)
+
+
+def _study(runs: int) -> tuple[int, float, int]:
+    """The paper with fewer runs, on all cores, stored as ever."""
+    threads = available_cores()
+    with tempfile.TemporaryDirectory() as folder:
+        study = create(Path(folder) / "study", paper(), seed=0)
+        missing = missing_runs(study, runs, _ignore)
+        began = time.perf_counter()
+        run_study(study, missing, threads, _silent, _ignore)
+        seconds = time.perf_counter() - began
+    return runs * sum(agent_steps_of_run(experiment) for experiment in paper()), seconds, threads
+
+
+def _condition(name: str, generations: int) -> tuple[int, float, int]:
+    """One block of runs of a condition, on one thread."""
+    experiment = load(name).replace(evolution={"generations": generations})
+    began = time.perf_counter()
+    simulate_block(experiment, seed=0, runs=range(WORLDS_PER_BLOCK))
+    return WORLDS_PER_BLOCK * agent_steps_of_run(experiment), time.perf_counter() - began, 1
+
+
+def crowd(agents: int, steps: int) -> Experiment:
+    """evo+self-taught/A with more agents, on a map as much larger and with as much more food; all are born among the food."""
+    scale = math.sqrt(agents / 20)
+    start = {"x": 480 * scale, "y": 160 * scale, "radius": 80 * scale}
+    food = [{"x": [400 * scale, 560 * scale], "y": [80 * scale, 240 * scale], "count": round(2.5 * agents)}]
+    world = {"width": 640 * scale, "height": 640 * scale, "start": start, "food": food}
+    return load("evo+self-taught/A").replace(population={"size": agents}, world=world, lifetime={"steps": steps})
+
+
+def _world(agents: int, steps: int) -> tuple[int, float, int]:
+    """The life of one large world, on one thread; of a small one, of as many as make up a block."""
+    steps *= 10_000 // agents
+    worlds = WORLDS_PER_BLOCK if agents == CROWDS[0] else 1
+    experiment = crowd(agents, steps // worlds)
+    block = Block(experiment, seed=0, runs=range(worlds))
+    block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]))
+    began = time.perf_counter()
+    block.live(0, experiment.lifetime.steps)
+    return worlds * agents * experiment.lifetime.steps, time.perf_counter() - began, 1
+
+
+def machine() -> dict[str, Any]:
+    """On what the figures were measured."""
+    facts = {"platform": platform.platform(), "processor": _processor(), "cores": available_cores()}
+    return facts | {"python": platform.python_version(), "numpy": np.__version__, "numba": numba.__version__}
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
+
+
+def _ignore(message: str) -> None:
+    """Tell nobody."""
+
+
+@contextmanager
+def _silent(description: str, total: int) -> Iterator[Callable[[int], None]]:
+    yield lambda amount: None

@@ -1,0 +1,148 @@
+"""Where an agent-step goes: each phase measured, beside the time that its arithmetic takes at this machine's peak.
+
+    python benchmarks/phases.py
+
+The peak is measured too: independent additions and multiplications of sixteen float32, kept in registers. The counts of
+operations are those of the paper's networks (3-10-3, no biases) and of 50 items, read off the source; a division counts as one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from baldwinlab.config import Experiment
+from baldwinlab.engine.cpu import Block
+from baldwinlab.engine.food import eat
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import WIDTH, bundle, get, put
+from baldwinlab.engine.learning import learn, think
+from baldwinlab.engine.senses import look_out, sense
+from baldwinlab.engine.world import act
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.presets import load
+from baldwinlab.study import WORLDS_PER_BLOCK
+
+ROUNDS, REPETITIONS = 2000, 9
+SIGMOID = 22
+DENSE = 107  # multiplications and additions of 60 weights
+BUNDLES_OF_ITEMS = 4  # 50 items
+
+
+class Phase(NamedTuple):
+    name: str
+    run: Callable[[Any, Any, int], None]
+    far: float  # vector operations an agent-step, of an agent that is far from food
+    near: float  # of one among it
+
+
+@compiled
+def _sense(model: Any, state: Any, rounds: int) -> None:
+    for _ in range(rounds):
+        for first in range(0, state.x.size, WIDTH):
+            look_out(model, state, bundle(first))
+        for world in range(model.worlds):
+            for agent in range(model.agents):
+                sense(model, state, world, agent)
+
+
+@compiled
+def _think(model: Any, state: Any, rounds: int) -> None:
+    for _ in range(rounds):
+        for first in range(0, state.x.size, WIDTH):
+            think(model, state, bundle(first))
+
+
+@compiled
+def _act(model: Any, state: Any, rounds: int) -> None:
+    for _ in range(rounds):
+        for first in range(0, state.x.size, WIDTH):
+            act(model, state, bundle(first))
+
+
+@compiled
+def _learn(model: Any, state: Any, rounds: int) -> None:
+    for _ in range(rounds):
+        for first in range(0, state.x.size, WIDTH):
+            learn(model, state, bundle(first))
+
+
+@compiled
+def _eat(model: Any, state: Any, rounds: int) -> None:
+    for step in range(rounds):
+        for world in range(model.worlds):
+            for agent in range(model.agents):
+                eat(model, state, world, agent, step)
+
+
+@compiled
+def _peak(rows: Any, rounds: int) -> None:
+    a, b, c, d = get(rows, 0, bundle(0)), get(rows, 1, bundle(0)), get(rows, 2, bundle(0)), get(rows, 3, bundle(0))
+    e, f, g, h = a, b, c, d
+    x, y = get(rows, 4, bundle(0)), get(rows, 5, bundle(0))
+    for _ in range(rounds):
+        a, b, c, d = a + x, b * y, c + x, d * y
+        e, f, g, h = e * y, f + x, g * y, h + x
+    put(rows, 0, bundle(0), a + b + c + d + e + f + g + h)
+
+
+PHASES = (
+    Phase("sense", _sense, 12 / WIDTH, 12 / WIDTH + 29 * BUNDLES_OF_ITEMS),
+    Phase("think", _think, (DENSE - 50 + 3 * SIGMOID) / WIDTH, (DENSE + 13 * SIGMOID) / WIDTH),
+    Phase("learn", _learn, (15 + 120) / WIDTH, (15 + 120 + 30 + 60) / WIDTH),
+    Phase("move", _act, 22 / WIDTH, 22 / WIDTH),
+    Phase("eat", _eat, 0.0, 0.0),
+)
+
+
+def nanoseconds(run: Callable[[Any, Any, int], None], model: Any, state: Any, agents: int) -> float:
+    """The median over repetitions, an agent-step."""
+    run(model, state, 1)
+    times = []
+    for _ in range(REPETITIONS):
+        began = time.perf_counter()
+        run(model, state, ROUNDS)
+        times.append((time.perf_counter() - began) / ROUNDS / agents * 1e9)
+    return float(np.median(times))
+
+
+def nanoseconds_of_operation() -> float:
+    """One operation on sixteen float32, at the machine's peak."""
+    rows = np.ones((6, WIDTH), np.float32)
+    _peak(rows, 1)
+    times = []
+    for _ in range(REPETITIONS):
+        began = time.perf_counter()
+        _peak(rows, 2_000_000)
+        times.append((time.perf_counter() - began) / 2_000_000 / 8 * 1e9)
+    return float(np.median(times))
+
+
+def lived(experiment: Experiment) -> Block:
+    """A block some steps into its first life."""
+    block = Block(experiment, 0, range(WORLDS_PER_BLOCK))
+    block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(WORLDS_PER_BLOCK)]))
+    block.live(0, 50)
+    return block
+
+
+def main() -> None:
+    far = lived(load("evo+self-taught/B"))
+    near = lived(load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}}))
+    agents = WORLDS_PER_BLOCK * 20
+    operation = nanoseconds_of_operation()
+    print(f"peak: {1 / operation:.2f} operations on sixteen float32 a nanosecond\n")
+    print("| phase | far from food, ns | its arithmetic at peak | among food, ns | its arithmetic at peak |")
+    print("|---|---|---|---|---|")
+    for phase in PHASES:
+        cells = []
+        for block, operations in ((far, phase.far), (near, phase.near)):
+            cells += [f"{nanoseconds(phase.run, block.model, block.state, agents):.1f}", f"{operations * operation:.1f}"]
+        print(f"| {phase.name} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    main()
