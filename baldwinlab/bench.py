@@ -57,7 +57,7 @@ def bench(quick: bool) -> Iterator[Record]:
 
 def measure(case: str, quick: bool) -> Record:
     """Measure one case in this process."""
-    compile_seconds = warm_up()
+    compile_seconds = warm_up([Experiment()])
     if case == "study":
         agent_steps, seconds, threads = _study(runs=2 if quick else 8)
     elif case.startswith("world-"):

@@ -130,7 +130,7 @@ def run_study(
     """
     study.sweep()
     tasks = plan(study, missing, workers)
-    compile_seconds = warm_up()
+    compile_seconds = warm_up(task.experiment for task in tasks)
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.config import Experiment
-from baldwinlab.engine.life import begin, live
+from baldwinlab.engine.life import begin, live_one_by_one, live_together
 from baldwinlab.engine.rng import words
 from baldwinlab.engine.state import make_model, make_state
 
 
-def warm_up() -> float:
-    """Compile the engine, or load it from the cache, and return the seconds that took. One engine serves all experiments."""
+def warm_up(experiments: Iterable[Experiment]) -> float:
+    """Compile the engine, or load it from the cache, and return the seconds that took.
+
+    One engine serves all experiments, but for how a step is taken: simultaneously, or agent after agent.
+    """
     began = time.perf_counter()
-    experiment = Experiment()
-    block = Block(experiment, seed=0, runs=[0])
-    block.begin(0, np.zeros((1, experiment.population.size, 1, experiment.weight_count), np.float32))
-    block.live(0, 1)
+    for update in {experiment.lifetime.update for experiment in experiments}:
+        experiment = Experiment().replace(lifetime={"update": update})
+        block = Block(experiment, seed=0, runs=[0])
+        block.begin(0, np.zeros((1, experiment.population.size, 1, experiment.weight_count), np.float32))
+        block.live(0, 1)
     words(0, 0, 0, 0, (1, 1))
     return time.perf_counter() - began
 
@@ -32,6 +36,7 @@ class Block:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
+        self._live = live_one_by_one if experiment.lifetime.update == "sequential" else live_together
         self._shape = (len(runs), experiment.population.size)
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
@@ -46,7 +51,7 @@ class Block:
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""
-        live(self.model, self.state, first_step, last_step)
+        self._live(self.model, self.state, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:
         """Where the items lie, [world, item, (x, y)]."""

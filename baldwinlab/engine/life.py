@@ -34,13 +34,17 @@ def begin(model: Model, state: State, fixed: Rows) -> None:
 
 
 @compiled
-def live(model: Model, state: State, first_step: int, last_step: int) -> None:
-    """Live through the steps from `first_step` up to, and without, `last_step`."""
+def live_together(model: Model, state: State, first_step: int, last_step: int) -> None:
+    """Live through the steps from `first_step` up to, and without, `last_step`; all agents at a time."""
     for step in range(first_step, last_step):
-        if model.sequential:
-            _step_one_by_one(model, state, step)
-        else:
-            _step_together(model, state, step)
+        _step_together(model, state, step)
+
+
+@compiled
+def live_one_by_one(model: Model, state: State, first_step: int, last_step: int) -> None:
+    """Live through the steps from `first_step` up to, and without, `last_step`; agent after agent (R7)."""
+    for step in range(first_step, last_step):
+        _step_one_by_one(model, state, step)
 
 
 @compiled
@@ -67,7 +71,7 @@ def _step_together(model: Model, state: State, step: int) -> None:
 
 @compiled
 def _step_one_by_one(model: Model, state: State, step: int) -> None:
-    """Agent after agent, in the step's order, each finds what the last one left (R7)."""
+    """Agent after agent, in the step's order, each finds what the last one left."""
     for world in range(model.worlds):
         agent = step % model.agents
         for _ in range(model.agents):

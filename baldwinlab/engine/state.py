@@ -51,7 +51,6 @@ class Model(NamedTuple):
     biases: bool
     rule: int  # of learning, an index into RULES
     rate: np.float32
-    sequential: bool
 
 
 class State(NamedTuple):
@@ -148,7 +147,6 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         biases=experiment.network.biases,
         rule=RULES.index(experiment.learning.rule),
         rate=np.float32(experiment.learning.rate),
-        sequential=experiment.lifetime.update == "sequential",
     )
 
 
