@@ -4,13 +4,14 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test lint format browser clean
+.PHONY: help reproduce test lint format cuda browser clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, figures, report"
 	@echo "make test        run all tests"
 	@echo "make lint        check style and types"
 	@echo "make format      put the code into its standard form"
+	@echo "make cuda        add what the GPU backend needs"
 	@echo "make clean       remove the virtual environment and what the tools left"
 
 reproduce: $(VENV)/.core
@@ -41,6 +42,13 @@ $(VENV)/.core: $(VENV)/.made requirements.txt pyproject.toml
 $(VENV)/.dev: $(VENV)/.core requirements-dev.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.txt
 	@touch $@
+
+$(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-cuda.txt
+	@touch $@
+
+# Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
+cuda: $(VENV)/.cuda
 
 # The report is tested in a real browser. Without one, and without the right to install it, those tests are skipped.
 browser:

@@ -22,12 +22,12 @@ import numba
 import numpy as np
 
 from baldwinlab.config import Experiment
-from baldwinlab.engine.cpu import Block, warm_up
+from baldwinlab.engine.backend import Backend, choose
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.presets import load, paper
 from baldwinlab.simulate import simulate_block
 from baldwinlab.store import create
-from baldwinlab.study import WORLDS_PER_BLOCK, agent_steps_of_run, available_cores, missing_runs, run_study
+from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
 
 CROWDS = (20, 1000, 10_000)  # agents in one world, at the paper's density
 
@@ -48,44 +48,46 @@ def cases() -> list[str]:
     return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in CROWDS)]
 
 
-def bench(quick: bool) -> Iterator[Record]:
-    """Measure every case; `quick` measures less of each, and is less exact."""
+def bench(quick: bool, backend: str = "auto") -> Iterator[Record]:
+    """Measure every case; `quick` measures less of each, and is less exact. Raises ValueError for a backend not to be had."""
+    choose(backend)
     for case in cases():
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-            yield process.submit(measure, case, quick).result()
+            yield process.submit(measure, case, quick, backend).result()
 
 
-def measure(case: str, quick: bool) -> Record:
+def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     """Measure one case in this process."""
-    compile_seconds = warm_up([Experiment()])
+    chosen = choose(backend)
+    compile_seconds = chosen.warm_up([Experiment()])
     if case == "study":
-        agent_steps, seconds, threads = _study(runs=2 if quick else 8)
+        agent_steps, seconds, threads = _study(chosen, runs=2 if quick else 8)
     elif case.startswith("world-"):
-        agent_steps, seconds, threads = _world(int(case.removeprefix("world-")), steps=20 if quick else 200)
+        agent_steps, seconds, threads = _world(chosen, int(case.removeprefix("world-")), steps=20 if quick else 200)
     else:
-        agent_steps, seconds, threads = _condition(case, generations=20 if quick else 100)
+        agent_steps, seconds, threads = _condition(chosen, case, generations=20 if quick else 100)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
     return Record(case, agent_steps / seconds, seconds, compile_seconds, peak, threads)
 
 
-def _study(runs: int) -> tuple[int, float, int]:
+def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     """The paper with fewer runs, on all cores, stored as ever."""
     threads = available_cores()
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", paper(), seed=0)
         missing = missing_runs(study, runs, _ignore)
         began = time.perf_counter()
-        run_study(study, missing, threads, _silent, _ignore)
+        run_study(study, missing, threads, _silent, _ignore, backend)
         seconds = time.perf_counter() - began
     return runs * sum(agent_steps_of_run(experiment) for experiment in paper()), seconds, threads
 
 
-def _condition(name: str, generations: int) -> tuple[int, float, int]:
+def _condition(backend: Backend, name: str, generations: int) -> tuple[int, float, int]:
     """One block of runs of a condition, on one thread."""
     experiment = load(name).replace(evolution={"generations": generations})
     began = time.perf_counter()
-    simulate_block(experiment, seed=0, runs=range(WORLDS_PER_BLOCK))
-    return WORLDS_PER_BLOCK * agent_steps_of_run(experiment), time.perf_counter() - began, 1
+    simulate_block(experiment, 0, range(backend.worlds), backend)
+    return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began, 1
 
 
 def crowd(agents: int, steps: int) -> Experiment:
@@ -97,12 +99,12 @@ def crowd(agents: int, steps: int) -> Experiment:
     return load("evo+self-taught/A").replace(population={"size": agents}, world=world, lifetime={"steps": steps})
 
 
-def _world(agents: int, steps: int) -> tuple[int, float, int]:
+def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
     """The life of one large world, on one thread; of a small one, of as many as make up a block."""
     steps *= 10_000 // agents
-    worlds = WORLDS_PER_BLOCK if agents == CROWDS[0] else 1
+    worlds = backend.worlds if agents == CROWDS[0] else 1
     experiment = crowd(agents, steps // worlds)
-    block = Block(experiment, seed=0, runs=range(worlds))
+    block = backend.block(experiment, 0, range(worlds))
     block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]))
     began = time.perf_counter()
     block.live(0, experiment.lifetime.steps)

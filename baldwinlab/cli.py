@@ -14,6 +14,7 @@ from baldwinlab import console, presets, store
 from baldwinlab.bench import bench as benchmark
 from baldwinlab.bench import machine
 from baldwinlab.config import Experiment, ExperimentError, assign
+from baldwinlab.engine.backend import choose
 from baldwinlab.files import write_atomically
 from baldwinlab.movie import MovieError, write_movie
 from baldwinlab.publish import publish
@@ -37,6 +38,7 @@ Runs = Annotated[int, Parameter(help="independent runs of each condition")]
 Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
 Out = Annotated[Path | None, Parameter(help="directory of the study")]
+BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
@@ -56,6 +58,7 @@ def reproduce(
     workers: Workers = None,
     out: Out = None,
     last: Last = 10,
+    backend: BackendName = "auto",
 ) -> None:
     """Reproduce the whole paper: six conditions, statistics, figures and report."""
     changes: dict[str, Any] = {}
@@ -67,7 +70,7 @@ def reproduce(
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
     name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
     _require_positive("--last", last)
-    study = _run(experiments, runs, seed, workers, out or Path("results") / name)
+    study = _run(experiments, runs, seed, workers, out or Path("results") / name, backend)
     _report(study, study.directory / "report.html", last)
 
 
@@ -81,10 +84,11 @@ def run(
     seed: Seed = 0,
     workers: Workers = None,
     out: Out = None,
+    backend: BackendName = "auto",
 ) -> None:
     """Run one experiment, a preset or a TOML file."""
     resolved = assign(presets.load(experiment), assignments or [])
-    study = _run([resolved], runs, seed, workers, out or Path("results") / resolved.name.replace("/", "-"))
+    study = _run([resolved], runs, seed, workers, out or Path("results") / resolved.name.replace("/", "-"), backend)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
 
 
@@ -144,6 +148,7 @@ def replay(directory: Path, /, *, condition: str, run: int, generation: int, out
 def bench(
     *,
     quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
+    backend: BackendName = "auto",
     json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
 ) -> None:
     """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
@@ -151,7 +156,7 @@ def bench(
         raise ValueError(f"--json {json}: there is no folder {json.parent}")
     records = []
     console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
-    for record in benchmark(quick):
+    for record in benchmark(quick, backend):
         records.append(record._asdict())
         rate = record.agent_steps_per_second / 1e6
         numbers = (
@@ -163,13 +168,18 @@ def bench(
         console.say(f"records: {json}")
 
 
-def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int | None, directory: Path) -> Study:
+def _run(
+    experiments: Sequence[Experiment], runs: int, seed: int, workers: int | None, directory: Path, backend_name: str
+) -> Study:
     """Bring a study to the given number of runs, showing how far it is."""
     workers = available_cores() if workers is None else workers
     _require_positive("--runs", runs)
     _require_positive("--workers", workers)
     if not 0 <= seed < SEED_LIMIT:
         raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
+    backend = choose(backend_name, runs * len(experiments))
+    if backend.name == "cuda":
+        workers = max(workers, len(experiments))  # a GPU lives several blocks at a time
     study = store.create(directory, experiments, seed)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
@@ -180,7 +190,7 @@ def _run(experiments: Sequence[Experiment], runs: int, seed: int, workers: int |
     stored = wanted - sum(map(len, missing.values()))
     console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
     try:
-        run_study(study, missing, workers, console.progress, console.say)
+        run_study(study, missing, workers, console.progress, console.say, backend)
     except KeyboardInterrupt:
         raise InterruptedStudyError(f"stopped; {_standing(study, runs)}", code=130) from None
     except OSError as error:

@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.config import Experiment
-from baldwinlab.engine.cpu import Block
+from baldwinlab.engine.backend import CPU, Backend, choose
 from baldwinlab.evolution import Genome, Moment, breed, draw_genome
 from baldwinlab.toml import to_toml
 from baldwinlab.version import __version__
@@ -21,24 +21,29 @@ from baldwinlab.version import __version__
 SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
 
-def simulate(experiment: Experiment, seed: int = 0, run: int = 0) -> xr.Dataset:
+def simulate(experiment: Experiment, seed: int = 0, run: int = 0, backend: str = "auto") -> xr.Dataset:
     """Evolve one population from its first generation to its last.
 
-    `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). Returns the variables of
-    `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError for a seed out of range.
+    `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
+    "cuda". Returns the variables of `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError
+    for a seed out of range, and for a backend that cannot be used here.
     """
-    return simulate_block(experiment, seed, [run])[0]
+    return simulate_block(experiment, seed, [run], choose(backend))[0]
 
 
 def simulate_block(
-    experiment: Experiment, seed: int, runs: Sequence[int], after_generation: Callable[[int], None] = lambda generation: None
+    experiment: Experiment,
+    seed: int,
+    runs: Sequence[int],
+    backend: Backend = CPU,
+    after_generation: Callable[[int], None] = lambda generation: None,
 ) -> list[xr.Dataset]:
     """Several runs side by side, which is faster; each has the same bits as alone.
 
     `after_generation` is called with the number of each generation that has lived; what it raises ends the block.
     """
     check_seed(seed, *runs)
-    block = Block(experiment, seed, runs)
+    block = backend.block(experiment, seed, runs)
     histories = [_History(experiment, seed, run) for run in runs]
     for generation in range(experiment.evolution.generations):
         block.begin(generation, np.stack([history.genome for history in histories]))

@@ -17,15 +17,15 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.config import Experiment
-from baldwinlab.engine.cpu import warm_up
+from baldwinlab.engine.backend import CPU, Backend
 from baldwinlab.simulate import simulate_block
 from baldwinlab.store import DamagedRecordError, Study
 from baldwinlab.toml import to_toml
 from baldwinlab.variables import PARENTS, RUN
 
-Progress = AbstractContextManager[Callable[[int], None]]
+WORLDS_PER_BLOCK = CPU.worlds
 
-WORLDS_PER_BLOCK = 4  # 80 lanes, whose weights stay in the first-level cache
+Progress = AbstractContextManager[Callable[[int], None]]
 
 
 class Task(NamedTuple):
@@ -68,10 +68,10 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
     return missing
 
 
-def plan(study: Study, missing: dict[str, list[int]], workers: int) -> list[Task]:
+def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Task]:
     """Blocks of runs, the slow ones (those that learn) first, so that no worker is left with one at the end."""
     total = sum(len(runs) for runs in missing.values())
-    size = max(1, min(WORLDS_PER_BLOCK, total // workers))
+    size = max(1, min(worlds, total // workers))
     tasks = [
         Task(study.experiments[condition], tuple(runs[first : first + size]))
         for condition, runs in missing.items()
@@ -80,7 +80,7 @@ def plan(study: Study, missing: dict[str, list[int]], workers: int) -> list[Task
     return sorted(tasks, key=lambda task: (not task.experiment.learns, -task.agent_steps))
 
 
-def run_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[int, None, None]:
+def run_tasks(study: Study, tasks: Sequence[Task], workers: int, backend: Backend = CPU) -> Generator[int, None, None]:
     """Do the tasks on threads, storing each run as it ends; yield the agent-steps done, a generation at a time.
 
     When a task raises, or the caller stops asking (ctrl-C), the others end at their next generation, what they had in flight
@@ -97,7 +97,8 @@ def run_tasks(study: Study, tasks: Sequence[Task], workers: int) -> Generator[in
                 raise StoppedError
             news.put(share)
 
-        for run, record in zip(task.runs, simulate_block(task.experiment, study.seed, task.runs, after_generation), strict=True):
+        records = simulate_block(task.experiment, study.seed, task.runs, backend, after_generation)
+        for run, record in zip(task.runs, records, strict=True):
             study.write(task.experiment.name, run, record)
 
     with ThreadPoolExecutor(workers) as pool:
@@ -123,20 +124,21 @@ def run_study(
     workers: int,
     progress: Callable[[str, int], Progress],
     tell: Callable[[str], None],
+    backend: Backend = CPU,
 ) -> None:
     """Do the missing runs of a study, and note how long that took.
 
     `progress(description, total)` opens what is called with the agent-steps that have been done.
     """
     study.sweep()
-    tasks = plan(study, missing, workers)
-    compile_seconds = warm_up(task.experiment for task in tasks)
-    tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
+    tasks = plan(study, missing, workers, backend.worlds)
+    compile_seconds = backend.warm_up(task.experiment for task in tasks)
+    tell(f"the engine ({backend.name}) is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:
         with (
             progress("living", sum(task.agent_steps for task in tasks)) as show,
-            closing(run_tasks(study, tasks, workers)) as amounts,
+            closing(run_tasks(study, tasks, workers, backend)) as amounts,
         ):
             for amount in amounts:
                 done += amount
@@ -147,6 +149,7 @@ def run_study(
             "seconds": round(time.perf_counter() - start, 3),
             "compile_seconds": round(compile_seconds, 3),
             "workers": workers,
+            "backend": backend.name,
             "agent_steps": done,
         }
         if done:

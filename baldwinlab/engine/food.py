@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, Lane, Mask, any_of, bundle, get
+from baldwinlab.engine.lanes import Lane, Mask, any_of, bundle, get, lanes_in_bundle
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.engine.state import Model, State
 from baldwinlab.engine.world import wrapped
@@ -109,7 +109,7 @@ def tiles_within(model: Model, region: int, axis: int, position: np.float32, rad
 
 
 @compiled
-def _touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Mask:
+def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Mask:
     """Whether a body at (x, y) touches the item (R2)."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
@@ -126,11 +126,11 @@ def _eat_from(model: Model, state: State, world: int, region: int, lane: int, st
     for row in range(first_row, last_row):
         tile = model.region_tiles[region] + row * model.grid[region, 0]
         end = state.tile_slots[world, tile + last_column]
-        for first in range(state.tile_slots[world, tile + first_column], end, WIDTH):
-            if any_of(_touches(model, state, world, bundle(first), x, y)):
-                for slot in range(first, min(first + WIDTH, end)):
+        for first in range(state.tile_slots[world, tile + first_column], end, lanes_in_bundle()):
+            if any_of(touches(model, state, world, bundle(first), x, y)):
+                for slot in range(first, min(first + lanes_in_bundle(), end)):
                     item = state.slot_item[world, slot]
-                    if state.touched[world, item] != step and _touches(model, state, world, slot, x, y):
+                    if state.touched[world, item] != step and touches(model, state, world, slot, x, y):
                         state.eaten[region, lane] += 1
                         state.touched[world, item] = step
                         grow(model, state, world, region, item)

@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba.core import cgutils, config, types
 from numba.extending import intrinsic, models, overload, register_model
 
 WIDTH: Final = 16  # lanes in a bundle: one AVX-512 register of float32; narrower machines use several registers
@@ -76,9 +76,15 @@ class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 @intrinsic
-def bundle(typing_context, first):  # type: ignore[no-untyped-def]
-    """The sixteen lanes from `first`."""
+def _sixteen_from(typing_context, first):  # type: ignore[no-untyped-def]
     return BUNDLE(types.intp), lambda context, builder, signature, arguments: arguments[0]
+
+
+def _one_from(first: int) -> Lane:
+    return first
+
+
+bundle = _one_from if config.DISABLE_JIT else _sixteen_from  # the bundle that begins with a lane
 
 
 def _pointer(context: Any, builder: Any, array_type: Any, array: Any, indices: list[Any]) -> Any:
@@ -193,6 +199,11 @@ def _any(typing_context, mask):  # type: ignore[no-untyped-def]
     return types.boolean(MASK), generate
 
 
+def lanes_in_bundle() -> int:
+    """Sixteen; where a bundle is a single lane (in plain Python, and on a GPU, for a thread has but one), one."""
+    return 1
+
+
 def get(array: Any, row: int, lane: Lane) -> Value:
     """`array[row, lane]`, for a lane or a bundle."""
     return array[row, lane]
@@ -216,6 +227,11 @@ def choose(mask: Mask, a: Value, b: Value) -> Value:
 def any_of(mask: Mask) -> bool:
     """Whether a mask is true anywhere."""
     return bool(mask)
+
+
+@overload(lanes_in_bundle, target="cpu")
+def _lanes_in_bundle():  # type: ignore[no-untyped-def]
+    return lambda: WIDTH
 
 
 @overload(get, inline="always")
@@ -284,3 +300,7 @@ def _any_of(mask):  # type: ignore[no-untyped-def]
 @overload(abs)
 def _magnitude(value):  # type: ignore[no-untyped-def]
     return (lambda value: _larger(value, _repeat(np.float32(0)) - value)) if value is WIDE else None
+
+
+# What a GPU compiles, where a thread has a lane to itself: the functions as they stand in Python.
+FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in (lanes_in_bundle, get, put, clamp, choose, any_of, lookup)}

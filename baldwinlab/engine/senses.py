@@ -14,7 +14,7 @@ import numpy as np
 
 from baldwinlab.engine.food import image, tiles_within
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, Lane, any_of, bundle, choose, get, put
+from baldwinlab.engine.lanes import Lane, any_of, bundle, choose, get, lanes_in_bundle, put
 from baldwinlab.engine.state import NO_LEARNING, Model, State
 from baldwinlab.engine.world import shortest
 
@@ -64,7 +64,8 @@ def _look(model: Model, state: State, world: int, region: int, x: np.float32, y:
     bits = 0
     for row in range(first_row, last_row):
         tile = model.region_tiles[region] + row * model.grid[region, 0]
-        for first in range(state.tile_slots[world, tile + first_column], state.tile_slots[world, tile + last_column], WIDTH):
+        end = state.tile_slots[world, tile + last_column]
+        for first in range(state.tile_slots[world, tile + first_column], end, lanes_in_bundle()):
             bits |= _spot(model, state, world, bundle(first), x, y, heading)
     return bits
 

@@ -1,0 +1,98 @@
+"""On a machine with an NVIDIA GPU: are its lives the CPU's, to the bit, and how fast are they?
+
+    python scripts/check_gpu.py [--quick]
+
+First every kind of life, on both; the script ends with status 1 if any bit differs. Then agent-steps a second of whole
+generations (genomes in, 5000 steps, what was eaten out; compilation apart) for several numbers of worlds and threads.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+
+import numba
+import numpy as np
+from numba import cuda as numba_cuda
+
+from baldwinlab.config import Experiment
+from baldwinlab.engine import cpu, cuda
+from baldwinlab.engine.backend import Block
+from baldwinlab.presets import load
+
+WORLDS = (1, 30, 180, 528, 1056, 2640, 5280, 10560, 21120)
+THREADS = (32, 64, 128, 256, 512)
+FOOD = {"x": [400, 560], "y": [80, 240]}
+
+
+def experiments() -> Iterator[tuple[str, Experiment]]:
+    """Every path through the engine, with newborns where the food is."""
+    for condition in ("evo/A", "evo+self-taught/A", "evo+self-taught/B"):
+        yield condition, load(condition)
+        yield f"{condition}, at the food", load(condition).replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
+    base = load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
+    yield "sequential", base.replace(lifetime={"update": "sequential", "steps": 500})
+    yield "biases, two hidden layers", base.replace(network={"biases": True, "hidden": [10, 5]})
+    yield "100 agents", base.replace(population={"size": 100})
+    yield "items in tiles", base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100})
+    yield "square contact", base.replace(contact={"shape": "square"})
+    yield "items round the edge", base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]})
+
+
+def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
+    shape = (worlds, experiment.population.size, len(experiment.modules), experiment.weight_count)
+    return np.random.default_rng(1).standard_normal(shape, np.float32)
+
+
+def differences(experiment: Experiment, worlds: int) -> list[str]:
+    """The names of what is not the same after a life on the GPU and on the CPU."""
+    blocks: list[Block] = [cpu.Block(experiment, 7, range(worlds)), cuda.Block(experiment, 7, range(worlds))]
+    for block in blocks:
+        block.begin(3, genomes(experiment, worlds))
+        block.live(0, experiment.lifetime.steps)
+    agents = worlds * experiment.population.size
+    one, other = (block.state for block in blocks)
+    names = ("places", "heading", "action", "activations", "weights", "answers", "eaten")
+    found = [name for name in names if getattr(one, name)[:, :agents].tobytes() != getattr(other, name)[:, :agents].tobytes()]
+    return found + ["items"] * (blocks[0].items().tobytes() != blocks[1].items().tobytes())
+
+
+def speed(experiment: Experiment, worlds: int) -> float:
+    """Agent-steps a second of whole generations, the best of three."""
+    block, made = cuda.Block(experiment, 7, range(worlds)), genomes(experiment, worlds)
+    seconds = []
+    for generation in range(4):  # the first may compile
+        began = time.perf_counter()
+        block.begin(generation, made)
+        block.live(0, experiment.lifetime.steps)
+        block.eaten()
+        seconds.append(time.perf_counter() - began)
+    return worlds * experiment.population.size * experiment.lifetime.steps / min(seconds[1:])
+
+
+def main(quick: bool) -> int:
+    if problem := cuda.available():
+        print(problem)
+        return 1
+    name = numba_cuda.get_current_device().name
+    print(f"{name.decode() if isinstance(name, bytes) else name}; numba {numba.__version__}, {numba_cuda.__name__}")
+    failed = 0
+    for title, experiment in experiments():
+        found = differences(experiment, 40)
+        failed += bool(found)
+        print(f"{title}: {'differs in ' + ', '.join(found) if found else 'the same bits'}", flush=True)
+    for condition in ("evo/A", "evo+self-taught/A"):
+        for place, start in (("of the paper", {}), ("at the food", {"start": {"x": 480, "y": 160, "radius": 70}})):
+            experiment = load(condition).replace(world=start)
+            for worlds in WORLDS[-3:-1] if quick else WORLDS:
+                for threads in (128,) if quick or worlds < 5280 else THREADS:
+                    cuda.THREADS = threads  # type: ignore[misc]
+                    print(
+                        f"{condition} {place}: {worlds} worlds, {threads} threads: {speed(experiment, worlds):.3g} /s", flush=True
+                    )
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main("--quick" in sys.argv))
