@@ -1,0 +1,41 @@
+"""Fit the rational function that stands for the logistic one in baldwinlab/engine/networks.py, and print its coefficients.
+
+sigmoid(z) - 1/2 = z P(z^2) / Q(z^2) on |z| <= 15.5, P and Q of degree 4 with Q(0) = 1: iteratively reweighted least squares
+(Lawson's weights for the largest error, and 1/Q for the linearised denominator).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+LIMIT, DEGREE, ROUNDS = 15.5, 4, 400
+Row = npt.NDArray[np.float64]
+
+
+def fit() -> tuple[float, Row, Row]:
+    """The largest error, and the coefficients of P and Q."""
+    z = np.cos(np.linspace(0, np.pi / 2, 4001))[:-1] * LIMIT
+    target, x = np.tanh(z / 2) / 2, (z / LIMIT) ** 2
+    powers = x[:, None] ** np.arange(DEGREE + 1)
+    matrix = np.hstack([powers * (z / LIMIT)[:, None], -powers[:, 1:] * target[:, None]])
+    linear, lawson = np.ones_like(z), np.ones_like(z)
+    best = (np.inf, np.empty(0), np.empty(0))
+    for _ in range(ROUNDS):
+        weight = np.sqrt(lawson) * linear
+        solution = np.linalg.lstsq(matrix * weight[:, None], target * weight, rcond=None)[0]
+        p, q = solution[: DEGREE + 1], np.append(1, solution[DEGREE + 1 :])
+        error = np.abs((powers @ p) * (z / LIMIT) / (powers @ q) - target)
+        if error.max() < best[0]:
+            best = (error.max(), p / LIMIT ** (2 * np.arange(DEGREE + 1) + 1), q / LIMIT ** (2 * np.arange(DEGREE + 1)))
+        linear = 1 / np.abs(powers @ q)
+        lawson *= error / error.max() + 1e-3
+        lawson /= lawson.max()
+    return best
+
+
+if __name__ == "__main__":
+    largest, numerator, denominator = fit()
+    print(f"largest error {largest:.2g}, before rounding to float32")
+    print("P", [float(np.float32(c)) for c in numerator])
+    print("Q", [float(np.float32(c)) for c in denominator])
