@@ -4,13 +4,14 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test lint format cuda browser clean
+.PHONY: help reproduce test lint format bench cuda browser clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, figures, report"
 	@echo "make test        run all tests"
 	@echo "make lint        check style and types"
 	@echo "make format      put the code into its standard form"
+	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
 	@echo "make cuda        add what the GPU backend needs"
 	@echo "make clean       remove the virtual environment and what the tools left"
 
@@ -46,6 +47,16 @@ $(VENV)/.dev: $(VENV)/.core requirements-dev.txt
 $(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-cuda.txt
 	@touch $@
+
+$(VENV)/.bench: $(VENV)/.core requirements-bench.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-bench.txt
+	@touch $@
+
+# Beside what one would pick instead: see docs/benchmarks.md. About four minutes.
+bench: $(VENV)/.bench
+	$(BIN)/python -m benchmarks.compare
+	$(BIN)/python -m benchmarks.scaling
+	$(BIN)/python -m benchmarks.publish
 
 # Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
 cuda: $(VENV)/.cuda

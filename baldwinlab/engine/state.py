@@ -25,6 +25,7 @@ NO_LEARNING, SELF_TAUGHT = range(len(RULES))
 NOWHERE: Final = 1e9  # a coordinate that nothing sees or touches
 FEW_ITEMS: Final = 8 * WIDTH
 ITEMS_IN_TILE: Final = 10  # on average
+WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
 CODES: Final = 8  # combinations of three sensors: 1 left, 2 front, 4 right
 
 
@@ -97,12 +98,16 @@ def _aligned(shape: tuple[int, ...], fill: float = 0) -> Floats:
     return array
 
 
-def _grid(region: FoodRegion) -> tuple[int, int]:
-    """Columns and rows of the tiles that a region's items are sorted into: one for a few items, which are looked at all."""
-    if region.count <= FEW_ITEMS:
-        return 1, 1
+def _grid(region: FoodRegion, experiment: Experiment) -> tuple[int, int]:
+    """Columns and rows of the tiles that a region's items are sorted into.
+
+    One tile for a few items, and where an agent would have to look at most tiles anyway.
+    """
     width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
-    edge = math.sqrt(width * height * ITEMS_IN_TILE / region.count)
+    edge = math.sqrt(width * height * ITEMS_IN_TILE / max(1, region.count))
+    looked_at = (2 * experiment.senses.visual_radius + edge) ** 2 / (width * height)
+    if region.count <= FEW_ITEMS or looked_at > WORTH_SORTING:
+        return 1, 1
     return max(1, round(width / edge)), max(1, round(height / edge))
 
 
@@ -121,7 +126,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
     alert_radius = (farthest_touch + STRIDE) * 1.001 + 0.25  # with room for rounding
     margin = max(experiment.senses.visual_radius, alert_radius) + STRIDE
-    grid = np.array([_grid(region) for region in world.food], np.int64).reshape(-1, 2)
+    grid = np.array([_grid(region, experiment) for region in world.food], np.int64).reshape(-1, 2)
     regions = np.array(boxes, np.float32).reshape(-1, 4)
     compact = [2 * (r.x[1] - r.x[0] + margin) < world.width and 2 * (r.y[1] - r.y[0] + margin) < world.height for r in world.food]
     return Model(
@@ -153,7 +158,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
 def make_state(experiment: Experiment, worlds: int) -> State:
     food = experiment.world.food
     items = sum(region.count for region in food)
-    tiles = sum(math.prod(_grid(region)) for region in food)
+    tiles = sum(math.prod(_grid(region, experiment)) for region in food)
     slots = items + WIDTH  # a bundle may begin at the last item
     lanes = _bundles(worlds * experiment.population.size) * WIDTH
     units = sum(experiment.layer_sizes)

@@ -15,6 +15,7 @@ from baldwinlab.config import Experiment
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.presets import load
 from baldwinlab.variables import TRACE, dataset
+from benchmarks.regression import verdict
 from benchmarks.setting import from_dict, from_experiment
 from tests.engine.test_transitions import Follower, crowded
 from tests.worlds import small
@@ -73,3 +74,11 @@ def test_a_setting_survives_as_text_and_refuses_what_the_contenders_do_not_model
     )
     with pytest.raises(ValueError, match="standard reading"):
         from_experiment(load("evo/A", "sequential"))
+
+
+def test_a_ratio_that_fell_by_more_than_15_percent_is_told_in_a_sentence() -> None:
+    recorded = {"ratios": {"evo/A": 10.0, "evo/B": 20.0}}
+    assert verdict({"evo/A": 8.6, "evo/B": 25.0}, recorded) is None
+    assert verdict({"evo/A": 8.4, "evo/B": 25.0}, recorded) == (
+        "baldwinlab has become slower by more than 15% in evo/A (8.4 times NumPy's speed, recorded were 10)."
+    )

@@ -33,15 +33,13 @@ MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 1
 def experiments() -> list[Experiment]:
     changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
     found = [
-        small(condition, **changes | {"lifetime": {"steps": STEPS, "update": update}}, world={"food": food})
-        for condition, update, food in (
-            ("evo", "simultaneous", FEW),
-            ("evo", "sequential", FEW),
-            ("evo+self-taught", "simultaneous", FEW),
-            ("evo+self-taught", "sequential", FEW),
-            ("evo", "simultaneous", MANY),
-        )
+        small(condition, **changes | {"lifetime": {"steps": STEPS, "update": update}}, world={"food": FEW})
+        for condition in ("evo", "evo+self-taught")
+        for update in ("simultaneous", "sequential")
     ]
+    tiled = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
+    assert make_model(tiled, 1).grid.prod(axis=1).max() > 10
+    found.append(tiled)
     return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
 

@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from baldwinlab.config import Experiment, validate
+from baldwinlab.engine.state import make_model
 from baldwinlab.presets import load, names
 from baldwinlab.replay import replay
 from baldwinlab.simulate import simulate
@@ -218,6 +219,19 @@ def crowded(condition: str, reading: str) -> Experiment:
 def test_every_step_under_a_named_reading_is_the_step_of_the_paper(condition: str, reading: str) -> None:
     tally = follow(crowded(condition, reading), seed=7, generation=1)
     assert tally["eaten"] > 5
+    assert tally["skipped"] < 0.1 * tally["steps"]
+
+
+@pytest.mark.parametrize("update", ["simultaneous", "sequential"])
+@pytest.mark.parametrize("region", [{"x": [0, 400], "y": [0, 400]}, {"x": [150, 400], "y": [0, 300]}], ids=["whole map", "part"])
+def test_every_step_among_many_items_sorted_by_tiles_is_the_step_of_the_paper(region: dict[str, Any], update: str) -> None:
+    few = {"x": [0, 30], "y": [380, 400], "count": 5}
+    world = {"width": 400, "height": 400, "start": {"x": 390, "y": 5, "radius": 150}, "food": [{**region, "count": 400}, few]}
+    changes = {"world": world, "senses": {"visual_radius": 18}, "population": {"size": 12}, "evolution": {"generations": 2}}
+    experiment = load("evo+self-taught/A").replace(**changes, lifetime={"steps": 80, "update": update})
+    assert make_model(experiment, 1).grid.prod(axis=1).tolist()[0] > 10
+    tally = follow(experiment, seed=11, generation=1)
+    assert tally["eaten"] > 25
     assert tally["skipped"] < 0.1 * tally["steps"]
 
 

@@ -1,0 +1,32 @@
+"""baldwinlab's whole runs, evolution included: on each core a block of runs of 100 generations, as in the paper."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import numpy.typing as npt
+
+import baldwinlab as bl
+from baldwinlab.simulate import simulate_block
+from baldwinlab.study import WORLDS_PER_BLOCK, agent_steps_of_run, available_cores
+from benchmarks.setting import Genomes, Live, Setting
+
+
+def agent_steps(setting: Setting) -> int:
+    return available_cores() * WORLDS_PER_BLOCK * agent_steps_of_run(bl.load(setting.name))
+
+
+def lives(setting: Setting, genomes: Genomes) -> Live:
+    """`genomes` are not needed: every run begins with its own."""
+    experiment, cores = bl.load(setting.name), available_cores()
+
+    def run_block(seed: int, core: int) -> npt.NDArray[np.int32]:
+        runs = range(core * WORLDS_PER_BLOCK, (core + 1) * WORLDS_PER_BLOCK)
+        return np.concatenate([run["food_eaten"].values for run in simulate_block(experiment, seed, runs)])
+
+    def live(seed: int) -> npt.NDArray[np.int32]:
+        with ThreadPoolExecutor(cores) as pool:
+            return np.concatenate(list(pool.map(run_block, [seed] * cores, range(cores))))
+
+    return live

@@ -1,0 +1,35 @@
+"""Put what was measured into docs/benchmarks.md and its pictures: `python -m benchmarks.publish [--out DIR]`."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+from pathlib import Path
+
+from benchmarks.compare import OUT
+from benchmarks.machine import ROOT
+
+PAGE = ROOT / "docs" / "benchmarks.md"
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    arguments.add_argument("--out", type=Path, default=OUT, help="where `compare` and `scaling` wrote")
+    out, page = arguments.parse_args().out, PAGE.read_text("utf-8")
+    for name in ("comparison", "scaling"):
+        page = filled(page, name, (out / f"{name}.md").read_text("utf-8"))
+        shutil.copyfile(out / f"{name}.png", PAGE.parent / "pictures" / f"benchmarks-{name}.png")
+    PAGE.write_text(page, "utf-8")
+
+
+def filled(page: str, name: str, text: str) -> str:
+    """The page with `text` between the marks of that name. Raises ValueError where there are none."""
+    begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->\n"
+    if begin not in page or end not in page:
+        raise ValueError(f"{PAGE.name} has no marks {begin.strip()} and {end.strip()}")
+    return re.sub(f"{begin}.*?{end}", lambda match: begin + text + end, page, flags=re.DOTALL)
+
+
+if __name__ == "__main__":
+    main()
