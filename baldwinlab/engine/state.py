@@ -105,8 +105,8 @@ def _grid(region: FoodRegion, experiment: Experiment) -> tuple[int, int]:
     """
     width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
     edge = math.sqrt(width * height * ITEMS_IN_TILE / max(1, region.count))
-    looked_at = (2 * experiment.senses.visual_radius + edge) ** 2 / (width * height)
-    if region.count <= FEW_ITEMS or looked_at > WORTH_SORTING:
+    looked_at = (2 * experiment.senses.visual_radius + edge) ** 2  # an area
+    if region.count <= FEW_ITEMS or looked_at > WORTH_SORTING * width * height:
         return 1, 1
     return max(1, round(width / edge)), max(1, round(height / edge))
 
