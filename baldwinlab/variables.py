@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 SIDES = ("left", "front", "right")
-ACTIONS = ("left", "forward", "right")
 PARENTS = ("fitter", "other")
 
 

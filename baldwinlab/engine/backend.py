@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final, Literal, NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +11,6 @@ import numpy.typing as npt
 from baldwinlab.config import Experiment
 from baldwinlab.engine import cpu
 from baldwinlab.engine.state import Model, State
-
-Name = Literal["auto", "cpu", "cuda"]
 
 GPU_PAYS: Final = 128  # worlds: with fewer, most of a GPU idles. Reasoned, not measured.
 

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from numba import config, cuda, float32, int32
 
 from baldwinlab.config import Experiment
-from baldwinlab.engine.food import eat, grow, image, settle, tidy, tiles_within, touches
+from baldwinlab.engine.food import DIAGONAL, eat, grow, image, settle, tidy, tiles_within, touches
 from baldwinlab.engine.jit import Function
 from baldwinlab.engine.lanes import FOR_ONE_LANE
 from baldwinlab.engine.learning import learn, prepare, think
@@ -85,8 +85,8 @@ def _feed(model: Model, state: State, world: int, lane: int, claim: int, taking:
     for region in range(model.regions.shape[0] if state.alert[lane] != 0 else 0):
         for number in range(model.images[region]):
             x, y = image(model, region, number, state.x[lane], state.y[lane])
-            first_column, last_column = tiles_within(model, region, 0, x, np.float32(1.5) * model.reach)
-            first_row, last_row = tiles_within(model, region, 1, y, np.float32(1.5) * model.reach)
+            first_column, last_column = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
+            first_row, last_row = tiles_within(model, region, 1, y, DIAGONAL * model.reach)
             for row in range(first_row, last_row):
                 tile = model.region_tiles[region] + row * model.grid[region, 0]
                 for slot in range(state.tile_slots[world, tile + first_column], state.tile_slots[world, tile + last_column]):
