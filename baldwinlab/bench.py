@@ -22,7 +22,7 @@ import numba
 import numpy as np
 
 from baldwinlab.config import Experiment
-from baldwinlab.engine.backend import Backend, choose
+from baldwinlab.engine.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.presets import load, paper
 from baldwinlab.simulate import simulate_block
@@ -43,36 +43,46 @@ class Record(NamedTuple):
     threads: int
 
 
-def cases() -> list[str]:
-    """The cases in the order in which they are measured."""
-    return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in CROWDS)]
+def cases(backend: str = "auto") -> list[str]:
+    """The cases in the order in which they are measured; a GPU holds no world of 10,000 agents."""
+    crowds = CROWDS[:-1] if backend == "cuda" else CROWDS
+    return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in crowds)]
 
 
 def bench(quick: bool, backend: str = "auto") -> Iterator[Record]:
     """Measure every case; `quick` measures less of each, and is less exact. Raises ValueError for a backend not to be had."""
     choose(backend)
-    for case in cases():
+    for case in cases(backend):
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
             yield process.submit(measure, case, quick, backend).result()
 
 
 def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     """Measure one case in this process."""
-    chosen = choose(backend)
-    compile_seconds = chosen.warm_up([Experiment()])
+    crowd = int(case.removeprefix("world-")) if case.startswith("world-") else CROWDS[0]
+    chosen = choose(backend, GPU_PAYS if crowd == CROWDS[0] else 1, crowd)
+    compile_seconds = chosen.warm_up(_experiments(case))
     if case == "study":
-        agent_steps, seconds, threads = _study(chosen, runs=2 if quick else 8)
+        agent_steps, seconds, threads = _study(chosen, runs=2 if quick else 8 if chosen is CPU else 30)
     elif case.startswith("world-"):
-        agent_steps, seconds, threads = _world(chosen, int(case.removeprefix("world-")), steps=20 if quick else 200)
+        agent_steps, seconds, threads = _world(chosen, crowd, steps=20 if quick else 200)
     else:
-        agent_steps, seconds, threads = _condition(chosen, case, generations=20 if quick else 100)
+        generations = 100 if chosen is CPU else 10  # of many more worlds
+        agent_steps, seconds, threads = _condition(chosen, case, generations // 5 if quick else generations)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
     return Record(case, agent_steps / seconds, seconds, compile_seconds, peak, threads)
 
 
+def _experiments(case: str) -> list[Experiment]:
+    """What is lived in a case, but for its length."""
+    if case.startswith("world-"):
+        return [crowded(int(case.removeprefix("world-")), steps=1)]
+    return paper() if case == "study" else [load(case)]
+
+
 def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     """The paper with fewer runs, on all cores, stored as ever."""
-    threads = available_cores()
+    threads = max(available_cores(), 1 if backend is CPU else len(paper()))  # a GPU lives several blocks at a time
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", paper(), seed=0)
         missing = missing_runs(study, runs, _ignore)
@@ -90,7 +100,7 @@ def _condition(backend: Backend, name: str, generations: int) -> tuple[int, floa
     return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began, 1
 
 
-def crowd(agents: int, steps: int) -> Experiment:
+def crowded(agents: int, steps: int) -> Experiment:
     """evo+self-taught/A with more agents, on a map as much larger and with as much more food; all are born among the food."""
     scale = math.sqrt(agents / 20)
     start = {"x": 480 * scale, "y": 160 * scale, "radius": 80 * scale}
@@ -103,11 +113,12 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
     """The life of one large world, on one thread; of a small one, of as many as make up a block."""
     steps *= 10_000 // agents
     worlds = backend.worlds if agents == CROWDS[0] else 1
-    experiment = crowd(agents, steps // worlds)
+    experiment = crowded(agents, steps // worlds if backend is CPU else steps)
     block = backend.block(experiment, 0, range(worlds))
     block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]))
     began = time.perf_counter()
     block.live(0, experiment.lifetime.steps)
+    block.eaten()  # waits until it is lived
     return worlds * agents * experiment.lifetime.steps, time.perf_counter() - began, 1
 
 

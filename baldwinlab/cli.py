@@ -177,9 +177,9 @@ def _run(
     _require_positive("--workers", workers)
     if not 0 <= seed < SEED_LIMIT:
         raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
-    backend = choose(backend_name, runs * len(experiments))
+    backend = choose(backend_name, runs * len(experiments), max(experiment.population.size for experiment in experiments))
     if backend.name == "cuda":
-        workers = max(workers, len(experiments))  # a GPU lives several blocks at a time
+        workers = max(workers, len(experiments), 2)  # one block lives while the children of another are bred
     study = store.create(directory, experiments, seed)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())

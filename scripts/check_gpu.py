@@ -36,6 +36,7 @@ def experiments() -> Iterator[tuple[str, Experiment]]:
     yield "biases, two hidden layers", base.replace(network={"biases": True, "hidden": [10, 5]})
     yield "100 agents", base.replace(population={"size": 100})
     yield "items in tiles", base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100})
+    yield "no food", base.replace(world={"food": []})
     yield "square contact", base.replace(contact={"shape": "square"})
     yield "items round the edge", base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]})
 

@@ -24,11 +24,12 @@ def test_a_case_is_measured_with_its_cost(case: str) -> None:
 
 def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds() -> None:
     assert {"study", "world-10000", *(experiment.name for experiment in paper())} <= set(bench.cases())
+    assert "world-10000" not in bench.cases("cuda")
 
 
 def test_a_crowd_has_the_density_of_the_paper() -> None:
     for agents in (20, 2000):
-        experiment = bench.crowd(agents, steps=10)
+        experiment = bench.crowded(agents, steps=10)
         (region,) = experiment.world.food
         area = (region.x[1] - region.x[0]) * (region.y[1] - region.y[0])
         assert region.count / area == pytest.approx(50 / 160**2)
@@ -38,7 +39,7 @@ def test_a_crowd_has_the_density_of_the_paper() -> None:
 def test_the_command_prints_a_line_a_case_and_writes_the_records(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(bench, "cases", lambda: ["evo/B", "study"])
+    monkeypatch.setattr(bench, "cases", lambda backend: ["evo/B", "study"])
     monkeypatch.setattr(sys, "argv", ["baldwinlab", "bench", "--quick", "--json", str(tmp_path / "bench.json")])
     with pytest.raises(SystemExit) as end:
         cli.main()

@@ -42,8 +42,8 @@ class Backend(NamedTuple):
 CPU: Final = Backend("cpu", cpu.Block, 4, cpu.warm_up)  # 80 lanes, whose weights stay in the first-level cache
 
 
-def choose(name: str = "auto", worlds: int = 1) -> Backend:
-    """The backend of that name; for "auto", the faster one that can be used here for so many worlds in all.
+def choose(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
+    """The backend of that name; for "auto", the faster one that can be used here for so many worlds, with so many agents in each.
 
     Raises ValueError, with a sentence for the user, if the backend asked for cannot be used.
     """
@@ -56,4 +56,5 @@ def choose(name: str = "auto", worlds: int = 1) -> Backend:
     problem = cuda.available()
     if problem and name == "cuda":
         raise ValueError(problem)
-    return CPU if problem else Backend("cuda", cuda.Block, 16384, cuda.warm_up)
+    too_large = name == "auto" and agents > cuda.LARGEST_WORLD
+    return CPU if problem or too_large else Backend("cuda", cuda.Block, 16384, cuda.warm_up)

@@ -109,6 +109,13 @@ def tiles_within(model: Model, region: int, axis: int, position: np.float32, rad
 
 
 @compiled
+def slots_in_row(model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]) -> tuple[int, int]:
+    """The slots of a row's tiles from the first of `columns`, without the second: from the first slot, without the second."""
+    tile = model.region_tiles[region] + row * model.grid[region, 0]
+    return state.tile_slots[world, tile + columns[0]], state.tile_slots[world, tile + columns[1]]
+
+
+@compiled
 def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Mask:
     """Whether a body at (x, y) touches the item (R2)."""
     dx = get(state.slot_x, world, slot) - x
@@ -121,12 +128,11 @@ def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y
 @compiled
 def _eat_from(model: Model, state: State, world: int, region: int, lane: int, step: int, x: np.float32, y: np.float32) -> None:
     """Eat what a body at (x, y) touches of a region."""
-    first_column, last_column = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
+    columns = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
     first_row, last_row = tiles_within(model, region, 1, y, DIAGONAL * model.reach)
     for row in range(first_row, last_row):
-        tile = model.region_tiles[region] + row * model.grid[region, 0]
-        end = state.tile_slots[world, tile + last_column]
-        for first in range(state.tile_slots[world, tile + first_column], end, lanes_in_bundle()):
+        begin, end = slots_in_row(model, state, world, region, row, columns)
+        for first in range(begin, end, lanes_in_bundle()):
             if any_of(touches(model, state, world, bundle(first), x, y)):
                 for slot in range(first, min(first + lanes_in_bundle(), end)):
                     item = state.slot_item[world, slot]

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from baldwinlab.engine.food import image, tiles_within
+from baldwinlab.engine.food import image, slots_in_row, tiles_within
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, any_of, bundle, choose, get, lanes_in_bundle, put
 from baldwinlab.engine.state import NO_LEARNING, Model, State
@@ -59,13 +59,12 @@ def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: 
 def _look(model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int) -> int:
     """What an agent at (x, y) gets to know of a region, as bits."""
     farthest = max(model.visual_radius, model.alert_radius)
-    first_column, last_column = tiles_within(model, region, 0, x, farthest)
+    columns = tiles_within(model, region, 0, x, farthest)
     first_row, last_row = tiles_within(model, region, 1, y, farthest)
     bits = 0
     for row in range(first_row, last_row):
-        tile = model.region_tiles[region] + row * model.grid[region, 0]
-        end = state.tile_slots[world, tile + last_column]
-        for first in range(state.tile_slots[world, tile + first_column], end, lanes_in_bundle()):
+        begin, end = slots_in_row(model, state, world, region, row, columns)
+        for first in range(begin, end, lanes_in_bundle()):
             bits |= _spot(model, state, world, bundle(first), x, y, heading)
     return bits
 

@@ -18,7 +18,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.config import Experiment
-from baldwinlab.engine import cpu, cuda
+from baldwinlab.engine import cpu, cuda, kernels
 from baldwinlab.engine.backend import GPU_PAYS, Block, choose
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.engine.state import make_model, make_state
@@ -40,6 +40,7 @@ def experiments() -> list[Experiment]:
     tiled = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
     assert make_model(tiled, 1).grid.prod(axis=1).max() > 10
     found.append(tiled)
+    found.append(small("evo+self-taught", **changes, world={"food": []}))
     return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
 
@@ -71,7 +72,7 @@ def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None
     found = np.load(tmp_path / "lives.npz")
     for number, experiment in enumerate(experiments()):
         expected = life(cpu.Block(experiment, 5, range(WORLDS)), experiment)
-        assert expected["eaten"].any()
+        assert expected["eaten"].any() == bool(experiment.world.food)
         for name, array in expected.items():
             assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
 
@@ -83,12 +84,12 @@ def machine_code(experiment: Experiment) -> str:
 
     model, state = make_model(experiment, 2), make_state(experiment, 2)
     sizes, weights = tuple(experiment.layer_sizes), experiment.weight_count
-    begin = cuda.begin_kernel(512, weights)
+    begin = kernels.begin_kernel(512, weights)
     sequential = experiment.lifetime.update == "sequential"
-    live = cuda.live_kernel(512, sizes, experiment.network.biases, model.rule, weights, sequential)
+    live = kernels.live_kernel(512, sizes, experiment.network.biases, model.rule, weights, sequential)
     arrays = typeof(model), typeof(state)
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
-    with cuda.uncontracted():
+    with kernels.uncontracted():
         return "".join(
             compile_ptx(kernel.py_func, (*arrays, *others), cc=(9, 0))[0]
             for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
@@ -149,6 +150,7 @@ def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
     assert choose("cpu", 10**6).name == "cpu"
     assert choose("auto", 1).name == "cpu"
     assert choose("auto", GPU_PAYS).name == "cuda"
+    assert choose("auto", GPU_PAYS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
     assert choose("cuda").block is cuda.Block
     with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
         choose("gpu")
