@@ -156,17 +156,19 @@ def run_study(
             study.add_session(session)
 
 
-def open_study(directory: str | Path) -> xr.Dataset:
+def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
     """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
 
+    `conditions` picks some of the study's.
     Where conditions have different numbers of runs, generations or agents, the gaps are NaN. `experiment(condition)` is each
     condition as TOML. Raises StudyError, also (as DamagedRecordError) for a record that is not what was written.
     """
     study = Study(Path(directory))
-    conditions = [_open_condition(study, condition) for condition in study.experiments]
-    found = xr.concat(conditions, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
-    found = found.assign_coords(condition=list(study.experiments))
-    texts = [to_toml(experiment) for experiment in study.experiments.values()]
+    names = list(study.experiments if conditions is None else conditions)
+    texts = [to_toml(study.experiment(name)) for name in names]
+    opened = [_open_condition(study, name) for name in names]
+    found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
+    found = found.assign_coords(condition=names)
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 

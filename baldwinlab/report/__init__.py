@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from jinja2 import Environment, StrictUndefined
 
 from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.analysis.summary import by_condition
 from baldwinlab.files import write_atomically
-from baldwinlab.report import content, words
+from baldwinlab.report import content
 from baldwinlab.report.content import typical_run
 from baldwinlab.report.pictures import embed, pictures
+from baldwinlab.report.sections import Section, render, write_page
 
-__all__ = ["emergence_generations", "typical_run", "write_report"]
+__all__ = ["Section", "emergence_generations", "render", "typical_run", "write_page", "write_report"]
 
 PANELS = 6
 
@@ -36,18 +35,21 @@ def write_report(
     facts: Mapping[str, Any],
     out: Path,
     last: int = 10,
+    sections: Sequence[Section] = (),
 ) -> Path:
     """Write the report to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
 
     `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
     population at `emergence_generations`, or none. Of `facts`, the report shows what it finds: seed, versions, platform,
-    seconds, agent_steps, workers, compile_seconds. Each file appears whole or not at all. Raises OSError.
+    seconds, agent_steps, workers, compile_seconds. `sections` come after the claims. Each file appears whole or not at all. Raises OSError.
     """
     texts = content.experiment_texts(study)
     conditions = content.experiments(texts)
     differing = content.differing(results)
     shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last)]
-    page = _template().render(
+    page = render(
+        "report.html",
+        sections=sections,
         overview=content.overview(study, conditions, facts),
         verdict_counts=content.verdict_counts(results),
         results=results,
@@ -62,11 +64,3 @@ def write_report(
         timing=content.timing(facts),
     )
     return write_atomically(out, page.encode())
-
-
-def _template() -> Any:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    spoken = (words.number, words.probability, words.interval, words.effect, words.compared, words.sentence, words.from_paper)
-    environment.filters |= {phrase.__name__: phrase for phrase in (*spoken, content.shown)}
-    environment.globals["measures"] = words.MEASURES
-    return environment.from_string((files("baldwinlab.report") / "report.html").read_text("utf-8"))

@@ -1,0 +1,102 @@
+"""What the commands share: the application, its options, and how a study is brought to its runs and to its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, CycloptsError, Parameter
+
+from baldwinlab import console, store
+from baldwinlab.config import Experiment
+from baldwinlab.engine.backend import choose
+from baldwinlab.publish import publish
+from baldwinlab.simulate import SEED_LIMIT
+from baldwinlab.store import Study
+from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
+from baldwinlab.version import __version__
+
+app = App(
+    name="baldwinlab",
+    help="A laboratory for evolution x lifetime learning.",
+    version=__version__,
+    error_formatter=lambda error: f"baldwinlab: {_plain(error)}",
+    error_console=console.errors,
+    suppress_keyboard_interrupt=False,
+)
+
+Runs = Annotated[int, Parameter(help="independent runs of each condition")]
+Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
+Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
+Out = Annotated[Path | None, Parameter(help="directory of the study")]
+BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
+Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
+Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
+
+
+def _plain(error: CycloptsError) -> str:
+    return " ".join(str(error).split())
+
+
+def bring(
+    experiments: Sequence[Experiment],
+    runs: int,
+    seed: int,
+    workers: int | None,
+    directory: Path,
+    backend_name: str,
+    executor: str = "threads",
+) -> Study:
+    """Bring a study to the given number of runs, showing how far it is."""
+    workers = available_cores() if workers is None else workers
+    require_positive("--runs", runs)
+    require_positive("--workers", workers)
+    if not 0 <= seed < SEED_LIMIT:
+        raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
+    backend = choose(backend_name, runs * len(experiments), max(experiment.population.size for experiment in experiments))
+    if backend.name == "cuda":
+        workers = max(workers, len(experiments), 2)  # one block lives while the children of another are bred
+    study = store.create(directory, experiments, seed)
+    missing = missing_runs(study, runs, console.complain)
+    total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
+    wanted = runs * len(experiments)
+    if not total:
+        console.say(f"{directory}: runs: {wanted}, all of them stored already")
+        return study
+    stored = wanted - sum(map(len, missing.values()))
+    console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
+    try:
+        run_study(study, missing, workers, console.progress, console.say, backend)
+    except KeyboardInterrupt:
+        raise InterruptedStudyError(f"stopped; {_standing(study, runs)}", code=130) from None
+    except OSError as error:
+        raise InterruptedStudyError(
+            f"cannot write {error.filename or directory}: {error.strerror}; {_standing(study, runs)}", code=1
+        ) from None
+    return study
+
+
+def require_positive(name: str, value: int) -> None:
+    if value < 1:
+        raise ValueError(f"{name} {value} must be at least 1")
+
+
+def _standing(study: Study, runs: int) -> str:
+    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
+    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
+
+
+def make_report(study: Study, out: Path, last: int) -> None:
+    results = publish(study, out, last, console.say)
+    if any(result.record()["verdict"] in console.VERDICT_STYLE for result in results):
+        console.console.print(console.claims_table(results))
+    console.say(f"report: {out}")
+
+
+class InterruptedStudyError(Exception):
+    """A study that did not come to its end."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code

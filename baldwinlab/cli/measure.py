@@ -1,0 +1,39 @@
+"""Measuring the machine."""
+
+from __future__ import annotations
+
+from json import dumps
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab import console
+from baldwinlab.bench import bench as benchmark
+from baldwinlab.bench import machine
+from baldwinlab.cli.common import BackendName, app
+from baldwinlab.files import write_atomically
+
+
+@app.command
+def bench(
+    *,
+    quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
+    backend: BackendName = "auto",
+    json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
+) -> None:
+    """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
+    if json and not json.parent.is_dir():
+        raise ValueError(f"--json {json}: there is no folder {json.parent}")
+    records = []
+    console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
+    for record in benchmark(quick, backend):
+        records.append(record._asdict())
+        rate = record.agent_steps_per_second / 1e6
+        numbers = (
+            f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {record.peak_mib:>9.0f} {record.threads:>8}"
+        )
+        console.say(f"{record.case:<18} {numbers}")
+    if json:
+        write_atomically(json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode())
+        console.say(f"records: {json}")

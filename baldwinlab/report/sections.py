@@ -1,0 +1,35 @@
+"""Parts of a page: a template in this folder, filled; and the page that parts make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from baldwinlab.files import write_atomically
+from baldwinlab.report import content, words
+
+
+class Section(NamedTuple):
+    """A part of a report with a heading of its own."""
+
+    anchor: str
+    title: str
+    body: str  # HTML
+
+
+def render(template: str, **values: Any) -> str:
+    """A template of this folder, filled. It may use the filters of `words`, and `badge` from badge.html."""
+    loader = PackageLoader("baldwinlab", "report")
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    spoken = (words.number, words.probability, words.interval, words.effect, words.compared, words.sentence, words.from_paper)
+    environment.filters |= {phrase.__name__: phrase for phrase in (*spoken, content.shown)}
+    environment.globals["measures"] = words.MEASURES
+    return environment.get_template(template).render(**values)
+
+
+def write_page(title: str, lead: str, sections: Sequence[Section], out: Path) -> Path:
+    """Write a self-contained page of these sections under a title and a lead (plain text). Raises OSError."""
+    return write_atomically(out, render("page.html", title=title, lead=lead, sections=sections).encode())
