@@ -28,7 +28,7 @@ def replay(
     check_seed(seed, run)
     if not 0 <= generation < experiment.evolution.generations:
         raise ValueError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
-    genome = _genome(experiment, Moment(seed, run, generation), energy)
+    genome = genome_at(experiment, Moment(seed, run, generation), energy)
     block = Block(experiment, seed, [run])
     block.begin(generation, genome[None])
     arrays = _record(experiment, block)
@@ -40,7 +40,7 @@ def replay(
     return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
 
 
-def _genome(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
+def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
     """The genomes of a generation: bred again from what each generation before it ate."""
     seed, run, generation = moment
     if experiment.evolution.inheritance == "none":
@@ -48,10 +48,10 @@ def _genome(experiment: Experiment, moment: Moment, energy: xr.DataArray | None)
     if energy is None and generation > 0:
         before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
         energy = simulate(experiment.replace(**before), seed, run)["energy"]
-    genome = draw_genome(experiment, Moment(seed, run, 0))
+    genome = drawgenome_at(experiment, Moment(seed, run, 0))
     for earlier in range(generation):
         assert energy is not None
-        genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
+        genome, _ = nextgenome_at(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
     return genome
 
 

@@ -159,9 +159,9 @@ def run_study(
 def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
     """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
 
-    `conditions` picks some of the study's.
-    Where conditions have different numbers of runs, generations or agents, the gaps are NaN. `experiment(condition)` is each
-    condition as TOML. Raises StudyError, also (as DamagedRecordError) for a record that is not what was written.
+    `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
+    `experiment(condition)` is each condition as TOML. Raises StudyError for a condition that the study has not, and (as
+    DamagedRecordError) for a record that is not what was written.
     """
     study = Study(Path(directory))
     names = list(study.experiments if conditions is None else conditions)

@@ -46,6 +46,35 @@ TRACE: Mapping[str, Variable] = {
     "weight_death": Variable(("agent", "module", "weight"), np.float32, "1", "weights after the last step"),
 }
 
+# What the assays measure, a dataset for each assay and condition; docs/assays.md.
+ASSAYS: Mapping[str, Mapping[str, Variable]] = {
+    "innate": {
+        "energy": Variable(("run", "generation", "life", "agent"), np.float64, "energy", "fitness in a life of this kind"),
+        "distance": Variable(
+            ("run", "generation", "layer", "agent"), np.float32, "1", "how far learning moved a layer's weights, birth to death"
+        ),
+    },
+    "within-life": {
+        "eaten": Variable(("run", "newborns", "window", "agent"), np.int32, "items", "items eaten in this part of life"),
+        "first_meal": Variable(("run", "newborns", "agent"), np.float32, "steps", "when the agent first ate; NaN for never"),
+    },
+    "modules": {
+        "energy": Variable(("run", "modules", "agent"), np.float64, "energy", "fitness with these modules"),
+    },
+    "reaction": {
+        "energy": Variable(("run", "setting", "agent"), np.float64, "energy", "fitness in this setting"),
+    },
+    "descent": {
+        "common_ancestor_age": Variable(
+            ("run", "generation"), np.float32, "generations", "since the last common ancestor of all agents; NaN for none"
+        ),
+        "effective_ancestors": Variable(
+            ("run", "generation"), np.float32, "agents", "of the first generation: 1 / sum of squared shares in the gene pool"
+        ),
+    },
+}
+LIVES = ("off", "on", "frozen", "drift")  # learning off, learning on, weights as at death, drift in place of learning
+
 WEIGHT_ORDER = (
     "layer by layer from the sensors; within a layer by the unit that a weight comes from, then by the unit that it goes to; "
     "with biases, a layer's biases follow its weights, as if from one more unit that is always 1"

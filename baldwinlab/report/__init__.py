@@ -41,7 +41,8 @@ def write_report(
 
     `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
     population at `emergence_generations`, or none. Of `facts`, the report shows what it finds: seed, versions, platform,
-    seconds, agent_steps, workers, compile_seconds. `sections` come after the claims. Each file appears whole or not at all. Raises OSError.
+    seconds, agent_steps, workers, compile_seconds. `sections` come after the claims.
+    Each file appears whole or not at all. Raises OSError.
     """
     texts = content.experiment_texts(study)
     conditions = content.experiments(texts)
