@@ -48,10 +48,10 @@ def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | Non
     if energy is None and generation > 0:
         before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
         energy = simulate(experiment.replace(**before), seed, run)["energy"]
-    genome = drawgenome_at(experiment, Moment(seed, run, 0))
+    genome = draw_genome(experiment, Moment(seed, run, 0))
     for earlier in range(generation):
         assert energy is not None
-        genome, _ = nextgenome_at(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
+        genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
     return genome
 
 
