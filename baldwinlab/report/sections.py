@@ -24,8 +24,9 @@ def render(template: str, **values: Any) -> str:
     """A template of this folder, filled. It may use the filters of `words`, and `badge` from badge.html."""
     loader = PackageLoader("baldwinlab", "report")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    spoken = (words.number, words.probability, words.interval, words.effect, words.compared, words.sentence, words.from_paper)
-    environment.filters |= {phrase.__name__: phrase for phrase in (*spoken, content.shown)}
+    numbers = (words.number, words.signed, words.probability, words.span, words.interval, words.effect)
+    phrases = (words.compared, words.higher, words.sentence, words.from_paper)
+    environment.filters |= {phrase.__name__: phrase for phrase in (*numbers, *phrases, content.shown)}
     environment.globals["measures"] = words.MEASURES
     return environment.get_template(template).render(**values)
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 
 from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis.contrasts import Contrast
+from baldwinlab.analysis.rules import SIGNIFICANT
+from baldwinlab.analysis.statistics import Comparison
 
 MEASURES = {
     "best": "best agent",
@@ -36,8 +39,20 @@ def probability(p: float) -> str:
 
 
 def interval(finding: Finding) -> str:
-    low, high = finding.numbers.low, finding.numbers.high
-    return "" if math.isnan(low) else f"[{number(low)}, {number(high)}]"
+    return span(finding.numbers)
+
+
+def span(numbers: Comparison) -> str:
+    """The 95 % interval of the effect; empty where there is none."""
+    return "" if math.isnan(numbers.low) else f"[{number(numbers.low)}, {number(numbers.high)}]"
+
+
+def higher(contrast: Contrast) -> str:
+    """Which of two conditions is higher, if that is significant, in the median and in A12."""
+    numbers = contrast.numbers
+    if contrast.p_holm < SIGNIFICANT and (numbers.a12 - 0.5) * numbers.effect > 0:
+        return contrast.condition if numbers.effect > 0 else contrast.reference
+    return "undecided"
 
 
 def effect(finding: Finding) -> str:
