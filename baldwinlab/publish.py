@@ -20,7 +20,7 @@ from baldwinlab.store import Study, StudyError
 from baldwinlab.study import Progress, open_conditions, open_study
 from baldwinlab.version import __version__
 
-MULTIVERSE = "multiverse"  # its folder in a study of the paper, and its file there
+MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder
 EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
 
 
@@ -41,8 +41,9 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
 
 def _sections(study: Study) -> list[Section]:
     """What else is known of the paper's claims: each there once its command has been run in the study's folder."""
-    multiverse = study.directory / MULTIVERSE / f"{MULTIVERSE}.json"
-    return [every_reading.section(readings.read(multiverse), study.directory / "figures")] if multiverse.exists() else []
+    places = [study.directory / name / MULTIVERSE for name in ("multiverse-full", "multiverse")]
+    found = [readings.read(place) for place in places if place.exists()]
+    return [every_reading.section(multiverse, study.directory / "figures") for multiverse in found[:1]]
 
 
 def publish_multiverse(
@@ -65,7 +66,7 @@ def publish_multiverse(
     if not found:
         raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
     multiverse = readings.Multiverse(seed=study.seed, last=last, claims=readings.paper_claims(), readings=tuple(found))
-    readings.write(multiverse, study.directory / f"{MULTIVERSE}.json")
+    readings.write(multiverse, study.directory / MULTIVERSE)
     tell("drawing the figures")
     section = every_reading.section(multiverse, study.directory / "figures")
     write_page("The paper's claims under every reading", every_reading.lead(multiverse), [section], out)

@@ -16,7 +16,7 @@ from baldwinlab.figures.style import BLUE, WIDTH, styled
 
 TINTS: dict[Verdict, str] = {HOLDS: "#a9cfe8", UNDECIDED: "#f3f3f3", FAILS: "#f2b08a", NOT_EVALUATED: "#ffffff"}
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["#ffffff", BLUE])
-DARK = 0.65  # from this share on, white letters are the more legible
+DARK = 0.9  # from this share on, white letters are the more legible
 
 
 @styled
