@@ -14,8 +14,11 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgres
 from rich.table import Table
 from rich.text import Text
 
+from baldwinlab.analysis.rules import MARKS
+
 if TYPE_CHECKING:
     from baldwinlab.analysis.claims import ClaimResult
+    from baldwinlab.analysis.readings import Multiverse
 
 console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -27,17 +30,21 @@ LINE_EVERY = 10.0  # seconds between progress lines where there is no terminal
 class _Rate(ProgressColumn):
     def render(self, task: Task) -> Text:
         speed = task.finished_speed or task.speed
-        return Text(f"{speed / 1e6:.1f} million agent-steps/s" if speed else "", style="cyan")
+        return Text(_rate(speed, task.fields["unit"]) if speed else "", style="cyan")
+
+
+def _rate(speed: float, unit: str) -> str:
+    return f"{speed / 1e6:.1f} million {unit}/s" if speed >= 1e5 else f"{speed:.1f} {unit}/s"
 
 
 @contextmanager
-def progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
+def progress(description: str, total: int, unit: str = "agent-steps") -> Iterator[Callable[[int], None]]:
     """Show how far a long piece of work is, its rate and the time left. Yields the function to call with what has been done.
 
     On a terminal that is a bar; elsewhere, as in a log, a plain line every few seconds.
     """
     if not console.is_terminal:
-        yield _Lines(description, total)
+        yield _Lines(description, total, unit)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -47,13 +54,13 @@ def progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
         TimeRemainingColumn(elapsed_when_finished=True),
     )
     with Progress(*columns, console=console, speed_estimate_period=10) as bar:
-        task = bar.add_task(description, total=total)
+        task = bar.add_task(description, total=total, unit=unit)
         yield lambda amount: bar.advance(task, amount)
 
 
 class _Lines:
-    def __init__(self, description: str, total: int) -> None:
-        self._description, self._total, self._done = description, total, 0
+    def __init__(self, description: str, total: int, unit: str) -> None:
+        self._description, self._total, self._unit, self._done = description, total, unit, 0
         self._began = self._last = time.monotonic()
 
     def __call__(self, amount: int) -> None:
@@ -65,7 +72,7 @@ class _Lines:
         rate = self._done / max(now - self._began, 1e-9)
         left = (self._total - self._done) / rate
         share = self._done / self._total
-        say(f"{self._description}: {share:.0%}, {rate / 1e6:.1f} million agent-steps/s, {left:.0f} s left")
+        say(f"{self._description}: {share:.0%}, {_rate(rate, self._unit)}, {left:.0f} s left")
 
 
 def say(message: str) -> None:
@@ -99,3 +106,17 @@ def _measured(record: dict[str, Any]) -> str:
     if record["a12"] is not None:
         parts.append(f"A12 {record['a12']:.2f}")
     return f"{', '.join(parts)}; paper: {record['paper']}"
+
+
+def readings_table(multiverse: Multiverse) -> Table:
+    """Every claim under each reading that makes at most one choice otherwise, and how near the reading comes to the paper."""
+    table = Table(title="Every reading of the paper", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("reading", *(claim.id for claim in multiverse.claims), "hold"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("distance", justify="right")
+    for reading in multiverse.singles.readings:
+        verdicts = [reading.outcomes[claim.id].verdict for claim in multiverse.claims]
+        marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
+        distance = "" if reading.distance is None else f"{reading.distance:.2f}"
+        table.add_row(" ".join((reading.name, *reading.choices)), *marks, str(reading.held), distance)
+    return table

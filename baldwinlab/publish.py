@@ -11,13 +11,16 @@ import numba
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis import claims
+from baldwinlab.analysis import claims, readings
+from baldwinlab.multiverse import conditions_by_reading
 from baldwinlab.replay import replay
-from baldwinlab.report import emergence_generations, typical_run, write_report
+from baldwinlab.report import Section, emergence_generations, typical_run, write_page, write_report
+from baldwinlab.report import readings as every_reading
 from baldwinlab.store import Study, StudyError
-from baldwinlab.study import open_study
+from baldwinlab.study import Progress, open_conditions, open_study
 from baldwinlab.version import __version__
 
+MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder
 EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
 
 
@@ -32,8 +35,42 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     results = claims.evaluate(data, last)
     claims.write(results, data, study.directory, last)
     tell("drawing the figures")
-    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last)
+    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last, _sections(study))
     return results
+
+
+def _sections(study: Study) -> list[Section]:
+    """What else is known of the paper's claims: each there once its command has been run in the study's folder."""
+    places = [study.directory / name / MULTIVERSE for name in ("multiverse-full", "multiverse")]
+    found = [readings.read(place) for place in places if place.exists()]
+    return [every_reading.section(multiverse, study.directory / "figures") for multiverse in found[:1]]
+
+
+def publish_multiverse(
+    study: Study, out: Path, last: int, progress: Callable[[str, int, str], Progress], tell: Callable[[str], None]
+) -> readings.Multiverse:
+    """Write multiverse.json, the figures and the page of a multiverse, and return what came of it.
+
+    A reading of which no run is stored is left out. Raises StudyError if there is no other.
+    """
+    found = []
+    wanted = conditions_by_reading(list(study.experiments))
+    with progress("deciding the claims", len(wanted), "readings") as show:
+        for reading, conditions in wanted.items():
+            data = open_conditions(study, conditions)
+            if data.sizes["run"]:
+                data = data.assign_coords(condition=[condition.partition("/")[2] for condition in conditions])
+                about = (reading.name, reading.description, reading.choices, reading.fields)
+                found.append(readings.reading(data, *about, last))
+            show(1)
+    if not found:
+        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
+    multiverse = readings.Multiverse(seed=study.seed, last=last, claims=readings.paper_claims(), readings=tuple(found))
+    readings.write(multiverse, study.directory / MULTIVERSE)
+    tell("drawing the figures")
+    section = every_reading.section(multiverse, study.directory / "figures")
+    write_page("The paper's claims under every reading", every_reading.lead(multiverse), [section], out)
+    return multiverse
 
 
 def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:

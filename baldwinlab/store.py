@@ -95,7 +95,7 @@ class Study:
     def experiment(self, condition: str) -> Experiment:
         """Raises StudyError for a condition that the study has not."""
         if condition not in self.experiments:
-            raise StudyError(f"{self.directory} has no condition {condition!r}; it has {', '.join(self.experiments)}")
+            raise StudyError(f"{self.directory} has no condition {condition!r}; it has {_listed(list(self.experiments))}")
         return self.experiments[condition]
 
     def path(self, condition: str, run: int) -> Path:
@@ -162,7 +162,7 @@ def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Stu
         _require_same(study, experiments, seed)
         return study
     try:
-        if directory.exists() and any(entry.name != "runs" for entry in directory.iterdir()):
+        if directory.exists() and not all(_may_lie_in_a_study(entry) for entry in directory.iterdir()):
             raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
         for experiment in experiments:
             path = directory / "runs" / experiment.name / "experiment.toml"
@@ -176,6 +176,11 @@ def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Stu
     return Study(directory)
 
 
+def _may_lie_in_a_study(entry: Path) -> bool:
+    """Its own runs, or another study in a folder of its own, as results/paper may hold a multiverse before it is one itself."""
+    return entry.name == "runs" or (entry / "runs").is_dir()
+
+
 def _require_same(study: Study, experiments: Sequence[Experiment], seed: int) -> None:
     where = f"{study.directory} holds another study"
     if study.seed != seed:
@@ -183,12 +188,17 @@ def _require_same(study: Study, experiments: Sequence[Experiment], seed: int) ->
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
         raise StudyError(
-            f"{where}: its conditions are {', '.join(study.experiments)}, not {', '.join(names)}; choose another --out"
+            f"{where}: its conditions are {_listed(list(study.experiments))}, not {_listed(names)}; choose another --out"
         )
     for experiment in experiments:
         stored = study.experiments[experiment.name].to_dict()
         for path, there, here in _differences(stored, experiment.to_dict()):
             raise StudyError(f"{where}: {path} of {experiment.name} is {there} there and {here} here; choose another --out")
+
+
+def _listed(names: Sequence[str], most: int = 10) -> str:
+    more = f" and {len(names) - most:,} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def _differences(there: Any, here: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -164,11 +164,15 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
     DamagedRecordError) for a record that is not what was written.
     """
     study = Study(Path(directory))
-    names = list(study.experiments if conditions is None else conditions)
+    return open_conditions(study, list(study.experiments if conditions is None else conditions))
+
+
+def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
+    """As `open_study`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
     texts = [to_toml(study.experiment(name)) for name in names]
     opened = [_open_condition(study, name) for name in names]
     found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
-    found = found.assign_coords(condition=names)
+    found = found.assign_coords(condition=list(names))
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 

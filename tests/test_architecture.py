@@ -17,7 +17,7 @@ FLOORS = [
     {"simulate"},
     {"replay"},
     {"store"},
-    {"study"},
+    {"study", "multiverse"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
@@ -25,7 +25,7 @@ FLOORS = [
     {"cli"},
     {"__main__"},
 ]
-FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study"}
+FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "multiverse"}
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 
 

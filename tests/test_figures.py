@@ -24,9 +24,11 @@ from baldwinlab.figures.emergence import unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
 from baldwinlab.presets import load
+from tests.analysis.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
 from tests.analysis.studies import AS_THE_PAPER, study, trace
 
 FORAGERS = "evo+self-taught/B"
+MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
 
@@ -41,6 +43,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
     "senses": lambda: figures.agent_senses(load("evo/A")),
+    "readings": lambda: figures.readings(MULTIVERSE),
+    "readings-shares": lambda: figures.readings_shares(MULTIVERSE),
 }
 
 ODD = {
@@ -112,6 +116,20 @@ def test_brackets_show_the_corrected_p() -> None:
     figure = DRAW["final-fitness"]()
     labels = [text.get_text() for text in figure.axes[0].texts]
     assert len(labels) == 3 and all(label.startswith("p ") for label in labels)
+
+
+def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:
+    cells = [text.get_text() for text in DRAW["readings"]().axes[0].texts]
+    assert len(cells) == 2 * 9
+    assert cells[:3] == ["✓ +40", "✓ +40", "✓ 0"] and cells[5] == "✓ −70"
+    assert cells[9:12] == ["? 0", "? 0", "✓ 0"]
+
+
+def test_the_map_of_shares_has_a_row_for_each_alternative_with_the_standard() -> None:
+    axes = DRAW["readings-shares"]().axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["standard  R1", "literal  R1", "standard  R4", "rank  R4"]
+    cells = [text.get_text() for text in axes.texts]
+    assert (cells[5], cells[14], cells[23], cells[32]) == ("100%", "0%", "50%", "0%")  # C6 in each row
 
 
 def test_emergence_needs_a_trace() -> None:

@@ -11,7 +11,9 @@ from cyclopts import App, CycloptsError, Parameter
 from baldwinlab import console, store
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import choose
-from baldwinlab.publish import publish
+from baldwinlab.multiverse import conditions_by_reading
+from baldwinlab.publish import publish, publish_multiverse
+from baldwinlab.report.readings import combinations, verdict
 from baldwinlab.simulate import SEED_LIMIT
 from baldwinlab.store import Study
 from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
@@ -31,6 +33,7 @@ Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
 Out = Annotated[Path | None, Parameter(help="directory of the study")]
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
+Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://host:port, or slurm")]
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
@@ -88,6 +91,14 @@ def _standing(study: Study, runs: int) -> str:
 
 
 def make_report(study: Study, out: Path, last: int) -> None:
+    """Bring the results of a study, or of a multiverse, on the page and on the screen."""
+    if conditions_by_reading(list(study.experiments)):
+        multiverse = publish_multiverse(study, out, last, console.progress, console.say)
+        console.console.print(console.readings_table(multiverse))
+        for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
+            console.say(f"- {sentence}")
+        console.say(f"report: {out}")
+        return
     results = publish(study, out, last, console.say)
     if any(result.record()["verdict"] in console.VERDICT_STYLE for result in results):
         console.console.print(console.claims_table(results))

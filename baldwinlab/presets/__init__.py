@@ -30,6 +30,11 @@ def describe(kind: str, name: str) -> str:
     return str(_layer(kind, name)["description"])
 
 
+def changes(reading: str) -> dict[str, Any]:
+    """The fields that a reading sets, as `Experiment.replace` takes them. Raises ExperimentError for an unknown one."""
+    return {part: fields for part, fields in _layer("readings", reading).items() if part != "description"}
+
+
 def _layer(kind: str, name: str) -> dict[str, Any]:
     known = names(kind)
     if name not in known:
@@ -77,10 +82,7 @@ def _load_file(path: Path, reading: str) -> Experiment:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ExperimentError(f"cannot read {path}: {reason}") from None
-    experiment = from_toml(content, where=str(path))
-    layer = _layer("readings", reading)
-    del layer["description"]
-    return experiment.replace(**layer)
+    return from_toml(content, where=str(path)).replace(**changes(reading))
 
 
 def paper(reading: str = "standard") -> list[Experiment]:
