@@ -1,0 +1,65 @@
+"""Lives of given genomes among the births and the food of a stored generation: nothing is evolved.
+
+Where an agent is born and where the food lies depend on seed, run and generation alone, so lives of the same generation can be
+compared agent by agent, whatever their genomes and whatever their circumstances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.config import Experiment
+from baldwinlab.engine.cpu import Block
+from baldwinlab.evolution import Genome, Moment
+from baldwinlab.replay import genome_at
+
+
+class Lives(NamedTuple):
+    """What became of the agents of several runs at one generation."""
+
+    eaten: npt.NDArray[np.int32]  # [run, agent, region], items
+    energy: npt.NDArray[np.float64]  # [run, agent], of those items
+    weights: npt.NDArray[np.float32]  # [run, agent, weight], the action module's at death
+
+
+def relive(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
+    """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
+
+    A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
+    """
+    block = born(experiment, seed, runs, generation, genomes)
+    block.live(0, experiment.lifetime.steps)
+    return Lives(block.eaten(), energy_of(experiment, block.eaten()), weights_of(block, genomes.shape))
+
+
+def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Block:
+    """The block in which such lives begin, before their first step."""
+    block = Block(experiment, seed, runs)
+    block.begin(generation, genomes[:, :, : len(experiment.modules)])
+    return block
+
+
+def energy_of(experiment: Experiment, eaten: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
+    """The energy [...] of the items eaten [..., region]."""
+    of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
+    energy: npt.NDArray[np.float64] = (eaten * of_region).sum(axis=-1)
+    return energy
+
+
+def weights_of(block: Block, shape: Sequence[int]) -> npt.NDArray[np.float32]:
+    """The action module's weights as they stand, [run, agent, weight], in a block of genomes of this shape."""
+    runs, agents = shape[:2]
+    return block.state.weights[:, : runs * agents].T.reshape(runs, agents, -1).copy()
+
+
+def stored_genome(experiment: Experiment, record: xr.Dataset, generation: int) -> Genome:
+    """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again."""
+    kept: Genome = record.genome.values[generation]
+    if not np.isnan(kept).any():
+        return kept
+    return genome_at(experiment, Moment(record.attrs["seed"], record.attrs["run"], generation), record.energy)
