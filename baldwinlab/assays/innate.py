@@ -94,4 +94,5 @@ def distances(experiment: Experiment, birth: npt.NDArray[Any], death: npt.NDArra
     counts = [(inputs + bias) * outputs for inputs, outputs in pairwise(sizes)]
     squares = (death.astype(np.float64) - birth) ** 2
     moved = [layer.sum(axis=-1) for layer in np.split(squares, np.cumsum(counts)[:-1], axis=-1)]
-    return np.sqrt(np.stack(moved))
+    euclidean: npt.NDArray[np.float64] = np.sqrt(np.stack(moved))
+    return euclidean

@@ -38,17 +38,18 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     return {"eaten": np.stack(eaten, axis=1), "first_meal": np.stack(first_meal, axis=1)}
 
 
-def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float32]]:
+def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
     steps = sample.experiment.lifetime.steps
     block = born(sample.experiment, sample.study.seed, sample.runs, generation, genomes)
     first_meal = np.full(genomes.shape[:2], np.nan, np.float32)
-    eaten = [np.zeros(genomes.shape[:2], np.int32)]
+    eaten = []
     for first in range(0, steps, WINDOW):
+        before = block.eaten()
         _live_and_note_first_meals(block, first, min(first + WINDOW, steps), first_meal)
-        eaten.append(block.eaten().sum(axis=-1, dtype=np.int32))
+        eaten.append((block.eaten() - before).sum(axis=-1))
     sample.tell()
-    return np.diff(np.stack(eaten, axis=1), axis=1), first_meal
+    return np.stack(eaten, axis=1), first_meal
 
 
 def _live_and_note_first_meals(block: Block, first: int, last: int, first_meal: npt.NDArray[np.float32]) -> None:
