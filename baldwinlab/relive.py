@@ -15,15 +15,14 @@ import xarray as xr
 
 from baldwinlab.config import Experiment
 from baldwinlab.engine.cpu import Block
-from baldwinlab.evolution import Genome, Moment
+from baldwinlab.evolution import Genome, Moment, cost_of_learning
 from baldwinlab.replay import genome_at
 
 
 class Lives(NamedTuple):
     """What became of the agents of several runs at one generation."""
 
-    eaten: npt.NDArray[np.int32]  # [run, agent, region], items
-    energy: npt.NDArray[np.float64]  # [run, agent], of those items
+    energy: npt.NDArray[np.float64]  # [run, agent], the fitness: of the items eaten, less the cost of learning
     weights: npt.NDArray[np.float32]  # [run, agent, weight], the action module's at death
 
 
@@ -34,7 +33,9 @@ def relive(experiment: Experiment, seed: int, runs: Sequence[int], generation: i
     """
     block = born(experiment, seed, runs, generation, genomes)
     block.live(0, experiment.lifetime.steps)
-    return Lives(block.eaten(), energy_of(experiment, block.eaten()), weights_of(block, genomes.shape))
+    weights, of_region = block.weights(), np.array([region.energy for region in experiment.world.food] or [0.0])
+    cost = np.stack([cost_of_learning(experiment, *lives) for lives in zip(genomes, weights, strict=True)])
+    return Lives(np.maximum(0, (block.eaten() * of_region).sum(axis=-1) - cost), weights)
 
 
 def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Block:
@@ -44,22 +45,10 @@ def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int
     return block
 
 
-def energy_of(experiment: Experiment, eaten: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
-    """The energy [...] of the items eaten [..., region]."""
-    of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
-    energy: npt.NDArray[np.float64] = (eaten * of_region).sum(axis=-1)
-    return energy
-
-
-def weights_of(block: Block, shape: Sequence[int]) -> npt.NDArray[np.float32]:
-    """The action module's weights as they stand, [run, agent, weight], in a block of genomes of this shape."""
-    runs, agents = shape[:2]
-    return block.state.weights[:, : runs * agents].T.reshape(runs, agents, -1).copy()
-
-
 def stored_genome(experiment: Experiment, record: xr.Dataset, generation: int) -> Genome:
     """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again."""
     kept: Genome = record.genome.values[generation]
     if not np.isnan(kept).any():
         return kept
-    return genome_at(experiment, Moment(record.attrs["seed"], record.attrs["run"], generation), record.energy)
+    seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
+    return genome_at(experiment, Moment(seed, run, generation), record.energy)

@@ -63,7 +63,7 @@ def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance
     if generation in _drifting(generations(sample.experiment)):
         drifting = sample.experiment.replace(learning={"rule": "drift"})
         energy[LIVES.index("drift")] = sample.live(drifting, generation, genomes).energy
-    distance[:] = distances(sample.experiment, genomes[:, :, 0], learned.weights)
+    distance[:] = distances(sample.experiment, genomes[:, :, 0, : learned.weights.shape[-1]], learned.weights)
 
 
 def generations(experiment: Experiment) -> list[int]:
