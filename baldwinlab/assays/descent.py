@@ -41,16 +41,17 @@ def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
 
     An agent descends from both parents, and not from itself.
     """
-    return np.array([_common_ancestor_age(parents.tolist(), generation) for generation in range(len(parents))])
+    couples = parents.tolist()
+    return np.array([_common_ancestor_age(couples, generation) for generation in range(len(couples))])
 
 
-def _common_ancestor_age(parents: list[list[list[int]]], generation: int) -> float:
-    agents = len(parents[generation])
+def _common_ancestor_age(couples: list[list[list[int]]], generation: int) -> float:
+    agents = len(couples[generation])
     everybody = (1 << agents) - 1
     descendants = [1 << agent for agent in range(agents)]  # of each agent, as the bits of a number
     for earlier in range(generation, 0, -1):
         of_parents = [0] * agents
-        for child, (one, other) in enumerate(parents[earlier]):
+        for child, (one, other) in enumerate(couples[earlier]):
             of_parents[one] |= descendants[child]
             of_parents[other] |= descendants[child]
         descendants = of_parents
