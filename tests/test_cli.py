@@ -9,7 +9,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -139,6 +140,26 @@ def test_assay_measures_a_study_once_and_rebuilds_its_report(command: Command, s
     assert open_assay("study", "modules", "evo+self-taught/A").energy.dims == ("run", "modules", "agent")
     again = command("assay", "study", "--only", "descent")
     assert "all of these assays are stored already" in again.out
+
+
+def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
+    command: Command, stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+
+    @contextmanager
+    def stopped_at_once(description: str, total: int) -> Iterator[Callable[[int], None]]:
+        def stop(amount: int) -> None:
+            raise KeyboardInterrupt
+
+        yield stop
+
+    with monkeypatch.context() as patched:
+        patched.setattr("baldwinlab.console.progress", stopped_at_once)
+        done = command("assay", "study", "--only", "reaction")
+    assert done.code == 130
+    assert "stopped; assays done: 0 of 2; the same command carries on" in done.err
+    assert "assays to do: 2" in command("assay", "study", "--only", "reaction").out
 
 
 def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None:

@@ -110,15 +110,21 @@ def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
 
 
 def run_assays(
-    study: Study, missing: Mapping[str, Sequence[str]], workers: int, progress: Callable[[str, int], Progress]
+    study: Study,
+    missing: Mapping[str, Sequence[str]],
+    workers: int,
+    progress: Callable[[str, int], Progress],
+    tell: Callable[[str], None],
 ) -> None:
     """Measure the missing assays, blocks of runs on threads, and store those of a condition when all its runs are done.
 
+    `progress(description, total)` opens what is called with the agent-steps that have been lived.
     The result does not depend on the number of workers. What is stored when this is stopped stays. Raises DamagedRecordError
     for a record that is not what was written, and StudyError for one that cannot be lived again to the same bits.
     """
     study.sweep()
-    CPU.warm_up(study.experiments.values())
+    compile_seconds = CPU.warm_up(study.experiments.values())
+    tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     stop, lock = threading.Event(), threading.Lock()
     tasks = _plan(study, missing, workers)
     with progress("living again", agent_steps(study, missing)) as show, ThreadPoolExecutor(workers) as pool:

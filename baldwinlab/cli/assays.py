@@ -36,7 +36,7 @@ def assay(
     else:
         console.say(f"{directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
         try:
-            run_assays(study, missing, workers, console.progress)
+            run_assays(study, missing, workers, console.progress, console.say)
         except KeyboardInterrupt:
             done = count - sum(map(len, missing_assays(study, names).values()))
             raise InterruptedStudyError(f"stopped; assays done: {done} of {count}; the same command carries on", 130) from None

@@ -8,7 +8,7 @@ from pathlib import Path
 from baldwinlab.assays import ASSAYS, missing_assays, run_assays
 from baldwinlab.config import Experiment
 from baldwinlab.store import Study
-from tests.small import silent, small_study
+from tests.small import ignore, silent, small_study
 from tests.worlds import small
 
 ELSEWHERE = {"food": [{"x": [10, 50], "y": [50, 80], "count": 5, "energy": 2.5}, {"x": [60, 90], "y": [20, 40], "count": 4}]}
@@ -30,5 +30,5 @@ def measured(
 ) -> Study:
     """A study with its assays."""
     study = small_study(directory, experiments or conditions(), runs)
-    run_assays(study, missing_assays(study, names), workers, silent)
+    run_assays(study, missing_assays(study, names), workers, silent, ignore)
     return study

@@ -18,7 +18,7 @@ from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, open_assay, r
 from baldwinlab.store import Study, StudyError, create
 from baldwinlab.variables import ASSAYS as DECLARED
 from tests.assays.studies import conditions, measured
-from tests.small import contents, silent, small_study
+from tests.small import contents, ignore, silent, small_study
 from tests.worlds import small
 
 NOTHING: dict[str, list[str]] = {experiment.name: [] for experiment in conditions()}
@@ -54,7 +54,7 @@ def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
         done.append(-total)
         yield done.append
 
-    run_assays(study, missing_assays(study, list(ASSAYS)), 2, noted)
+    run_assays(study, missing_assays(study, list(ASSAYS)), 2, noted, ignore)
     assert done[0] < 0
     assert sum(done) == 0
 
@@ -75,7 +75,7 @@ def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
     missing = missing_assays(study, ["modules", "descent"])
     both = ["modules", "descent"]
     assert missing == {"evo/A": ["descent"], "evo+self-taught/A": both, "self-taught/A": both, "evo+self-taught/B": both}
-    run_assays(study, missing, 2, silent)
+    run_assays(study, missing, 2, silent, ignore)
     assert open_assay(tmp_path, "modules", "self-taught/A").sizes["run"] == 4
     assert stored(study)["descent/evo/A.nc"] == whole["descent/evo/A.nc"]
 
@@ -111,7 +111,7 @@ def test_an_error_ends_the_work_and_keeps_what_is_stored(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(os, "fsync", no_space)
     with pytest.raises(OSError, match="No space left"):
-        run_assays(study, missing_assays(study, ["modules", "innate"]), 2, silent)
+        run_assays(study, missing_assays(study, ["modules", "innate"]), 2, silent, ignore)
     assert stored(study) == before
 
 

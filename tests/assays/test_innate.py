@@ -13,7 +13,7 @@ from baldwinlab.presets import load
 from baldwinlab.relive import relive
 from baldwinlab.store import Study, StudyError
 from tests.assays.studies import measured
-from tests.small import silent, small_study
+from tests.small import ignore, silent, small_study
 from tests.worlds import small
 
 
@@ -66,7 +66,7 @@ def test_a_record_that_other_code_made_is_refused(tmp_path: Path) -> None:
     record.energy[1, 4] += 1
     study.write("evo+self-taught/A", 1, record)
     with pytest.raises(StudyError, match=r"0001.nc: generation 1, lived again, does not eat what is stored"):
-        run_assays(study, missing_assays(study, ["innate"]), 1, silent)
+        run_assays(study, missing_assays(study, ["innate"]), 1, silent, ignore)
 
 
 def test_distances_are_those_of_each_layer() -> None:
