@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from baldwinlab.config import Experiment
+from baldwinlab.engine.backend import CPU
 from baldwinlab.engine.cpu import Block
 from baldwinlab.engine.food import eat
 from baldwinlab.engine.jit import compiled
@@ -24,7 +25,6 @@ from baldwinlab.engine.senses import look_out, sense
 from baldwinlab.engine.world import choose_action, move
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.presets import load
-from baldwinlab.engine.backend import CPU
 
 ROUNDS, REPETITIONS = 2000, 9
 SIGMOID = 22
