@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
 from baldwinlab.config import Experiment
-from baldwinlab.engine.state import RULES
 from baldwinlab.store import Study
 from baldwinlab.variables import LIVES
 
@@ -32,8 +31,8 @@ def coords(study: Study, condition: str) -> Mapping[str, Any]:
 
 def lives(study: Study, condition: str) -> int:
     experiment = study.experiments[condition]
-    lived = generations(experiment)
-    return 3 * len(lived) + len(_drifting(lived)) if experiment.learns else len(lived)
+    lived = len(generations(experiment))
+    return 3 * lived + len(drifting(experiment)) if experiment.learns else lived
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
@@ -60,9 +59,9 @@ def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance
     energy[LIVES.index("on")] = learned.energy
     energy[LIVES.index("off")] = sample.live(without, generation, genomes).energy
     energy[LIVES.index("frozen")] = sample.live(without, generation, learned.weights[:, :, None]).energy
-    if generation in _drifting(generations(sample.experiment)):
-        drifting = sample.experiment.replace(learning={"rule": "drift"})
-        energy[LIVES.index("drift")] = sample.live(drifting, generation, genomes).energy
+    if generation in drifting(sample.experiment):
+        drift = sample.experiment.replace(learning={"rule": "drift"})
+        energy[LIVES.index("drift")] = sample.live(drift, generation, genomes).energy
     distance[:] = distances(sample.experiment, genomes[:, :, 0, : learned.weights.shape[-1]], learned.weights)
 
 
@@ -71,8 +70,9 @@ def generations(experiment: Experiment) -> list[int]:
     return _thinned(range(experiment.evolution.generations), MOST_GENERATIONS)
 
 
-def _drifting(lived: Sequence[int]) -> list[int]:
-    return _thinned(lived, MOST_DRIFTING) if "drift" in RULES else []
+def drifting(experiment: Experiment) -> list[int]:
+    """Those of them that are lived with drift, too."""
+    return _thinned(generations(experiment), MOST_DRIFTING)
 
 
 def _thinned(numbers: Sequence[int], most: int) -> list[int]:

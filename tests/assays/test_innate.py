@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.assays import missing_assays, open_assay, run_assays
-from baldwinlab.assays.innate import distances, generations, layer_names
+from baldwinlab.assays.innate import distances, drifting, generations, layer_names
 from baldwinlab.presets import load
 from baldwinlab.relive import relive
 from baldwinlab.store import Study, StudyError
@@ -33,6 +33,18 @@ def test_what_learning_made_of_the_weights_is_how_the_frozen_live(study: Study) 
     assert np.array_equal(found.energy.sel(life="frozen"), frozen.energy[0])
     assert (found.distance > 0).any()
     assert not np.array_equal(found.energy.sel(life="off"), found.energy.sel(life="on"))
+
+
+def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(tmp_path: Path) -> None:
+    experiment = small("evo+self-taught", evolution={"generations": 12}, learning={"rate": 0.5})
+    study = measured(tmp_path, [experiment], ["innate"], runs=1)
+    found = open_assay(tmp_path, "innate", experiment.name).energy.sel(run=0)
+    lived = found.sel(life="drift").notnull().all("agent")
+    assert found.generation[lived].values.tolist() == [0, 2, 4, 6, 8, 10, 11]
+    drift = experiment.replace(learning={"rule": "drift"})
+    genomes = study.read(experiment.name, 0).genome.values[None, 11]
+    assert np.array_equal(found.sel(generation=11, life="drift"), relive(drift, study.seed, [0], 11, genomes).energy[0])
+    assert not np.array_equal(found.sel(generation=11, life="drift"), found.sel(generation=11, life="on"))
 
 
 def test_agents_that_do_not_learn_have_one_kind_of_life(study: Study) -> None:
@@ -96,3 +108,6 @@ def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int
     assert {0, count - 1} <= set(found)
     assert found == sorted(set(found))
     assert min(count, 26) <= len(found) <= 51
+    control = drifting(small("evo", evolution={"generations": count}))
+    assert {0, count - 1} <= set(control) <= set(found)
+    assert min(count, 6) <= len(control) <= 11
