@@ -41,7 +41,7 @@ $(VENV)/.core: $(VENV)/.made requirements.txt pyproject.toml
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.core requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-dev.txt
 	@touch $@
 
 $(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt

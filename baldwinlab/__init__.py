@@ -7,6 +7,7 @@
 2
 """
 
+from baldwinlab.assays import open_assay
 from baldwinlab.config import Experiment, ExperimentError
 from baldwinlab.presets import load
 from baldwinlab.replay import replay
@@ -15,4 +16,14 @@ from baldwinlab.store import StudyError
 from baldwinlab.study import open_study
 from baldwinlab.version import __version__
 
-__all__ = ["Experiment", "ExperimentError", "StudyError", "__version__", "load", "open_study", "replay", "simulate"]
+__all__ = [
+    "Experiment",
+    "ExperimentError",
+    "StudyError",
+    "__version__",
+    "load",
+    "open_assay",
+    "open_study",
+    "replay",
+    "simulate",
+]

@@ -17,7 +17,8 @@ FLOORS = [
     {"simulate"},
     {"replay"},
     {"store"},
-    {"study", "multiverse"},
+    {"study", "multiverse", "relive"},
+    {"assays"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
@@ -25,7 +26,7 @@ FLOORS = [
     {"cli"},
     {"__main__"},
 ]
-FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "multiverse"}
+FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "multiverse", "relive", "assays"}
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 
 

@@ -9,7 +9,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from baldwinlab.assays import open_assay
 from baldwinlab.cli import main
 from baldwinlab.presets import KINDS, load, names
 from baldwinlab.study import open_study
@@ -138,6 +140,45 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: 
         assert min(picture.size) > 500
 
 
+def test_assay_measures_a_study_once_and_rebuilds_its_report(command: Command, stored: Path, tmp_path: Path) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+    done = command("assay", "study", "--only", "descent,modules", "--workers", "2")
+    assert done.code == 0, done.err
+    assert "assays to do: 3, agent-steps: 24,000" in done.out  # 4 pairs of modules of 20 learners who live 300 steps
+    assert (tmp_path / "study/report.html").exists()
+    assert open_assay("study", "modules", "evo+self-taught/A").energy.dims == ("run", "modules", "agent")
+    again = command("assay", "study", "--only", "descent")
+    assert "all of these assays are stored already" in again.out
+
+
+def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
+    command: Command, stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+
+    @contextmanager
+    def stopped_at_once(description: str, total: int) -> Iterator[Callable[[int], None]]:
+        def stop(amount: int) -> None:
+            raise KeyboardInterrupt
+
+        yield stop
+
+    with monkeypatch.context() as patched:
+        patched.setattr("baldwinlab.console.progress", stopped_at_once)
+        done = command("assay", "study", "--only", "reaction")
+    assert done.code == 130
+    assert "stopped; assays done: 0 of 2; the same command carries on" in done.err
+    assert "assays to do: 2" in command("assay", "study", "--only", "reaction").out
+
+
+def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None:
+    done = command("phylogeny", str(stored), "--condition", "evo/A", "--run", "0", "--out", "descent.csv")
+    assert done.code == 0, done.err
+    lines = Path("descent.csv").read_text().splitlines()
+    assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
+    assert len(lines) == 1 + 3 * 20
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -173,6 +214,12 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: 
             "generation = 9 must be",
         ),
         (["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "no/x.gif"], "no/x.gif"),
+        (["assay", "nowhere"], "nowhere holds no study"),
+        (["assay", "study", "--only", "innate,instinct"], "there is no assay 'instinct'; there are innate, within-life, modules"),
+        (["assay", "study", "--workers", "0"], "--workers 0 must be at least 1"),
+        (["phylogeny", "study", "--condition", "evo/B", "--run", "0", "--out", "x.csv"], "has no condition 'evo/B'"),
+        (["phylogeny", "study", "--condition", "evo/A", "--run", "7", "--out", "x.csv"], "0007.nc does not exist"),
+        (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "no/x.csv"], "there is no folder no"),
         (["run", "evo/A", "--out", "study"], "study holds another study"),
         (["run", "evo/A", "--runs", "many"], "many"),
         (["rum"], "rum"),

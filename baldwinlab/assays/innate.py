@@ -1,0 +1,98 @@
+"""Innate and learned: what newborns of each generation eat with learning off, with learning on, and with their weights at death.
+
+What they eat with learning off is innate; what learning adds is the gain; as evolution makes innate what had to be learned
+(genetic assimilation), the innate share grows. Source: Hinton and Nowlan, "How learning can guide evolution", 1987, and
+Waddington, "Genetic assimilation of an acquired character", 1953, for the ideas; the lives are ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.assays.sample import Sample
+from baldwinlab.config import Experiment
+from baldwinlab.store import Study
+from baldwinlab.variables import LIVES
+
+MOST_GENERATIONS = 50  # and the last: half of the paper's are enough for a curve, and take half the time
+MOST_DRIFTING = 10  # and the last: a control for learning, which takes as long as learning does
+
+
+def coords(study: Study, condition: str) -> Mapping[str, Any]:
+    experiment = study.experiments[condition]
+    lived = np.array(generations(experiment), np.int32)
+    return {"generation": lived, "life": list(LIVES), "layer": layer_names(experiment)}
+
+
+def lives(study: Study, condition: str) -> int:
+    experiment = study.experiments[condition]
+    lived = len(generations(experiment))
+    return 3 * lived + len(drifting(experiment)) if experiment.learns else lived
+
+
+def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    """`energy` [run, generation, life, agent]; NaN for lives that are not lived. `distance` [run, generation, layer, agent]."""
+    experiment, lived = sample.experiment, generations(sample.experiment)
+    runs, agents, layers = len(sample.runs), experiment.population.size, len(layer_names(experiment))
+    energy = np.full((len(lived), len(LIVES), runs, agents), np.nan)
+    distance = np.full((len(lived), layers, runs, agents), np.nan, np.float32)
+    measure_one = _learned if experiment.learns else _innate_alone
+    for number, generation in enumerate(lived):
+        measure_one(sample, generation, energy[number], distance[number])
+    return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
+
+
+def _innate_alone(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
+    """Agents that do not learn have one kind of life."""
+    energy[LIVES.index("off")] = sample.live_as_evolved(generation, sample.genomes(generation)).energy
+
+
+def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
+    """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of one generation of agents that learn."""
+    genomes, without = sample.genomes(generation), sample.experiment.replace(learning={"rule": "none"})
+    learned = sample.live_as_evolved(generation, genomes)
+    energy[LIVES.index("on")] = learned.energy
+    energy[LIVES.index("off")] = sample.live(without, generation, genomes).energy
+    energy[LIVES.index("frozen")] = sample.live(without, generation, learned.weights[:, :, None]).energy
+    if generation in drifting(sample.experiment):
+        drift = sample.experiment.replace(learning={"rule": "drift"})
+        energy[LIVES.index("drift")] = sample.live(drift, generation, genomes).energy
+    distance[:] = distances(sample.experiment, genomes[:, :, 0, : learned.weights.shape[-1]], learned.weights)
+
+
+def generations(experiment: Experiment) -> list[int]:
+    """The generations that are lived again."""
+    return _thinned(range(experiment.evolution.generations), MOST_GENERATIONS)
+
+
+def drifting(experiment: Experiment) -> list[int]:
+    """Those of them that are lived with drift, too."""
+    return _thinned(generations(experiment), MOST_DRIFTING)
+
+
+def _thinned(numbers: Sequence[int], most: int) -> list[int]:
+    """All, or every so-many-th, so that they are at most so many; and the last."""
+    return sorted({*numbers[:: -(-len(numbers) // most)], numbers[-1]})
+
+
+def layer_names(experiment: Experiment) -> list[str]:
+    """What each layer of weights connects, from the sensors on."""
+    count = len(experiment.network.hidden)
+    hidden = ["hidden"] if count == 1 else [f"hidden {number + 1}" for number in range(count)]
+    units = ["sensors", *hidden, "actions"]
+    return [f"{source} to {target}" for source, target in pairwise(units)]
+
+
+def distances(experiment: Experiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Euclidean distances [layer, ...] between weights [..., weight] at birth and at death, biases with their layer's."""
+    sizes, bias = experiment.layer_sizes, int(experiment.network.biases)
+    counts = [(inputs + bias) * outputs for inputs, outputs in pairwise(sizes)]
+    squares = (death.astype(np.float64) - birth) ** 2
+    moved = [layer.sum(axis=-1) for layer in np.split(squares, np.cumsum(counts)[:-1], axis=-1)]
+    euclidean: npt.NDArray[np.float64] = np.sqrt(np.stack(moved))
+    return euclidean

@@ -1,0 +1,81 @@
+"""Reaction norms: what the last generation eats under circumstances that it did not evolve in, one of them changed at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.assays.sample import Sample
+from baldwinlab.config import Experiment, ExperimentError, assign
+from baldwinlab.store import Study
+
+AS_EVOLVED = "as evolved"
+OF_COUNT = (0.25, 0.5, 2, 4)  # times as much food
+OF_RADIUS = (0.25, 0.5, 2)  # times as far a view
+OF_RATE = (0, 0.1, 10)  # times as fast learning
+
+
+class Setting(NamedTuple):
+    """A changed circumstance."""
+
+    field: str  # the path of what is changed, "map" for the whole world
+    value: str
+    experiment: Experiment
+
+
+def coords(study: Study, condition: str) -> Mapping[str, Any]:
+    found = settings(study, condition)
+    named = {name: ("setting", [getattr(setting, name) for setting in found]) for name in ("field", "value")}
+    return {"setting": np.arange(len(found), dtype=np.int32), **named}
+
+
+def lives(study: Study, condition: str) -> int:
+    return len(settings(study, condition))
+
+
+def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    """`energy` [run, setting, agent]."""
+    last = sample.experiment.evolution.generations - 1
+    genomes = sample.genomes(last)
+    _, *others = settings(sample.study, sample.experiment.name)
+    found = [sample.live_as_evolved(last, genomes)]
+    found += [sample.live(setting.experiment, last, genomes) for setting in others]
+    return {"energy": np.stack([lives.energy for lives in found], axis=1)}
+
+
+def settings(study: Study, condition: str) -> list[Setting]:
+    """The settings of a condition: first as it evolved, then each that is possible and differs."""
+    experiment = study.experiments[condition]
+    found = [Setting(AS_EVOLVED, "", experiment)]
+    for setting in (*_other_maps(study, condition), *_other_values(experiment)):
+        if all(setting.experiment != known.experiment for known in found):
+            found.append(setting)
+    return found
+
+
+def _other_maps(study: Study, condition: str) -> Iterator[Setting]:
+    """The worlds of the study's conditions of the same name on other maps: of CONDITION/MAP, the last part is the map's."""
+    name, slash, _ = condition.rpartition("/")
+    for other, there in study.experiments.items():
+        before, _, map_name = other.rpartition("/")
+        if slash and before == name:
+            yield Setting("map", map_name, study.experiments[condition].replace(world=there.world))
+
+
+def _other_values(experiment: Experiment) -> Iterator[Setting]:
+    """Fields times some factors; without those that the experiment refuses."""
+    fields: dict[str, list[float]] = {}
+    for number, region in enumerate(experiment.world.food):
+        fields[f"world.food.{number}.count"] = [round(factor * region.count) for factor in OF_COUNT]
+    fields["senses.visual_radius"] = [factor * experiment.senses.visual_radius for factor in OF_RADIUS]
+    if experiment.learns:
+        fields["learning.rate"] = [factor * experiment.learning.rate for factor in OF_RATE]
+    for field, values in fields.items():
+        for value in values:
+            try:
+                yield Setting(field, f"{value:g}", assign(experiment, [f"{field}={value}"]))
+            except ExperimentError:
+                continue

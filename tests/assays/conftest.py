@@ -1,0 +1,13 @@
+"""One study with all its assays, which the tests of this folder only read."""
+
+from __future__ import annotations
+
+import pytest
+
+from baldwinlab.store import Study
+from tests.assays.studies import measured
+
+
+@pytest.fixture(scope="package")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    return measured(tmp_path_factory.mktemp("assays") / "study")

@@ -1,0 +1,95 @@
+"""Descent, against pedigrees made by hand."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from phyloframe import legacy as standard
+
+from baldwinlab.assays import open_assay
+from baldwinlab.assays.descent import common_ancestor_ages, effective_ancestors, phylogeny
+from baldwinlab.store import Study
+
+NONE = float("nan")
+
+
+def pedigree(*generations: list[list[int]]) -> Any:
+    return np.array([[[-1, -1]] * len(generations[0]), *generations], np.int32)
+
+
+def test_a_pedigree_of_three_that_is_reckoned_by_hand() -> None:
+    parents = pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
+    assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 2], equal_nan=True)
+    # shares of the founders: (1, 4, 1) / 6, then (1, 3, 0) / 4
+    assert effective_ancestors(parents) == pytest.approx([3, 2, 1.6])
+
+
+def test_all_from_one_couple() -> None:
+    parents = pedigree(*[[[2, 4]] * 5] * 4)
+    assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 1, 1, 1], equal_nan=True)
+    assert effective_ancestors(parents) == pytest.approx([5, 2, 2, 2, 2])
+
+
+def test_families_that_never_meet_have_no_common_ancestor() -> None:
+    parents = pedigree(*[[[0, 1], [1, 0], [2, 3], [3, 2]]] * 6)
+    assert np.isnan(common_ancestor_ages(parents)).all()
+    assert effective_ancestors(parents) == pytest.approx([4] * 7)
+
+
+def test_a_single_line_descends_from_its_last_member() -> None:
+    parents = pedigree(*[[[0, 0]]] * 3)
+    assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 1, 1], equal_nan=True)
+    assert effective_ancestors(parents) == pytest.approx([1, 1, 1, 1])
+
+
+def test_many_founders_are_reckoned_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    parents = np.random.default_rng(1).integers(0, 9, (5, 9, 2), np.int32)
+    whole = effective_ancestors(parents)
+    monkeypatch.setattr("baldwinlab.assays.descent.FOUNDERS_AT_A_TIME", 2)
+    assert effective_ancestors(parents) == pytest.approx(whole)
+
+
+def test_the_descent_of_a_study_is_that_of_its_runs(study: Study) -> None:
+    found = open_assay(study.directory, "descent", "evo+self-taught/A")
+    parents = study.read("evo+self-taught/A", 1).parents.values
+    assert np.array_equal(found.common_ancestor_age.sel(run=1), common_ancestor_ages(parents), equal_nan=True)
+    assert found.effective_ancestors.sel(run=1, generation=0) == 6
+
+
+def test_where_nothing_is_inherited_there_is_no_descent(study: Study) -> None:
+    found = open_assay(study.directory, "descent", "self-taught/A")
+    assert found.common_ancestor_age.isnull().all()
+    assert found.effective_ancestors.isnull().all()
+
+
+def table(study: Study, condition: str) -> pd.DataFrame:
+    return pd.read_csv(StringIO(phylogeny(study.read(condition, 0))))
+
+
+def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: Study) -> None:
+    found = table(study, "evo+self-taught/A")
+    parents = study.read("evo+self-taught/A", 0).parents.values
+    assert found.columns.tolist() == ["id", "ancestor_list", "origin_time", "destruction_time"]
+    assert found.id.tolist() == list(range(18))
+    assert found.origin_time.tolist() == [generation for generation in range(3) for _ in range(6)]
+    assert (found.destruction_time == found.origin_time + 1).all()
+    assert (found.ancestor_list[:6] == "[none]").all()
+    for generation in (1, 2):
+        for agent in range(6):
+            listed = found.ancestor_list[generation * 6 + agent].strip("[]").split(",")
+            assert {int(ancestor) - (generation - 1) * 6 for ancestor in listed} == set(parents[generation, agent])
+
+
+@pytest.mark.filterwarnings("ignore:Polars binary is missing")  # these checks use pandas
+def test_a_phylogeny_fits_the_alife_standard(study: Study) -> None:
+    found = table(study, "evo+self-taught/A")
+    assert standard.alifestd_validate(found)
+    assert standard.alifestd_is_sexual(found)
+    assert standard.alifestd_is_topologically_sorted(found)
+    assert standard.alifestd_is_chronologically_ordered(found)
+    assert standard.alifestd_find_root_ids(found).tolist() == list(range(6))
+    assert standard.alifestd_validate(table(study, "self-taught/A"))
