@@ -19,8 +19,8 @@ from baldwinlab.config import Experiment
 from baldwinlab.store import Study
 from baldwinlab.variables import LIVES
 
-MOST_GENERATIONS = 50  # and the last: half of the paper's are enough for a curve, and take half the time
-MOST_DRIFTING = 10  # and the last: a control for learning, which takes as long as learning does
+MOST_GENERATIONS = 100  # and the last, so every generation of the paper's
+FEW_GENERATIONS = 10  # and the last: of drift, which takes longest, and where generations differ by chance alone
 
 
 def coords(study: Study, condition: str) -> Mapping[str, Any]:
@@ -32,7 +32,7 @@ def coords(study: Study, condition: str) -> Mapping[str, Any]:
 def lives(study: Study, condition: str) -> int:
     experiment = study.experiments[condition]
     lived = len(generations(experiment))
-    return 3 * lived + len(drifting(experiment)) if experiment.learns else lived
+    return 3 * lived + len(drifting(experiment)) if experiment.learns else 0
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
@@ -48,8 +48,8 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 
 def _innate_alone(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
-    """Agents that do not learn have one kind of life."""
-    energy[LIVES.index("off")] = sample.live_as_evolved(generation, sample.genomes(generation)).energy
+    """Agents that do not learn have one kind of life, and the study has lived it."""
+    energy[LIVES.index("off")] = sample.energy(generation)
 
 
 def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
@@ -66,13 +66,14 @@ def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance
 
 
 def generations(experiment: Experiment) -> list[int]:
-    """The generations that are lived again."""
-    return _thinned(range(experiment.evolution.generations), MOST_GENERATIONS)
+    """The generations that are lived again: where nothing is inherited, a few stand for all."""
+    most = FEW_GENERATIONS if experiment.evolution.inheritance == "none" else MOST_GENERATIONS
+    return _thinned(range(experiment.evolution.generations), most)
 
 
 def drifting(experiment: Experiment) -> list[int]:
     """Those of them that are lived with drift, too."""
-    return _thinned(generations(experiment), MOST_DRIFTING)
+    return _thinned(generations(experiment), FEW_GENERATIONS)
 
 
 def _thinned(numbers: Sequence[int], most: int) -> list[int]:

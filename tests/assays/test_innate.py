@@ -107,7 +107,10 @@ def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int
     found = generations(small("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(found)
     assert found == sorted(set(found))
-    assert min(count, 26) <= len(found) <= 51
+    assert min(count, 51) <= len(found) <= 101
+    alike = generations(small("self-taught", evolution={"generations": count}))
+    assert {0, count - 1} <= set(alike)
+    assert len(alike) <= 11
     control = drifting(small("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(control) <= set(found)
     assert min(count, 6) <= len(control) <= 11
