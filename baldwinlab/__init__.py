@@ -13,6 +13,7 @@ from baldwinlab.replay import replay
 from baldwinlab.simulate import simulate
 from baldwinlab.store import StudyError
 from baldwinlab.study import open_study
+from baldwinlab.sweep import open_sweep
 from baldwinlab.version import __version__
 
-__all__ = ["Experiment", "ExperimentError", "StudyError", "__version__", "load", "open_study", "replay", "simulate"]
+__all__ = ["Experiment", "ExperimentError", "StudyError", "__version__", "load", "open_study", "open_sweep", "replay", "simulate"]

@@ -11,11 +11,13 @@ import numba
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis import claims
+from baldwinlab.analysis import claims, responses
 from baldwinlab.replay import replay
 from baldwinlab.report import emergence_generations, typical_run, write_report
+from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.store import Study, StudyError
 from baldwinlab.study import open_study
+from baldwinlab.sweep import is_sweep, open_sweep
 from baldwinlab.version import __version__
 
 EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
@@ -24,16 +26,34 @@ EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condi
 def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
     """Write claims.json, statistics.csv, summary.csv, the figures and the report, and return the claims.
 
-    A run counts with its average over its `last` generations. Raises StudyError if no run is stored yet.
+    A sweep has other results, those of `publish_sweep`, and no claims. A run counts with its average over its `last`
+    generations. Raises StudyError if no run is stored yet.
     """
+    if is_sweep(study.directory):
+        publish_sweep(study, out, last, tell)
+        return []
     data = open_study(study.directory)
-    if not data.sizes["run"]:
-        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
+    _require_runs(study, data)
     results = claims.evaluate(data, last)
     claims.write(results, data, study.directory, last)
     tell("drawing the figures")
     write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last)
     return results
+
+
+def publish_sweep(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> None:
+    """Write responses.csv, the figures and the report of a sweep. Raises as `publish` does."""
+    data = open_sweep(study.directory)
+    _require_runs(study, data)
+    measured = responses.finals(data, last)
+    responses.write(measured, study.directory)
+    tell("drawing the figures")
+    write_sweep_report(study.directory, measured, facts(study), out, last)
+
+
+def _require_runs(study: Study, data: xr.Dataset) -> None:
+    if not data.sizes["run"]:
+        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
 
 
 def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:

@@ -18,6 +18,7 @@ FLOORS = [
     {"replay"},
     {"store"},
     {"study"},
+    {"sweep"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
@@ -25,7 +26,7 @@ FLOORS = [
     {"cli"},
     {"__main__"},
 ]
-FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study"}
+FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "sweep"}
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 
 

@@ -31,6 +31,7 @@ Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
 Out = Annotated[Path | None, Parameter(help="directory of the study")]
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
+Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://host:port, or slurm")]
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 

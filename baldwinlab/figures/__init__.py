@@ -2,7 +2,20 @@
 
 from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
+from baldwinlab.figures.responses import heat_maps, response_curves
 from baldwinlab.figures.style import png, save, svg
 from baldwinlab.figures.world import agent_senses, world_maps
 
-__all__ = ["agent_senses", "emergence", "fitness_boxes", "fitness_curves", "png", "save", "svg", "trajectories", "world_maps"]
+__all__ = [
+    "agent_senses",
+    "emergence",
+    "fitness_boxes",
+    "fitness_curves",
+    "heat_maps",
+    "png",
+    "response_curves",
+    "save",
+    "svg",
+    "trajectories",
+    "world_maps",
+]
