@@ -66,7 +66,7 @@ def overview(measured: xr.Dataset) -> list[tuple[str, str]]:
     """What was swept, as pairs of a heading and what it is."""
     fields = [(field, f"{_values(measured, field)} ({measured[field].attrs['long_name']})") for field in measured.attrs["fields"]]
     return [
-        ("experiment", ", ".join([measured.attrs["base"], *measured.attrs["set"]])),
+        ("experiment", ", ".join([measured.attrs["base"], *(text.replace("=", " = ", 1) for text in measured.attrs["set"])])),
         ("design", DESIGNS[measured.attrs["design"]]),
         *fields,
         ("points", f"{measured.sizes['point']:,}"),

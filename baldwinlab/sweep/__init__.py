@@ -96,7 +96,7 @@ def _shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
     return sobol.random_base2((samples - 1).bit_length())[:samples]  # a power of 2, or the points would lose their balance
 
 
-def _pick(values: tuple[Any, ...] | Range, share: float, whole: bool) -> Any:
+def _pick(values: list[Any] | Range, share: float, whole: bool) -> Any:
     if isinstance(values, Range):
         return values.whole_number(share) if whole else values.number(share)
     return values[int(share * len(values))]

@@ -49,7 +49,7 @@ def _kind(value: Any) -> str:
     return "range" if isinstance(value, dict | Range) else "values"
 
 
-Values = Annotated[tuple[Any, ...], Field(min_length=1)]
+Values = Annotated[list[Any], Field(min_length=1)]
 
 
 class Sweep(Part):
@@ -84,7 +84,7 @@ class Sweep(Part):
 
     @model_validator(mode="after")
     def _values_are_plain(self) -> Self:
-        fixed = {f"set.{path}": (value,) for path, value in self.fixed.items()}
+        fixed = {f"set.{path}": [value] for path, value in self.fixed.items()}
         for path, values in (fixed | {f"fields.{path}": values for path, values in self.lists.items()}).items():
             if not all(map(_plain, values)):
                 raise ValueError(f"{path}: a value must be a number, true or false, a text, or a list of these")
@@ -110,7 +110,7 @@ class Sweep(Part):
         return self
 
     @property
-    def lists(self) -> dict[str, tuple[Any, ...]]:
+    def lists(self) -> dict[str, list[Any]]:
         """The fields whose values are listed."""
         return {path: values for path, values in self.fields.items() if not isinstance(values, Range)}
 

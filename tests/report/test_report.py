@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 import xarray as xr
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 
 from baldwinlab.analysis.claims import evaluate
 from baldwinlab.presets import load
@@ -19,6 +16,7 @@ from baldwinlab.report import emergence_generations, typical_run, write_report
 from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability
 from tests.analysis.studies import AS_THE_PAPER, study, trace
+from tests.report.browsing import complaints_and_width
 
 FORAGERS = "evo+self-taught/B"
 FACTS = {
@@ -146,33 +144,11 @@ def test_probabilities_are_never_nought(p: float, text: str) -> None:
     assert probability(p) == text
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if path is None:
-        (pytest.fail if os.environ.get("CI") else pytest.skip)("there is no Chromium on this machine to open the report with")
-    quiet = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"])
-        yield opened
-        opened.close()
-
-
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
 def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
     browser: Browser, page: Path, width: int, height: int
 ) -> None:
-    opened = browser.new_page(viewport={"width": width, "height": height})
-    complaints: list[str] = []
-    opened.on("console", lambda message: complaints.append(message.text))
-    opened.on("pageerror", lambda error: complaints.append(str(error)))
-    opened.on("request", lambda request: None if request.url.startswith(("file:", "data:")) else complaints.append(request.url))
-    opened.goto(page.as_uri())
-    opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
-    assert opened.evaluate("document.documentElement.scrollWidth") <= width
-    assert opened.evaluate("[...document.images].every(image => image.complete && image.naturalWidth > 0)")
-    assert complaints == []
-    opened.close()
+    assert complaints_and_width(browser, page, width, height) == ([], width)
 
 
 def test_a_study_that_no_claim_concerns_is_reported_without_the_claims(tmp_path: Path) -> None:
