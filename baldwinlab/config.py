@@ -43,6 +43,9 @@ class Start(Part):
     x: Coordinate = Field(160.0, description="centre of the disc, units of length")
     y: Coordinate = Field(160.0, description="centre of the disc, units of length; y points down")
     radius: float = Field(40.0, ge=0, le=1_000_000, description="radius of the disc, units of length")
+    headings: Literal["equal", "random"] = Field(
+        "equal", description="of newborns; equal: all along +x; random: each one of the 40 there are"
+    )
 
 
 class FoodRegion(Part):
@@ -103,6 +106,12 @@ class Contact(Part):
     reach: float = Field(10.0, gt=0, le=100_000, description="an item nearer than this is touched, units of length (R2)")
 
 
+class Motor(Part):
+    noise: float = Field(
+        0.0, ge=0, le=1, description="probability, in every step, that the action is drawn at random instead of chosen"
+    )
+
+
 class Network(Part):
     """Topology of the action module, and of the reinforcement module."""
 
@@ -113,16 +122,38 @@ class Network(Part):
 
 
 class Learning(Part):
-    rule: Literal["none", "self-taught"] = Field(
-        "none", description="self-taught: backpropagation towards the reinforcement module"
+    """What changes weights in life, and what controls for it."""
+
+    rule: Literal["none", "self-taught", "drift"] = Field(
+        "none",
+        description="self-taught: backpropagation towards the reinforcement module; drift: each weight moves as far as "
+        "self-teaching would have moved it, in a direction drawn at birth",
     )
     rate: float = Field(0.01, ge=0, le=10, description="learning rate, per step")
+    evolved_rate: bool = Field(
+        False, description="every agent inherits a gene g, like a weight, and learns at rate * 10^g, but at most at 10"
+    )
+    steps: int = Field(100_000_000, ge=0, le=100_000_000, description="steps of a life after which learning stops")
+    teacher: Literal["inherited", "shuffled", "fresh"] = Field(
+        "inherited",
+        description="reinforcement modules of the children; shuffled: dealt anew among them; fresh: drawn from N(0, 1)",
+    )
+    cost_per_step: float = Field(0.0, ge=0, le=1_000_000, description="energy that a step of learning costs")
+    cost_per_change: float = Field(
+        0.0,
+        ge=0,
+        le=1_000_000,
+        description="energy per unit of distance between an agent's weights at birth and at death",
+    )
 
 
 class Evolution(Part):
     generations: int = Field(100, ge=1, le=1_000_000, description="generations in a run")
     inheritance: Literal["darwinian", "none"] = Field(
         "darwinian", description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation"
+    )
+    lamarckian_share: float = Field(
+        0.0, ge=0, le=1, description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian"
     )
     selection: Literal["roulette", "tournament", "truncation", "rank"] = Field(
         "roulette", description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)"
@@ -162,6 +193,7 @@ class Experiment(Part):
     population: Population = Population()
     senses: Senses = Senses()
     contact: Contact = Contact()
+    motor: Motor = Motor()
     network: Network = Network()
     learning: Learning = Learning()
     evolution: Evolution = Evolution()
@@ -183,7 +215,7 @@ class Experiment(Part):
     @property
     def modules(self) -> tuple[str, ...]:
         """The networks in a genome."""
-        return ("action", "reinforcement") if self.learning.rule == "self-taught" else ("action",)
+        return ("action", "reinforcement") if self.learning.rule in ("self-taught", "drift") else ("action",)
 
     @property
     def layer_sizes(self) -> tuple[int, ...]:
@@ -195,6 +227,11 @@ class Experiment(Part):
         """Weights in one module."""
         bias = int(self.network.biases)
         return sum((inputs + bias) * outputs for inputs, outputs in zip(self.layer_sizes, self.layer_sizes[1:], strict=False))
+
+    @property
+    def genome_length(self) -> int:
+        """Entries for each module: its weights, and the gene of the learning rate if that evolves (used in the action module)."""
+        return self.weight_count + int(self.learning.evolved_rate)
 
     def replace(self, **changes: Any) -> Experiment:
         """A changed copy. A part may be given whole, or as a dict of the fields to change.

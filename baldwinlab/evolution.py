@@ -37,7 +37,7 @@ class Moment(NamedTuple):
 
 def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
     """Fresh genomes: every weight from N(0, 1). Paper, "The neural network controller"."""
-    agents, weights = experiment.population.size, experiment.weight_count
+    agents, weights = experiment.population.size, experiment.genome_length
     genome = np.empty((agents, len(experiment.modules), weights), np.float32)
     for module, name in enumerate(experiment.modules):
         uniforms = moment.uniforms(_WEIGHTS_OF_MODULE[name], (agents, -(-weights // 4)))
@@ -54,7 +54,45 @@ def breed(experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float6
     children = cross_over(genome, parents, draws[..., 0])
     of_child = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
     gates = draws[..., 1] if evolution.mutation_gate == "weight" else of_child
-    return mutate(children, evolution, gates, draws[..., 2]), parents
+    return deal_teachers(experiment, mutate(children, evolution, gates, draws[..., 2]), moment), parents
+
+
+def deal_teachers(experiment: Experiment, genome: Genome, moment: Moment) -> Genome:
+    """A control: what if the reinforcement module were not inherited together with the action module, or not at all?"""
+    taught = len(experiment.modules) > 1
+    if taught and experiment.learning.teacher == "shuffled":
+        order = np.argsort(moment.uniforms(rng.TEACHER, (len(genome), 1))[:, 0, 0])
+        return np.stack([genome[:, 0], genome[order, 1]], axis=1)
+    if taught and experiment.learning.teacher == "fresh":
+        return np.stack([genome[:, 0], draw_genome(experiment, moment)[:, 1]], axis=1)
+    return genome
+
+
+def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
+    """The genomes that are inherited: as they were born, or nearer to what the action module [agent, weight] was at death.
+
+    Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
+    """
+    share, weights = experiment.evolution.lamarckian_share, experiment.weight_count
+    if learned is None or share == 0:
+        return genome
+    inherited = genome.copy()
+    inherited[:, 0, :weights] = (1 - share) * genome[:, 0, :weights].astype(np.float64) + share * learned
+    return inherited
+
+
+def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | None) -> npt.NDArray[np.float64]:
+    """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
+
+    Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary Computation 4 (1996).
+    """
+    cost = np.zeros(len(genome))
+    if experiment.learns:
+        cost += experiment.learning.cost_per_step * min(experiment.learning.steps, experiment.lifetime.steps)
+        if learned is not None:
+            born = genome[:, 0, : experiment.weight_count].astype(np.float64)
+            cost += experiment.learning.cost_per_change * np.sqrt(((learned - born) ** 2).sum(axis=1))
+    return cost
 
 
 def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:

@@ -34,17 +34,23 @@ def replay(
     arrays = _record(experiment, block)
     arrays["weight_birth"] = genome
     arrays["weight_death"] = genome.copy()
-    arrays["weight_death"][:, 0] = block.state.weights[:, : genome.shape[0]].T
+    arrays["weight_death"][:, 0, : experiment.weight_count] = block.weights()[0]
     attributes = facts(experiment, seed, run) | {"generation": generation}
     found = variables.dataset(variables.TRACE, arrays, attributes)
     return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
 
 
 def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
-    """The genomes of a generation: bred again from what each generation before it ate."""
+    """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
+
+    What is learned cannot be known without living, so with Lamarckian inheritance `energy` is of no use.
+    """
     seed, run, generation = moment
     if experiment.evolution.inheritance == "none":
         return draw_genome(experiment, moment)
+    if experiment.evolution.lamarckian_share and generation > 0:
+        whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
+        return np.asarray(simulate(experiment.replace(**whole), seed, run)["genome"].values[generation], np.float32)
     if energy is None and generation > 0:
         before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
         energy = simulate(experiment.replace(**before), seed, run)["energy"]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from itertools import repeat
 from typing import Any
 
 import numba
@@ -14,7 +15,7 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import CPU, Backend, choose
-from baldwinlab.evolution import Genome, Moment, breed, draw_genome
+from baldwinlab.evolution import Genome, Moment, bequeath, breed, cost_of_learning, draw_genome
 from baldwinlab.toml import to_toml
 from baldwinlab.version import __version__
 
@@ -48,10 +49,16 @@ def simulate_block(
     for generation in range(experiment.evolution.generations):
         block.begin(generation, np.stack([history.genome for history in histories]))
         block.live(0, experiment.lifetime.steps)
-        for history, eaten in zip(histories, block.eaten(), strict=True):
-            history.add(generation, eaten)
+        weights: Iterable[Genome | None] = block.weights() if _weights_count(experiment) else repeat(None, len(runs))
+        for history, eaten, learned in zip(histories, block.eaten(), weights, strict=True):
+            history.add(generation, eaten, learned)
         after_generation(generation)
     return [history.dataset() for history in histories]
+
+
+def _weights_count(experiment: Experiment) -> bool:
+    """Whether it matters what weights an agent dies with."""
+    return experiment.learns and (experiment.evolution.lamarckian_share > 0 or experiment.learning.cost_per_change > 0)
 
 
 def check_seed(seed: int, *runs: int) -> None:
@@ -83,18 +90,21 @@ class _History:
         self._parents = np.full((generations, agents, 2), -1, np.int32)
         self._genomes = np.full((generations, *self.genome.shape), np.nan, np.float32)
 
-    def add(self, generation: int, eaten: npt.NDArray[np.int32]) -> None:
-        """Keep what a generation ate, `eaten` [agent, region], and breed the next."""
+    def add(self, generation: int, eaten: npt.NDArray[np.int32], learned: Genome | None) -> None:
+        """Keep what a generation ate, `eaten` [agent, region], and breed the next.
+
+        `learned` [agent, weight] is the action module at death, or None where it does not matter.
+        """
         last = self.experiment.evolution.generations - 1
         if generation % self.experiment.record.genome_every == 0 or generation == last:
             self._genomes[generation] = self.genome
         self._food[generation] = eaten.sum(axis=1)
-        self._energy[generation] = (eaten * self._energy_of_region).sum(axis=1)
+        gained = (eaten * self._energy_of_region).sum(axis=1)
+        self._energy[generation] = np.maximum(0, gained - cost_of_learning(self.experiment, self.genome, learned))
         if generation < last:
+            born = bequeath(self.experiment, self.genome, learned)
             moment = Moment(self.seed, self.run, generation + 1)
-            self.genome, self._parents[generation + 1] = next_genome(
-                self.experiment, moment, self.genome, self._energy[generation]
-            )
+            self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, born, self._energy[generation])
 
     def dataset(self) -> xr.Dataset:
         arrays = {"food_eaten": self._food, "energy": self._energy, "parents": self._parents, "genome": self._genomes}

@@ -21,7 +21,9 @@ class Variable(NamedTuple):
 
 RUN: Mapping[str, Variable] = {
     "food_eaten": Variable(("generation", "agent"), np.int32, "items", "items eaten in life"),
-    "energy": Variable(("generation", "agent"), np.float64, "energy", "energy of the items eaten in life: the fitness"),
+    "energy": Variable(
+        ("generation", "agent"), np.float64, "energy", "energy of the items eaten in life, less the cost of learning: the fitness"
+    ),
     "parents": Variable(
         ("generation", "agent", "parent"), np.int32, "1", "agents of the generation before; -1 where there are none"
     ),
@@ -77,7 +79,8 @@ LIVES = ("off", "on", "frozen", "drift")  # learning off, learning on, weights a
 
 WEIGHT_ORDER = (
     "layer by layer from the sensors; within a layer by the unit that a weight comes from, then by the unit that it goes to; "
-    "with biases, a layer's biases follow its weights, as if from one more unit that is always 1"
+    "with biases, a layer's biases follow its weights, as if from one more unit that is always 1; "
+    "where the learning rate evolves, the last entry is its gene, log10 of the rate over learning.rate, in the action module"
 )
 
 

@@ -15,16 +15,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from baldwinlab.config import Experiment
+from baldwinlab.engine.backend import CPU
 from baldwinlab.engine.cpu import Block
 from baldwinlab.engine.food import eat
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, bundle, get, put
 from baldwinlab.engine.learning import learn, think
 from baldwinlab.engine.senses import look_out, sense
-from baldwinlab.engine.world import act
+from baldwinlab.engine.world import choose_action, move
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.presets import load
-from baldwinlab.study import WORLDS_PER_BLOCK
 
 ROUNDS, REPETITIONS = 2000, 9
 SIGMOID = 22
@@ -60,14 +60,16 @@ def _think(model: Any, state: Any, rounds: int) -> None:
 def _act(model: Any, state: Any, rounds: int) -> None:
     for _ in range(rounds):
         for first in range(0, state.x.size, WIDTH):
-            act(model, state, bundle(first))
+            choose_action(model, state, bundle(first))
+        for first in range(0, state.x.size, WIDTH):
+            move(model, state, bundle(first))
 
 
 @compiled
 def _learn(model: Any, state: Any, rounds: int) -> None:
     for _ in range(rounds):
         for first in range(0, state.x.size, WIDTH):
-            learn(model, state, bundle(first))
+            learn(model, state, 0, bundle(first))
 
 
 @compiled
@@ -123,8 +125,8 @@ def nanoseconds_of_operation() -> float:
 
 def lived(experiment: Experiment) -> Block:
     """A block some steps into its first life."""
-    block = Block(experiment, 0, range(WORLDS_PER_BLOCK))
-    block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(WORLDS_PER_BLOCK)]))
+    block = Block(experiment, 0, range(CPU.worlds))
+    block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)]))
     block.live(0, 50)
     return block
 
@@ -132,7 +134,7 @@ def lived(experiment: Experiment) -> Block:
 def main() -> None:
     far = lived(load("evo+self-taught/B"))
     near = lived(load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}}))
-    agents = WORLDS_PER_BLOCK * 20
+    agents = CPU.worlds * 20
     operation = nanoseconds_of_operation()
     print(f"peak: {1 / operation:.2f} operations on sixteen float32 a nanosecond\n")
     print("| phase | far from food, ns | its arithmetic at peak | among food, ns | its arithmetic at peak |")

@@ -30,6 +30,7 @@ class Agent:
     y: float
     action_module: Layers
     reinforcement_module: Layers | None
+    rate: float = 0.0
     heading: float = 0.0
     inputs: list[int] = field(default_factory=list)
     outputs: list[float] = field(default_factory=list)
@@ -47,6 +48,9 @@ class Item:
 
 Reappear = Callable[[Item], None]
 """Gives an eaten item its new place."""
+
+Stumble = Callable[[Agent], None]
+"""Motor noise: now and then puts another action in the place of the one that was chosen."""
 
 
 # "The Simulated World of Foods and Agents"
@@ -163,18 +167,20 @@ def learn(layers: Layers, inputs: Sequence[float], target: Sequence[float], rate
         errors = below
 
 
-def self_teach(agent: Agent, experiment: Experiment) -> None:
+def self_teach(time: int, agent: Agent, experiment: Experiment) -> None:
     """The reinforcement module, which is fixed for life, tells the action module what it should have said."""
-    if agent.reinforcement_module is not None:
+    if agent.reinforcement_module is not None and time < experiment.learning.steps:
         biases = experiment.network.biases
         target = think(agent.reinforcement_module, agent.inputs, biases)[-1]
-        learn(agent.action_module, agent.inputs, target, experiment.learning.rate, biases)
+        learn(agent.action_module, agent.inputs, target, agent.rate, biases)
 
 
 # "Simulation 1: Evolution alone" and "Simulation 2: Evolution of Self-taught agents": a life
 
 
-def step(time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: Experiment, reappear: Reappear) -> None:
+def step(
+    time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: Experiment, reappear: Reappear, stumble: Stumble
+) -> None:
     """One time step of all agents."""
     fresh: list[Item] = []
 
@@ -184,10 +190,11 @@ def step(time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: 
     def act(agent: Agent) -> None:
         agent.outputs = think(agent.action_module, agent.inputs, experiment.network.biases)[-1]
         agent.action = choose(agent.outputs)
+        stumble(agent)
         move(agent, experiment.world)
 
     def teach(agent: Agent) -> None:
-        self_teach(agent, experiment)
+        self_teach(time, agent, experiment)
 
     def feed(agent: Agent) -> None:
         eat(agent, items, fresh, experiment, reappear)
@@ -205,8 +212,11 @@ def step(time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: 
 
 
 def born(genome: Genome, x: float, y: float, experiment: Experiment) -> Agent:
-    modules = [layers_of(weights, experiment.layer_sizes, experiment.network.biases) for weights in genome]
-    return Agent(x, y, modules[0], modules[1] if experiment.learns else None)
+    count, rate = experiment.weight_count, experiment.learning.rate
+    modules = [layers_of(weights[:count], experiment.layer_sizes, experiment.network.biases) for weights in genome]
+    if experiment.learning.evolved_rate:
+        rate = min(rate * 10 ** genome[0][count], 10)
+    return Agent(x, y, modules[0], modules[1] if experiment.learns else None, rate)
 
 
 def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> list[Agent]:
@@ -221,12 +231,18 @@ def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> l
         y = world.start.y + world.start.radius * distance * math.sin(angle)
         return x % world.width, y % world.height
 
+    def stumble(agent: Agent) -> None:
+        if random.random() < experiment.motor.noise:
+            agent.action = random.choice([LEFT, FORWARD, RIGHT])
+
     agents = [born(genome, *birthplace(), experiment) for genome in genomes]
     items = [Item(0, 0, region) for region in experiment.world.food for _ in range(region.count)]
     for item in items:
         reappear(item)
+    for agent in agents if experiment.world.start.headings == "random" else ():
+        agent.heading = random.randrange(40) * 9
     for time in range(experiment.lifetime.steps):
-        step(time, agents, items, experiment, reappear)
+        step(time, agents, items, experiment, reappear, stumble)
     return agents
 
 

@@ -19,7 +19,7 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.cli import main
-from baldwinlab.presets import load, names
+from baldwinlab.presets import KINDS, load, names
 from baldwinlab.study import open_study
 from baldwinlab.sweep import open_sweep
 from baldwinlab.toml import from_toml
@@ -63,7 +63,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_presets_lists_every_preset_with_a_line(command: Command) -> None:
     done = command("presets")
     assert done.code == 0
-    for kind in ("conditions", "maps", "readings"):
+    for kind in KINDS:
         for name in names(kind):
             assert any(line.split()[:1] == [name] and len(line.split()) > 3 for line in done.out.splitlines())
 
@@ -76,6 +76,15 @@ def test_show_prints_an_experiment_that_can_be_edited_and_run(command: Command, 
     done = command("run", "mine.toml", "--runs", "2", "--seed", "4")
     assert done.code == 0
     assert dict(open_study("results/mine").food_eaten.sizes) == {"condition": 1, "run": 2, "generation": 2, "agent": 20}
+
+
+def test_several_experiments_are_run_as_one_study(command: Command) -> None:
+    cut = ("--set", "lifetime.steps=20", "evolution.generations=2", "--runs", "2")
+    done = command("run", "evo/B", "evo+drift/B", "evo+self-taught/B", *cut)
+    assert done.code == 0, done.err
+    study = open_study("results/evo-B-evo+drift-B-evo+self-taught-B")
+    assert study.condition.values.tolist() == ["evo/B", "evo+drift/B", "evo+self-taught/B"]
+    assert command("run", "evo/B", "evo/B", *cut).err == "baldwinlab: two conditions have the same name: evo/B, evo/B\n"
 
 
 def test_set_may_be_given_once_for_all_or_once_for_each(command: Command) -> None:

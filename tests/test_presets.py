@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.config import Experiment, ExperimentError, merge
-from baldwinlab.presets import describe, load, names, paper
+from baldwinlab.presets import KINDS, describe, load, names, paper
 from baldwinlab.toml import to_toml
 
 
@@ -48,7 +48,7 @@ def test_every_alternative_of_the_open_choices_has_a_reading() -> None:
 
 
 def test_every_preset_says_what_it_is() -> None:
-    for kind in ("conditions", "maps", "readings"):
+    for kind in KINDS:
         for name in names(kind):
             assert len(describe(kind, name)) > 20
 

@@ -61,7 +61,7 @@ def reproduce(
 def run(
     experiment: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or a TOML file")],
     /,
-    *,
+    *others: Annotated[str, Parameter(help="more of them, to be compared in one study")],
     assignments: Assignments = None,
     runs: Runs = 30,
     seed: Seed = 0,
@@ -69,19 +69,20 @@ def run(
     out: Out = None,
     backend: BackendName = "auto",
 ) -> None:
-    """Run one experiment, a preset or a TOML file."""
-    resolved = assign(presets.load(experiment), assignments or [])
-    study = bring([resolved], runs, seed, workers, out or Path("results") / resolved.name.replace("/", "-"), backend)
+    """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
+    experiments = [assign(presets.load(name), assignments or []) for name in (experiment, *others)]
+    name = "-".join(resolved.name.replace("/", "-") for resolved in experiments)
+    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
 
 
 @app.command(name="presets")
 def list_presets() -> None:
-    """List the presets: conditions, maps and readings."""
+    """List the presets: conditions, controls, maps and readings."""
     for kind in presets.KINDS:
         console.say(kind)
         for name in presets.names(kind):
-            console.say(f"  {name:<20} {presets.describe(kind, name)}")
+            console.say(f"  {name:<22} {presets.describe(kind, name)}")
     console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
 
 

@@ -31,6 +31,8 @@ class Block(Protocol):
 
     def eaten(self) -> npt.NDArray[np.int32]: ...
 
+    def weights(self) -> npt.NDArray[np.float32]: ...
+
 
 class Backend(NamedTuple):
     name: str  # "cpu" or "cuda"

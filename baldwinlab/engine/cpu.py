@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.config import Experiment
+from baldwinlab.engine.learning import rates
 from baldwinlab.engine.life import begin, live_one_by_one, live_together
 from baldwinlab.engine.rng import words
 from baldwinlab.engine.state import make_model, make_state
@@ -38,12 +39,14 @@ class Block:
         self.state.keys[:] = [(seed, run) for run in runs]
         self._live = live_one_by_one if experiment.lifetime.update == "sequential" else live_together
         self._shape = (len(runs), experiment.population.size)
+        self._experiment = experiment
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
-        """Let a generation be born. `genomes` is [world, agent, module, weight]."""
+        """Let a generation be born. `genomes` is [world, agent, module, weight], of `experiment.genome_length` weights."""
         agents = genomes.shape[0] * genomes.shape[1]
         self.state.generation[0] = generation
-        modules = genomes.reshape(agents, *genomes.shape[2:])
+        self.state.rate[0, :agents] = rates(self._experiment, genomes).ravel()
+        modules = genomes[..., : self.state.weights.shape[0]].reshape(agents, genomes.shape[2], -1)
         self.state.weights[:, :agents] = modules[:, 0].T
         fixed = np.zeros_like(self.state.weights)
         fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
@@ -61,3 +64,8 @@ class Block:
         """Items eaten so far in this life, [world, agent, region]."""
         worlds, agents = self._shape
         return self.state.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+
+    def weights(self) -> npt.NDArray[np.float32]:
+        """The action module's weights as they stand, [world, agent, weight]."""
+        worlds, agents = self._shape
+        return self.state.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()

@@ -14,6 +14,7 @@ from numba import config, cuda
 
 from baldwinlab.config import Experiment
 from baldwinlab.engine.kernels import COMPILING, begin_kernel, live_kernel, uncontracted
+from baldwinlab.engine.learning import rates
 from baldwinlab.engine.state import State, make_model, make_state
 
 THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
@@ -49,7 +50,7 @@ def warm_up(experiments: Iterable[Experiment]) -> float:
     began = time.perf_counter()
     for experiment in experiments:
         block = Block(experiment, seed=0, runs=[0])
-        shape = (1, experiment.population.size, len(experiment.modules), experiment.weight_count)
+        shape = (1, experiment.population.size, len(experiment.modules), experiment.genome_length)
         block.begin(0, np.zeros(shape, np.float32))
         block.live(0, 1)
         block.eaten()
@@ -80,7 +81,8 @@ class Block:
         self._launch = (padded // worlds, worlds * agents, self._stream)
         self._model, state = _on_device(self.model, self._stream), _on_device(self._host, self._stream)
         self._state = state._replace(x=state.places[0], y=state.places[1])
-        self._genomes = cuda.pinned_array((padded * agents, len(experiment.modules), experiment.weight_count), np.float32)
+        self._experiment = experiment
+        self._genomes = cuda.pinned_array((padded * agents, len(experiment.modules), experiment.genome_length), np.float32)
         self._genomes[:] = 0
         self._genomes_on_device = cuda.to_device(self._genomes, self._stream)
         self._fixed = cuda.device_array_like(self._host.weights, self._stream)
@@ -104,6 +106,8 @@ class Block:
         self._stream.synchronize()  # the last genomes may still be on their way
         self._genomes[: math.prod(self._shape)] = genomes.reshape(-1, *genomes.shape[2:])
         self._genomes_on_device.copy_to_device(self._genomes, self._stream)
+        self._host.rate[0, : len(self._genomes)] = rates(self._experiment, self._genomes)
+        self._state.rate.copy_to_device(self._host.rate, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
         with uncontracted():
             self._begin[self._launch](self._model, self._state, self._genomes_on_device, self._fixed)
@@ -124,3 +128,10 @@ class Block:
         self._state.eaten.copy_to_host(self._host.eaten, self._stream)
         self._stream.synchronize()
         return self._host.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+
+    def weights(self) -> npt.NDArray[np.float32]:
+        """The action module's weights as they stand, [world, agent, weight]. Waits until they do."""
+        worlds, agents = self._shape
+        self._state.weights.copy_to_host(self._host.weights, self._stream)
+        self._stream.synchronize()
+        return self._host.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()

@@ -23,10 +23,10 @@ from numba import config, cuda, float32, int32
 from baldwinlab.engine.food import DIAGONAL, eat, grow, image, settle, slots_in_row, tidy, tiles_within, touches
 from baldwinlab.engine.jit import Function
 from baldwinlab.engine.lanes import FOR_ONE_LANE
-from baldwinlab.engine.learning import learn, prepare, think
+from baldwinlab.engine.learning import choose_directions, learn, prepare, think
 from baldwinlab.engine.senses import look_out, sense
 from baldwinlab.engine.state import Model, State
-from baldwinlab.engine.world import act, bear
+from baldwinlab.engine.world import ZERO, bear, choose_action, move, stumble
 
 COMPILING = threading.Lock()  # so that no thread compiles what another does already
 
@@ -92,6 +92,7 @@ def _own_model(model: Model, sizes: Any, biases: bool, rule: int) -> Model:
         width=model.width,
         height=model.height,
         start=model.start,
+        random_headings=model.random_headings,
         regions=model.regions,
         region_items=model.region_items,
         region_tiles=model.region_tiles,
@@ -105,17 +106,18 @@ def _own_model(model: Model, sizes: Any, biases: bool, rule: int) -> Model:
         open_boundaries=model.open_boundaries,
         square_contact=model.square_contact,
         reach=model.reach,
+        motor_noise=model.motor_noise,
         sizes=sizes,
         biases=biases,
         rule=rule,
-        rate=model.rate,
+        learning_steps=model.learning_steps,
     )
 
 
 @_device
 def _own_state(state: State, world: int, lane: int, network: Any, body: Any, senses: Any) -> State:
     """The state of one world with one agent, from the arrays that its thread has to itself; other fields are the world's."""
-    weights, activations, errors, targets = network
+    weights, activations, errors, targets, rate = network
     places, heading, near, action = body
     code, alert = senses
     return State(
@@ -144,6 +146,11 @@ def _own_state(state: State, world: int, lane: int, network: Any, body: Any, sen
         activations=activations,
         errors=errors,
         targets=targets,
+        rate=rate,
+        pupil=state.pupil[:, lane : lane + 1],
+        pupil_activations=state.pupil_activations[:, lane : lane + 1],
+        newborn=state.newborn[:, lane : lane + 1],
+        signs=state.signs[:, lane : lane + 1],
         answers=state.answers[:, lane : lane + 1],
     )
 
@@ -162,6 +169,7 @@ def begin_kernel(threads: int, weights: int) -> Any:
         prepare(model, state, fixed, lane)
         state.code[lane] = -1
         bear(model, state, world, agent)
+        choose_directions(model, state, world, agent)
         for region in range(model.regions.shape[0]):
             state.eaten[region, lane] = 0
             for item in range(model.region_items[region] + agent, model.region_items[region + 1], model.agents):
@@ -188,15 +196,17 @@ def live_kernel(threads: int, sizes: tuple[int, ...], biases: bool, rule: int, w
         errors, targets = cuda.local.array((units, 1), float32), cuda.local.array((3, 1), float32)
         places, heading = cuda.local.array((2, 1), float32), cuda.local.array((1, 1), float32)
         near, action = cuda.local.array((1, 1), float32), cuda.local.array((1, 1), float32)
+        rate = cuda.local.array((1, 1), float32)
         code, alert = cuda.local.array(1, int32), cuda.local.array(1, int32)
         _copy(state.weights, lane, own_weights, 0)
         _copy(state.activations, lane, activations, 0)
         _copy(state.targets, lane, targets, 0)
+        _copy(state.rate, lane, rate, 0)
         _copy(state.places, lane, places, 0)
         _copy(state.heading, lane, heading, 0)
         _copy(state.action, lane, action, 0)
         code[0] = state.code[lane]
-        model, network = _own_model(shared, layers, biases, rule), (own_weights, activations, errors, targets)
+        model, network = _own_model(shared, layers, biases, rule), (own_weights, activations, errors, targets, rate)
         mine = _own_state(state, world, lane, network, (places, heading, near, action), (code, alert))
         for step in range(first_step, last_step):
             live_a_step(model, mine, shared.agents, agent, step)
@@ -212,19 +222,22 @@ def live_kernel(threads: int, sizes: tuple[int, ...], biases: bool, rule: int, w
 
 
 @_device
-def _decide(model: Model, mine: State) -> None:
+def _decide(model: Model, mine: State, agent: int, step: int) -> None:
     """Sense, think, act and learn: what an agent does by itself."""
     look_out(model, mine, 0)
     sense(model, mine, 0, 0)
     think(model, mine, 0)
-    act(model, mine, 0)
-    learn(model, mine, 0)
+    choose_action(model, mine, 0)
+    if model.motor_noise > ZERO:
+        stumble(model, mine, 0, 0, agent, step)
+    move(model, mine, 0)
+    learn(model, mine, step, 0)
 
 
 @_device
 def _step_together(model: Model, mine: State, agents: int, agent: int, step: int) -> None:
     """All agents of a world decide, then eat. Items stay where they are until all of the block's agents have come to claim."""
-    _decide(model, mine)
+    _decide(model, mine, agent, step)
     turn = (agent + agents - step % agents) % agents
     claim = 2 * (step * agents + agents - 1 - turn)  # later steps outbid earlier ones, earlier turns later ones
     found = _feed(model, mine, 0, 0, claim, False)
@@ -242,7 +255,7 @@ def _step_one_by_one(model: Model, mine: State, agents: int, agent: int, step: i
     """Agent after agent, in the step's order, each finds what the last one left (R7)."""
     for turn in range(agents):
         if agent == (step + turn) % agents:
-            _decide(model, mine)
+            _decide(model, mine, agent, step)
             eat(model, mine, 0, 0, step)
             tidy(model, mine, 0)
         cuda.syncthreads()

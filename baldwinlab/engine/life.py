@@ -8,11 +8,11 @@ from __future__ import annotations
 from baldwinlab.engine.food import eat, grow, settle, tidy
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, bundle
-from baldwinlab.engine.learning import learn, prepare, think
+from baldwinlab.engine.learning import choose_directions, learn, prepare, think
 from baldwinlab.engine.networks import Rows
 from baldwinlab.engine.senses import look_out, sense
 from baldwinlab.engine.state import Model, State
-from baldwinlab.engine.world import act, bear
+from baldwinlab.engine.world import ZERO, bear, choose_action, move, stumble
 
 
 @compiled
@@ -25,6 +25,7 @@ def begin(model: Model, state: State, fixed: Rows) -> None:
     for world in range(model.worlds):
         for agent in range(model.agents):
             bear(model, state, world, agent)
+            choose_directions(model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 grow(model, state, world, region, item)
@@ -58,9 +59,15 @@ def _step_together(model: Model, state: State, step: int) -> None:
     for first in range(0, state.x.size, WIDTH):
         think(model, state, bundle(first))
     for first in range(0, state.x.size, WIDTH):
-        act(model, state, bundle(first))
+        choose_action(model, state, bundle(first))
+    if model.motor_noise > ZERO:
+        for world in range(model.worlds):
+            for agent in range(model.agents):
+                stumble(model, state, world, world * model.agents + agent, agent, step)
     for first in range(0, state.x.size, WIDTH):
-        learn(model, state, bundle(first))
+        move(model, state, bundle(first))
+    for first in range(0, state.x.size, WIDTH):
+        learn(model, state, step, bundle(first))
     for world in range(model.worlds):
         agent = step % model.agents
         for _ in range(model.agents):
@@ -79,8 +86,11 @@ def _step_one_by_one(model: Model, state: State, step: int) -> None:
             look_out(model, state, lane)
             sense(model, state, world, agent)
             think(model, state, lane)
-            act(model, state, lane)
-            learn(model, state, lane)
+            choose_action(model, state, lane)
+            if model.motor_noise > ZERO:
+                stumble(model, state, world, lane, agent, step)
+            move(model, state, lane)
+            learn(model, state, step, lane)
             eat(model, state, world, agent, step)
             tidy(model, state, world)
             agent = agent + 1 if agent + 1 < model.agents else 0

@@ -76,7 +76,7 @@ def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: 
 
 @compiled
 def backward(
-    sizes: Sizes, biases: bool, rate: np.float32, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane
+    sizes: Sizes, biases: bool, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane
 ) -> None:
     """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
 

@@ -23,6 +23,10 @@ REINFORCEMENT_WEIGHTS: Final = 3  # index: agent; draw: weight
 SELECTION: Final = 4  # index: child; draw: 0
 INHERITANCE: Final = 5  # index: child; draw: module and weight
 MUTATION_GATE: Final = 6  # index: child; draw: 0
+HEADING: Final = 7  # index: agent; draw: 0
+MOTOR: Final = 8  # index: agent; draw: step
+DRIFT: Final = 9  # index: agent; draw: weight
+TEACHER: Final = 10  # index: child; draw: 0
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 

@@ -20,8 +20,9 @@ Integers = npt.NDArray[np.int32]
 
 HEADING_COUNT: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
 STRIDE: Final = 2.0  # the longest move in one step
-RULES: Final = ("none", "self-taught")  # learning rules, numbered for the compiled code
-NO_LEARNING, SELF_TAUGHT = range(len(RULES))
+RULES: Final = ("none", "self-taught", "drift")  # learning rules, numbered for the compiled code
+NO_LEARNING, SELF_TAUGHT, DRIFTING = range(len(RULES))
+FASTEST_LEARNING: Final = 10.0  # the highest rate that an evolved gene can give
 NOWHERE: Final = 1e9  # a coordinate that nothing sees or touches
 FEW_ITEMS: Final = 8 * WIDTH
 ITEMS_IN_TILE: Final = 10  # on average
@@ -35,6 +36,7 @@ class Model(NamedTuple):
     width: np.float32
     height: np.float32
     start: Floats  # x, y, radius
+    random_headings: bool
     regions: Floats  # [region, (left, width, upper, height)]
     region_items: npt.NDArray[np.int64]  # [region + 1], the number of each region's first item, and of all items
     region_tiles: npt.NDArray[np.int64]  # [region + 1], the number of each region's first tile, and of all tiles
@@ -48,10 +50,11 @@ class Model(NamedTuple):
     open_boundaries: bool
     square_contact: bool
     reach: np.float32
+    motor_noise: np.float32
     sizes: npt.NDArray[np.int64]  # units in each layer
     biases: bool
     rule: int  # of learning, an index into RULES
-    rate: np.float32
+    learning_steps: int
 
 
 class State(NamedTuple):
@@ -80,6 +83,11 @@ class State(NamedTuple):
     activations: Floats  # [unit, lane], the action module's; the first three rows are the sensors
     errors: Floats  # [unit, lane]
     targets: Floats  # [action, lane], what the reinforcement module answers to the sensors
+    rate: Floats  # [1, lane], of learning
+    pupil: Floats  # [weight, lane], in drift: the weights as self-teaching would have made them
+    pupil_activations: Floats  # [unit, lane]
+    newborn: Floats  # [weight, lane], in drift: the weights at birth
+    signs: Floats  # [weight, lane], in drift: 1 or -1, whether a weight moves as the pupil's or against it
     answers: Floats  # [code * 3 + action, lane]: of the reinforcement module if the agent learns, else of the action module
 
 
@@ -135,6 +143,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         width=np.float32(world.width),
         height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
+        random_headings=world.start.headings == "random",
         regions=regions,
         region_items=np.cumsum([0, *(region.count for region in world.food)], dtype=np.int64),
         region_tiles=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
@@ -148,10 +157,11 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         open_boundaries=experiment.senses.boundaries == "open",
         square_contact=contact.shape == "square",
         reach=np.float32(contact.reach),
+        motor_noise=np.float32(experiment.motor.noise),
         sizes=np.array(experiment.layer_sizes, np.int64),
         biases=experiment.network.biases,
         rule=RULES.index(experiment.learning.rule),
-        rate=np.float32(experiment.learning.rate),
+        learning_steps=experiment.learning.steps,
     )
 
 
@@ -161,7 +171,8 @@ def make_state(experiment: Experiment, worlds: int) -> State:
     tiles = sum(math.prod(_grid(region, experiment)) for region in food)
     slots = items + WIDTH  # a bundle may begin at the last item
     lanes = _bundles(worlds * experiment.population.size) * WIDTH
-    units = sum(experiment.layer_sizes)
+    units, weights = sum(experiment.layer_sizes), experiment.weight_count
+    drifting = int(experiment.learning.rule == "drift")  # else these arrays have a single row, as they are not used
     places = _aligned((2, lanes))
     return State(
         keys=np.zeros((worlds, 2), np.uint32),
@@ -185,9 +196,14 @@ def make_state(experiment: Experiment, worlds: int) -> State:
         tile_slots=np.zeros((worlds, tiles + 1), np.int32),
         tile_next=np.zeros((worlds, tiles), np.int32),
         stale=np.zeros((worlds, len(food)), np.int32),
-        weights=_aligned((experiment.weight_count, lanes)),
+        weights=_aligned((weights, lanes)),
         activations=_aligned((units, lanes)),
         errors=_aligned((units, lanes)),
         targets=_aligned((3, lanes)),
+        rate=_aligned((1, lanes)),
+        pupil=_aligned((weights * drifting or 1, lanes)),
+        pupil_activations=_aligned((units * drifting or 1, lanes)),
+        newborn=_aligned((weights * drifting or 1, lanes)),
+        signs=_aligned((weights * drifting or 1, lanes)),
         answers=_aligned((CODES * 3, lanes)),
     )

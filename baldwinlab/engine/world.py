@@ -9,10 +9,11 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Value, choose, get, lookup, put
-from baldwinlab.engine.rng import BIRTHPLACE, philox, unit
+from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
 from baldwinlab.engine.state import HEADING_COUNT, Model, State
 
 ZERO, ONE, TWO, HALF = np.float32(0), np.float32(1), np.float32(2), np.float32(0.5)
+ACTIONS = np.float32(3)
 HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
 
 
@@ -33,7 +34,7 @@ def shortest(difference: Value, span: np.float32) -> Value:
 
 @compiled
 def bear(model: Model, state: State, world: int, agent: int) -> None:
-    """Put a newborn at its birthplace, uniformly in the start disc, heading along +x."""
+    """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
     x, y, attempt = ONE, ONE, 0
     while x * x + y * y > ONE:  # of a square's points, the first that lies in the disc
@@ -45,17 +46,34 @@ def bear(model: Model, state: State, world: int, agent: int) -> None:
     state.x[lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
     state.y[lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
     state.heading[0, lane] = ZERO
+    if model.random_headings:
+        words = philox(0, agent, state.generation[0], HEADING, seed, run)
+        state.heading[0, lane] = np.float32(int(HEADINGS * unit(words[0])))
 
 
 @compiled
-def act(model: Model, state: State, lane: Lane) -> None:
-    """Choose the largest output, a tie going to the lowest index; turn by it, then move."""
+def choose_action(model: Model, state: State, lane: Lane) -> None:
+    """The largest output, a tie going to the lowest index."""
     rows = state.activations.shape[0]
     left = get(state.activations, rows - 3, lane)
     forward = get(state.activations, rows - 2, lane)
     right = get(state.activations, rows - 1, lane)
     action = choose(forward > left, ONE, ZERO)
-    action = choose((right > left) & (right > forward), TWO, action)
+    put(state.action, 0, lane, choose((right > left) & (right > forward), TWO, action))
+
+
+@compiled
+def stumble(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
+    """Motor noise: now and then, another action than the chosen one, drawn at random of all three."""
+    words = philox(step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1])
+    if unit(words[0]) < model.motor_noise:
+        state.action[0, lane] = np.float32(int(ACTIONS * unit(words[1])))
+
+
+@compiled
+def move(model: Model, state: State, lane: Lane) -> None:
+    """Turn by the action, then move."""
+    action = get(state.action, 0, lane)
     heading = get(state.heading, 0, lane) + (action - ONE)
     heading = choose(heading < ZERO, heading + HEADINGS, heading)
     heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
@@ -65,4 +83,3 @@ def act(model: Model, state: State, lane: Lane) -> None:
     put(state.places, 0, lane, wrapped(x, model.width))
     put(state.places, 1, lane, wrapped(y, model.height))
     put(state.heading, 0, lane, heading)
-    put(state.action, 0, lane, action)

@@ -1,6 +1,6 @@
-"""The paper's conditions, maps and readings, each a small TOML file laid over the defaults of `baldwinlab.config`.
+"""The paper's conditions, maps and readings, and our controls: small TOML files laid over the defaults of `baldwinlab.config`.
 
-A preset is named CONDITION/MAP, such as `evo+self-taught/B`; a reading is one more layer.
+A preset is named CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`; a reading is one more layer.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import Any
 from baldwinlab.config import Experiment, ExperimentError, merge, validate
 from baldwinlab.toml import from_toml
 
-KINDS = ("conditions", "maps", "readings")
+KINDS = ("conditions", "controls", "maps", "readings")
 
 
 def names(kind: str) -> list[str]:
-    """The presets of a kind (`conditions`, `maps`, `readings`), the standard reading first."""
+    """The presets of a kind (one of `KINDS`), the standard reading first."""
     found = sorted(
         entry.name.removesuffix(".toml") for entry in (files(__name__) / kind).iterdir() if entry.name.endswith(".toml")
     )
@@ -44,6 +44,10 @@ def _nearest(name: str, known: list[str]) -> str:
     return f" (did you mean {near[0]!r}?)" if near else ""
 
 
+def _conditions() -> list[str]:
+    return [*names("conditions"), *names("controls")]
+
+
 def load(experiment: str | Path, reading: str = "standard") -> Experiment:
     """An experiment by the name of a preset (`evo+self-taught/B`), or from a TOML file.
 
@@ -55,12 +59,13 @@ def load(experiment: str | Path, reading: str = "standard") -> Experiment:
         return _load_file(Path(experiment), reading)
     condition, slash, map_name = text.rpartition("/")
     if not slash:
-        known = [f"{condition}/{map_name}" for condition in names("conditions") for map_name in names("maps")]
+        known = [f"{condition}/{map_name}" for condition in _conditions() for map_name in names("maps")]
         raise ExperimentError(
             f"there is no preset {text!r}{_nearest(text, known)}; there are {', '.join(known)}, and any file that ends in .toml"
         )
     tree: dict[str, Any] = {"name": text}
-    for kind, name in (("conditions", condition), ("maps", map_name), ("readings", reading)):
+    first = "controls" if condition in names("controls") else "conditions"
+    for kind, name in ((first, condition), ("maps", map_name), ("readings", reading)):
         tree = merge(tree, _layer(kind, name))
     del tree["description"]
     return validate(tree)

@@ -41,12 +41,15 @@ def experiments() -> list[Experiment]:
     assert make_model(tiled, 1).grid.prod(axis=1).max() > 10
     found.append(tiled)
     found.append(small("evo+self-taught", **changes, world={"food": []}))
+    wild = {"food": FEW, "start": {"headings": "random"}}
+    drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 15}
+    found.append(small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting))
     return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
 
 def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
     """What there is to see of three worlds after a life in two parts."""
-    shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.weight_count)
+    shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
     block.begin(1, np.random.default_rng(1).normal(size=shape).astype(np.float32))
     block.live(0, 7)
     block.live(7, STEPS)

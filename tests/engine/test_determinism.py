@@ -15,6 +15,12 @@ from tests.worlds import small
 
 RUNS = [0, 1, 2, 3, 7, 1000]
 GROUPINGS = ([RUNS], [RUNS[::-1]], [RUNS[:1], RUNS[1:]], [[7, 0], [1000, 2, 3], [1]])
+CONTROLS = {
+    "learning": {"rule": "drift", "evolved_rate": True, "teacher": "shuffled", "cost_per_change": 0.5, "steps": 50},
+    "motor": {"noise": 0.2},
+    "evolution": {"lamarckian_share": 0.5},
+    "world": {"start": {"headings": "random"}},
+}
 
 every_kind_of_life = pytest.mark.parametrize(
     "experiment",
@@ -23,7 +29,8 @@ every_kind_of_life = pytest.mark.parametrize(
         for condition in ("evo", "evo+self-taught")
         for update in ("simultaneous", "sequential")
         for size in (1, 6, 17)
-    ],
+    ]
+    + [small("evo+self-taught", **CONTROLS, lifetime={"update": update}) for update in ("simultaneous", "sequential")],
     ids=lambda experiment: f"{experiment.name}-{experiment.lifetime.update}-{experiment.population.size}",
 )
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.stats import kstest
+from scipy.stats import chisquare, kstest
 
 from baldwinlab.replay import replay
 from baldwinlab.simulate import simulate
-from tests.worlds import exact, life_that_begins_with, point
+from tests.worlds import exact, life_that_begins_with, point, small
 
 LEFT, FORWARD, RIGHT = 0, 1, 2
 
@@ -100,3 +100,22 @@ def test_items_lie_and_reappear_uniformly_in_their_region() -> None:
     assert kstest((x - 120) / 60, "uniform").pvalue > 0.001
     assert kstest((y - 20) / 30, "uniform").pvalue > 0.001
     assert abs(np.corrcoef(x, y)[0, 1]) < 0.1
+
+
+def test_without_motor_noise_the_chosen_action_is_done_and_with_it_now_and_then_another() -> None:
+    for noise in (0.0, 0.3, 1.0):
+        trace = replay(small("evo", motor={"noise": noise}, population={"size": 20}, lifetime={"steps": 500}), seed=5)
+        done = trace["action"].values.astype(int)
+        other = done != trace["output"].values.argmax(axis=-1)
+        expected = noise * 2 / 3  # one of three draws is the chosen action
+        assert abs(other.mean() - expected) <= 4 * np.sqrt(expected * (1 - expected) / other.size)
+        turned = np.diff(trace["heading"].values, axis=0) % 360
+        np.testing.assert_array_equal(turned, ((done[:-1] - 1) * 9) % 360)
+    assert chisquare(np.bincount(done.ravel(), minlength=3)).pvalue > 0.001
+
+
+def test_random_headings_are_uniform_over_the_forty_there_are() -> None:
+    experiment = small("evo", world={"start": {"headings": "random"}}, population={"size": 4000}, lifetime={"steps": 1})
+    headings = replay(experiment, seed=5)["heading"].values[0]
+    assert set(headings % 9) == {0}
+    assert chisquare(np.bincount((headings / 9).astype(int), minlength=40)).pvalue > 0.001
