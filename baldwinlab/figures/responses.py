@@ -54,7 +54,7 @@ def response_curves(measured: xr.Dataset) -> Figure:
         for axes, measure in zip(row, COLUMNS, strict=True):
             _curve(axes, measured, field, measure)
         label = f"{field}\n{textwrap.fill(_meaning(measured, field), 60)}".rstrip()
-        row[1].set_xlabel(label)
+        row[0].set_xlabel(label, loc="left")
     for axes, (measure, title) in zip(grid[0], COLUMNS.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
         top = 1.0 if measure == "share" else axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
