@@ -14,6 +14,7 @@ from baldwinlab.replay import replay
 from baldwinlab.simulate import simulate
 from baldwinlab.store import StudyError
 from baldwinlab.study import open_study
+from baldwinlab.sweep import open_sweep
 from baldwinlab.version import __version__
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "load",
     "open_assay",
     "open_study",
+    "open_sweep",
     "replay",
     "simulate",
 ]

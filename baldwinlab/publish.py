@@ -11,13 +11,15 @@ import numba
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis import claims, readings
+from baldwinlab.analysis import claims, readings, responses
 from baldwinlab.multiverse import conditions_by_reading
 from baldwinlab.replay import replay
 from baldwinlab.report import Section, emergence_generations, typical_run, write_page, write_report
 from baldwinlab.report import readings as every_reading
+from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.store import Study, StudyError
 from baldwinlab.study import Progress, open_conditions, open_study
+from baldwinlab.sweep import is_sweep, open_sweep
 from baldwinlab.version import __version__
 
 MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder
@@ -27,11 +29,14 @@ EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condi
 def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
     """Write claims.json, statistics.csv, summary.csv, the figures and the report, and return the claims.
 
-    A run counts with its average over its `last` generations. Raises StudyError if no run is stored yet.
+    A sweep has other results, those of `publish_sweep`, and no claims. A run counts with its average over its `last`
+    generations. Raises StudyError if no run is stored yet.
     """
+    if is_sweep(study.directory):
+        publish_sweep(study, out, last, tell)
+        return []
     data = open_study(study.directory)
-    if not data.sizes["run"]:
-        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
+    _require_runs(study, data)
     results = claims.evaluate(data, last)
     claims.write(results, data, study.directory, last)
     tell("drawing the figures")
@@ -71,6 +76,21 @@ def publish_multiverse(
     section = every_reading.section(multiverse, study.directory / "figures")
     write_page("The paper's claims under every reading", every_reading.lead(multiverse), [section], out)
     return multiverse
+
+
+def publish_sweep(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> None:
+    """Write responses.csv, the figures and the report of a sweep. Raises as `publish` does."""
+    data = open_sweep(study.directory)
+    _require_runs(study, data)
+    measured = responses.finals(data, last)
+    responses.write(measured, study.directory)
+    tell("drawing the figures")
+    write_sweep_report(study.directory, measured, facts(study), out, last)
+
+
+def _require_runs(study: Study, data: xr.Dataset) -> None:
+    if not data.sizes["run"]:
+        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
 
 
 def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:

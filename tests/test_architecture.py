@@ -18,7 +18,7 @@ FLOORS = [
     {"replay"},
     {"store"},
     {"study", "multiverse", "relive"},
-    {"assays"},
+    {"assays", "sweep"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
@@ -26,7 +26,7 @@ FLOORS = [
     {"cli"},
     {"__main__"},
 ]
-FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "multiverse", "relive", "assays"}
+FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "multiverse", "relive", "assays", "sweep"}
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 
 

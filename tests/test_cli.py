@@ -23,6 +23,7 @@ from baldwinlab.assays import open_assay
 from baldwinlab.cli import main
 from baldwinlab.presets import KINDS, load, names
 from baldwinlab.study import open_study
+from baldwinlab.sweep import open_sweep
 from baldwinlab.toml import from_toml
 from tests.small import contents, small_study
 
@@ -126,6 +127,44 @@ def test_report_is_rebuilt_from_stored_results_alone(command: Command, tmp_path:
     assert done.code == 0, done.err
     assert (tmp_path / "elsewhere.html").exists()
     assert (tmp_path / "study/claims.json").exists()
+
+
+SWEEP = """
+experiment = "evo/A"
+runs = 2
+[set]
+lifetime.steps = 60
+evolution.generations = 2
+[fields]
+world.food.0.count = [0, 50]
+"""
+
+
+def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "food.toml").write_text(SWEEP)
+    done = command("sweep", "food.toml")
+    assert done.code == 0, done.err
+    assert "report: results/food/report.html" in done.out
+    study = tmp_path / "results/food"
+    assert dict(open_sweep(study).energy.sizes) == {"world.food.0.count": 2, "run": 2, "generation": 2, "agent": 20}
+    rows = (study / "responses.csv").read_text().splitlines()
+    assert rows[1:4] == ["0,0,best,2,0.0,0.0,0.0", "0,0,mean,2,0.0,0.0,0.0", "0,0,share,2,0.0,0.0,0.0"]
+    (study / "report.html").unlink()
+    assert command("report", "results/food").code == 0
+    assert "swept over world.food.0.count" in (study / "report.html").read_text()
+    (tmp_path / "food.toml").write_text(SWEEP.replace("runs = 2", "runs = 3"))
+    assert "runs: 6, stored already: 4" in command("sweep", "food.toml", "--workers", "1").out
+
+
+def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "food.toml").write_text(SWEEP.replace("[0, 50]", "[0, -50]"))
+    done = command("sweep", "food.toml", "--out", "swept")
+    assert done.code == 2
+    assert done.err == (
+        "baldwinlab: food.toml: point-0001: world.food.0.count = -50: input should be greater than or equal to 0\n"
+    )
+    assert not (tmp_path / "swept").exists()
+    assert "cannot read nothing.toml: No such file or directory" in command("sweep", "nothing.toml").err
 
 
 def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: Path) -> None:

@@ -6,8 +6,6 @@ by Holm's method.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import tomllib
@@ -25,6 +23,7 @@ import xarray as xr
 from baldwinlab.analysis import fitness, statistics
 from baldwinlab.analysis.rules import RULES, VERDICTS, Verdict, conjunction
 from baldwinlab.analysis.summary import SUMMARY_COLUMNS, by_condition
+from baldwinlab.analysis.tables import to_csv
 from baldwinlab.files import write_atomically
 
 FIRST = "first"  # in place of a condition: the same one, in its first generations
@@ -228,20 +227,10 @@ def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, la
     records = json.dumps([result.record() for result in results], indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "claims.json", f"{records}\n".encode())
     rows = [_row(result.claim.id, finding) for result in results for finding in result.findings]
-    write_atomically(directory / "statistics.csv", _csv(STATISTICS_COLUMNS, rows))
-    write_atomically(directory / "summary.csv", _csv(SUMMARY_COLUMNS, by_condition(study, last)))
+    write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
+    write_atomically(directory / "summary.csv", to_csv(SUMMARY_COLUMNS, by_condition(study, last)))
 
 
 def _row(claim: str, finding: Finding) -> dict[str, Any]:
     where = {"claim": claim, "condition_a": finding.comparison.a, "condition_b": finding.comparison.other}
     return where | {"measure": finding.comparison.measure, "p_holm": finding.p_holm} | finding.numbers._asdict()
-
-
-def _csv(columns: Sequence[str], rows: Sequence[dict[str, Any]]) -> bytes:
-    """Numbers in full precision; an empty cell where there is none."""
-    text = io.StringIO()
-    table = csv.DictWriter(text, columns, lineterminator="\n")
-    table.writeheader()
-    for row in rows:
-        table.writerow({name: "" if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()})
-    return text.getvalue().encode()

@@ -11,7 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
 import xarray as xr
+from scipy import stats
 
 
 def best(study: xr.Dataset) -> xr.DataArray:
@@ -59,3 +61,12 @@ def _window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
 def most(study: xr.Dataset) -> xr.DataArray:
     """Items eaten by the agent that ate most of all generations: (condition, run)."""
     return study["food_eaten"].max(("generation", "agent"))
+
+
+def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Mean over runs (or another dimension) and its 95 % interval by Student's t; the interval is NaN for a single one."""
+    count = values.count(over)
+    average = values.mean(over)
+    spread = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
+    half = np.sqrt(spread / count) * xr.zeros_like(average).copy(data=stats.t.ppf(0.975, np.maximum(count - 1, 1)))
+    return average, average - half, average + half

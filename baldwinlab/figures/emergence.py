@@ -17,8 +17,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis import fitness
+from baldwinlab.analysis.fitness import interval_of_mean
 from baldwinlab.config import World
-from baldwinlab.figures.fitness import interval_of_mean
 from baldwinlab.figures.style import BLUE, GREY, VERMILION, WIDTH, styled
 from baldwinlab.figures.world import lay_out
 from baldwinlab.toml import from_toml

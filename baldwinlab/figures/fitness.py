@@ -10,10 +10,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from scipy import stats
 
 from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.analysis.fitness import interval_of_mean
 from baldwinlab.analysis.rules import SIGNIFICANT
 from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
 
@@ -88,15 +88,6 @@ def _curve(axes: Axes, values: xr.DataArray, condition: Condition) -> None:
     every = max(1, len(generation) // 8)
     axes.fill_between(generation, low, high, color=look.colour, alpha=0.18, lw=0)
     axes.plot(generation, average, color=look.colour, ls=look.line, lw=1.5, marker=look.marker, ms=3.5, markevery=every)
-
-
-def interval_of_mean(values: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
-    """Mean over runs and its 95 % interval by Student's t; the interval is NaN for a single run."""
-    count = values.count("run")
-    average = values.mean("run")
-    spread = ((values - average) ** 2).sum("run") / (count - 1).where(count > 1)
-    half = np.sqrt(spread / count) * xr.zeros_like(average).copy(data=stats.t.ppf(0.975, np.maximum(count - 1, 1)))
-    return average, average - half, average + half
 
 
 @styled
