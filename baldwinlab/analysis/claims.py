@@ -228,8 +228,8 @@ def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, la
     records = json.dumps([result.record() for result in results], indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "claims.json", f"{records}\n".encode())
     rows = [_row(result.claim.id, finding) for result in results for finding in result.findings]
-    write_atomically(directory / "statistics.csv", _csv(STATISTICS_COLUMNS, rows))
-    write_atomically(directory / "summary.csv", _csv(SUMMARY_COLUMNS, by_condition(study, last)))
+    write_atomically(directory / "statistics.csv", csv_text(STATISTICS_COLUMNS, rows))
+    write_atomically(directory / "summary.csv", csv_text(SUMMARY_COLUMNS, by_condition(study, last)))
 
 
 def _row(claim: str, finding: Finding) -> dict[str, Any]:
@@ -237,8 +237,8 @@ def _row(claim: str, finding: Finding) -> dict[str, Any]:
     return where | {"measure": finding.comparison.measure, "p_holm": finding.p_holm} | finding.numbers._asdict()
 
 
-def _csv(columns: Sequence[str], rows: Sequence[dict[str, Any]]) -> bytes:
-    """Numbers in full precision; an empty cell where there is none."""
+def csv_text(columns: Sequence[str], rows: Sequence[dict[str, Any]]) -> bytes:
+    """A table as CSV: numbers in full precision; an empty cell where there is none."""
     text = io.StringIO()
     table = csv.DictWriter(text, columns, lineterminator="\n")
     table.writeheader()
