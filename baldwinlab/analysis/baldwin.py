@@ -7,7 +7,6 @@ lives, or early and late. All p-values are one family, corrected by Holm's metho
 from __future__ import annotations
 
 import json
-import math
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,40 +40,25 @@ Table = Mapping[Quantity, xr.DataArray]
 
 
 @dataclass(frozen=True)
-class Comparison:
-    a: Quantity
-    b: Quantity
-
-
-@dataclass(frozen=True)
 class Criterion:
     id: str
     question: str
     detail: str  # what is held against what, in words
     rule: str  # greater or lower
-    comparisons: tuple[Comparison, ...]
+    a: Quantity
+    b: Quantity
     phase: int | None = None
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One comparison, decided; `numbers` is None where it was not measured."""
+class Answer:
+    """`numbers` is None where the criterion was not measured."""
 
-    comparison: Comparison
+    criterion: Criterion
     numbers: statistics.Pairs | None
     left_out: int  # runs in which a or b is undefined
     p_holm: float
     verdict: Verdict
-
-
-@dataclass(frozen=True)
-class Answer:
-    criterion: Criterion
-    findings: tuple[Finding, ...]
-
-    @property
-    def verdict(self) -> Verdict:
-        return conjunction([finding.verdict for finding in self.findings])
 
 
 @dataclass(frozen=True)
@@ -89,8 +73,12 @@ class Subject:
     def answer(self, criterion: str) -> Answer:
         return next(answer for answer in self.answers if answer.criterion.id == criterion)
 
+    def of_phase(self, number: int | None) -> list[Answer]:
+        return [answer for answer in self.answers if answer.criterion.phase == number]
+
     def phase(self, number: int) -> Verdict:
-        return conjunction([answer.verdict for answer in self.answers if answer.criterion.phase == number])
+        """As far as it was measured."""
+        return conjunction([answer.verdict for answer in self.of_phase(number)])
 
 
 @dataclass(frozen=True)
@@ -125,10 +113,8 @@ def _data() -> dict[str, Any]:
 
 @cache
 def criteria() -> tuple[Criterion, ...]:
-    return tuple(
-        Criterion(**{**entry, "comparisons": tuple(Comparison(tuple(c["a"]), tuple(c["b"])) for c in entry["comparisons"])})
-        for entry in _data()["criteria"]
-    )
+    entries = _data()["criteria"]
+    return tuple(Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])}) for entry in entries)
 
 
 def rules() -> dict[str, str]:
@@ -137,11 +123,11 @@ def rules() -> dict[str, str]:
 
 
 def conjunction(verdicts: Sequence[Verdict]) -> Verdict:
-    """No if any part is no; yes if all are; not measured if none was; else undecided."""
-    if NO in verdicts:
-        return NO
-    found = set(verdicts)
-    return found.pop() if len(found) == 1 else UNDECIDED
+    """Of the parts that were measured: no if any is no, yes if all are, else undecided. Not measured if none was."""
+    found = set(verdicts) - {NOT_MEASURED}
+    if not found:
+        return NOT_MEASURED
+    return NO if NO in found else YES if found == {YES} else UNDECIDED
 
 
 def evaluate(assays: Assays, last: int = 10) -> Analysis:
@@ -151,28 +137,25 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     Raises ValueError unless `last` is at least 1.
     """
     experiments = conditions(assays)
-    tables: dict[str, dict[Quantity, xr.DataArray]] = {name: quantities(assays, name, last) for name in experiments}
+    tables = {name: quantities(assays, name, last) for name in experiments}
     numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
     rivals = {name: _rival(name, experiments) for name, experiment in experiments.items() if _evolves_and_learns(experiment)}
     for name, rival in rivals.items():
         if rival and OFF in tables[rival]:
             tables[name][RIVAL] = tables[rival][OFF]
-    measured = {name: {pair: _measure(tables[name], pair) for pair in _pairs()} for name in rivals}
-    ps = {(name, pair): found[0].p for name, pairs in measured.items() for pair, found in pairs.items() if found[0]}
+    measured = {(name, one): _measure(tables[name], one) for name in rivals for one in criteria()}
+    ps = {place: found.p for place, (found, _) in measured.items() if found}
     corrected = dict(zip(ps, statistics.holm(list(ps.values())), strict=True))
-    subjects = []
-    for name, rival in rivals.items():
-        p_holm = {pair: float(corrected.get((name, pair), nan)) for pair in _pairs()}
-        answers = tuple(
-            Answer(one, tuple(_decide(one.rule, pair, *measured[name][pair], p_holm[pair]) for pair in one.comparisons))
-            for one in criteria()
-        )
-        subjects.append(Subject(name, rival, answers, _nobody_ate(assays, name)))
+
+    def answer(name: str, one: Criterion) -> Answer:
+        (found, left_out), p_holm = measured[name, one], float(corrected.get((name, one), nan))
+        return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm))
+
+    subjects = (
+        Subject(name, rival, tuple(answer(name, one) for one in criteria()), _nobody_ate(assays, name))
+        for name, rival in rivals.items()
+    )
     return Analysis(tuple(subjects), numbers, last)
-
-
-def _pairs() -> list[Comparison]:
-    return list(dict.fromkeys(pair for one in criteria() for pair in one.comparisons))
 
 
 def _evolves_and_learns(experiment: Experiment) -> bool:
@@ -201,15 +184,11 @@ def _defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
     return list(stacked[:, defined]), int((~defined).sum())
 
 
-def _measure(table: Table, pair: Comparison) -> tuple[statistics.Pairs | None, int]:
-    if pair.a not in table or pair.b not in table:
+def _measure(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
+    if criterion.a not in table or criterion.b not in table:
         return None, 0
-    (a, b), left_out = _defined(table, pair.a, pair.b)
+    (a, b), left_out = _defined(table, criterion.a, criterion.b)
     return (statistics.compare_pairs(a, b) if a.size else None), left_out
-
-
-def _decide(rule: str, pair: Comparison, found: statistics.Pairs | None, left_out: int, p_holm: float) -> Finding:
-    return Finding(pair, found, left_out, p_holm, _verdict(SIGNS[rule], found, p_holm))
 
 
 def _verdict(sign: int, found: statistics.Pairs | None, p_holm: float) -> Verdict:
@@ -250,23 +229,14 @@ def write(analysis: Analysis, directory: Path) -> None:
 
 
 def _record(subject: Subject) -> dict[str, Any]:
-    answers = [
-        {
-            "id": answer.criterion.id,
-            "question": answer.criterion.question,
-            "phase": answer.criterion.phase,
-            "rule": rules()[answer.criterion.rule],
-            "verdict": answer.verdict,
-            "comparisons": [
-                {"a": list(found.comparison.a), "b": list(found.comparison.b), "left_out": found.left_out, "verdict": found.verdict}
-                | _json((found.numbers._asdict() if found.numbers else {}) | {"p_holm": found.p_holm})
-                for found in answer.findings
-            ],
-        }
-        for answer in subject.answers
-    ]
     phases = {f"phase_{number}": subject.phase(number) for number in (1, 2)}
-    return {"rival": subject.rival or None, **phases, "criteria": answers}
+    return {"rival": subject.rival or None, **phases, "criteria": [_answer_record(answer) for answer in subject.answers]}
+
+
+def _answer_record(answer: Answer) -> dict[str, Any]:
+    criterion = answer.criterion
+    numbers = (answer.numbers._asdict() if answer.numbers else {}) | {"left_out": answer.left_out, "p_holm": answer.p_holm}
+    return vars(criterion) | {"rule": rules()[criterion.rule], "verdict": answer.verdict} | _json(numbers)
 
 
 def _json(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -279,11 +249,10 @@ def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
         row = vars(number) | {"quantity": number.measure}
         yield {name: row.get(name, "") for name in COLUMNS}
     for subject in analysis.subjects:
-        for found in dict.fromkeys(finding for answer in subject.answers for finding in answer.findings):
-            if found.numbers:
-                (a, when), b, numbers = found.comparison.a, found.comparison.b, found.numbers
-                yield {
-                    "condition": subject.condition, "quantity": a, "when": when, "against": ", ".join(b), "runs": numbers.n,
-                    "left_out": found.left_out, "median": numbers.effect, "low": numbers.low, "high": numbers.high,
-                    "p": numbers.p, "p_holm": found.p_holm, "verdict": found.verdict,
-                }  # fmt: skip
+        for answer in subject.answers:
+            if answer.numbers:
+                row = answer.numbers._asdict() | {"left_out": answer.left_out, "p_holm": answer.p_holm, "verdict": answer.verdict}
+                (quantity, when), against = answer.criterion.a, ", ".join(answer.criterion.b)
+                row |= {"condition": subject.condition, "quantity": quantity, "when": when, "against": against}
+                row |= {"runs": answer.numbers.n, "median": answer.numbers.effect}
+                yield {name: row[name] for name in COLUMNS}

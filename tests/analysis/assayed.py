@@ -46,9 +46,10 @@ def spread(runs: int, *shape: int) -> np.ndarray:
     return np.broadcast_to(1 + 0.01 * np.arange(runs).reshape(-1, *(1 for _ in shape)), (runs, *shape))
 
 
-def innate(condition: str, distance: Course = constant(1), runs: int = RUNS, **lives: Course) -> xr.Dataset:
+def innate(condition: str, distance: Course | None = None, runs: int = RUNS, **lives: Course) -> xr.Dataset:
     """Food of every agent in each kind of life, by how far evolution has come; kinds that are not given were not lived."""
     progress = np.linspace(0, 1, GENERATIONS)
+    distance = distance or constant(1)
     energy = np.full((runs, GENERATIONS, len(LIVES), AGENTS), np.nan)
     for life, course in lives.items():
         values = np.array([course(place) for place in progress])
@@ -60,7 +61,7 @@ def innate(condition: str, distance: Course = constant(1), runs: int = RUNS, **l
 
 
 def within_life(condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS) -> xr.Dataset:
-    """Items an agent eats in a window of its life, rising from blank slates to the last generation; who eats nothing never ate."""
+    """Items an agent eats in a window of its life, rising from blank slates to the last generation; 0 is never."""
     amounts = np.linspace(blank, evolved, len(NEWBORNS))
     eaten = np.round(amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)).astype(int)
     meals = np.where(amounts > 0, STEPS / (1 + amounts), np.nan)

@@ -1,0 +1,147 @@
+"""Whether it is the Baldwin effect, in words: sentences composed from what was found, whatever that is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from baldwinlab.analysis.baldwin import NO, NOT_MEASURED, UNDECIDED, YES, Analysis, Answer, Subject
+from baldwinlab.report.words import number
+
+HEADLINES: Mapping[tuple[str, str], str] = {
+    (YES, YES): "the Baldwin effect in both its phases: learning guides selection, and what was learned becomes innate",
+    (YES, NO): "only its first phase: learning guides selection, but what is learned does not become innate",
+    (YES, UNDECIDED): "its first phase, in which learning guides selection; whether what is learned becomes innate is undecided",
+    (YES, NOT_MEASURED): "its first phase, in which learning guides selection; whether what is learned becomes innate was not "
+    "measured",
+}
+FIRST_PHASE = {
+    NO: "no Baldwin effect: it was not shown that learning guides selection, and part of the evidence is against it",
+    UNDECIDED: "undecided: the runs do not tell whether learning guides selection",
+    NOT_MEASURED: "not known: whether learning guides selection was not measured",
+}
+
+
+def where(subject: Subject) -> str:
+    """The condition in words: "map A", where its name tells, else the name."""
+    kind, _, map_name = subject.condition.rpartition("/")
+    return f"map {map_name} ({kind})" if kind else subject.condition
+
+
+def headline(subject: Subject) -> str:
+    first, second = subject.phase(1), subject.phase(2)
+    found = HEADLINES.get((first, second)) or FIRST_PHASE[first]
+    missing = [one.criterion.question for one in (*subject.of_phase(1), *subject.of_phase(2)) if one.verdict == NOT_MEASURED]
+    if not missing or {first, second} == {NOT_MEASURED}:
+        return f"{found}."
+    return f"{found}. That is as far as it was measured; not measured: {' '.join(missing)}"
+
+
+def beside_the_paper(analysis: Analysis) -> str:
+    """The paper rests on one comparison, and this says how that comes out and what the others add."""
+    verdicts = {subject.condition: subject.answer("newborns").verdict for subject in analysis.subjects}
+    said = "The paper infers the Baldwin effect from one comparison: evolved learners against blank slates."
+    if set(verdicts.values()) == {YES}:
+        said += " That comparison comes out here as it does there."
+    elif against := [condition for condition, verdict in verdicts.items() if verdict == NO]:
+        said += f" That comparison contradicts the paper here, in {', '.join(against)}."
+    for verdict, found in ((YES, "what was learned does become innate"), (NO, "what was learned does not become innate")):
+        if conditions := [subject.condition for subject in analysis.subjects if subject.phase(2) == verdict]:
+            said += f" It cannot show whether anything becomes innate: measured directly, {found} in {' and '.join(conditions)}."
+    return said
+
+
+def sentences(subject: Subject, last: int) -> list[str]:
+    """What was found of a condition, a sentence or two for each part of it that was measured."""
+    return [*_first_phase(subject, last), *_second_phase(subject, last), *_change_in_life(subject), *_knowledge(subject)]
+
+
+def _first_phase(subject: Subject, last: int) -> Iterator[str]:
+    if gain := subject.answer("gain").numbers:
+        yield (
+            f"In the last {last} generations the average agent eats {number(gain.median_a)} when it learns, and "
+            f"{number(gain.median_b)} when its learning is turned off{_doubt(subject.answer('gain'))}."
+        )
+    if drift := subject.answer("learning").numbers:
+        verdict = subject.answer("learning").verdict
+        meaning = {YES: "so it is learning that counts", NO: "so it is not learning that counts, but change of any kind"}
+        yield (
+            f"With random changes of the weights in place of learning it eats {number(drift.median_b)}, "
+            f"{meaning.get(verdict, 'and the runs do not tell the two apart')}."
+        )
+    if newborns := subject.answer("newborns").numbers:
+        yield (
+            f"Newborns of the last generation eat {number(newborns.median_a)} in their life, blank slates that learn as they do "
+            f"{number(newborns.median_b)}{_doubt(subject.answer('newborns'))}."
+        )
+
+
+def _second_phase(subject: Subject, last: int) -> Iterator[str]:
+    if subject.without_learning_nobody_ate:
+        yield (
+            "Without learning no agent ate a single item, in any run and any generation that was lived again, so there is no "
+            "innate foraging that could grow: an agent that does not learn does the same at every step until it senses food, "
+            "and neither its circle nor its line leads there."
+        )
+        if subject.answer("newborns").verdict == YES:
+            yield "What evolves here is the ability to learn, not an innate version of what is learned."
+        return
+    innate, share = subject.answer("innate"), subject.answer("share")
+    if innate.numbers:
+        yield (
+            f"What agents eat without learning goes from {number(innate.numbers.median_b)} in the first {last} generations to "
+            f"{number(innate.numbers.median_a)} in the last{_doubt(innate)}."
+        )
+    if share.numbers:
+        first, final = (f"{number(100 * value)} %" for value in (share.numbers.median_b, share.numbers.median_a))
+        yield f"Of what they eat with learning, that is {first} at first and {final} at last{_doubt(share)}."
+        if share.verdict == NO and share.numbers.below > share.numbers.above:
+            yield "This is the opposite of assimilation: agents come to rely on learning, and not to do without."
+    yield from _guidance(subject)
+
+
+def _guidance(subject: Subject) -> Iterator[str]:
+    guidance = subject.answer("guidance")
+    if not guidance.numbers:
+        return
+    meaning = {
+        YES: "learning has guided evolution to better innate behaviour",
+        NO: "learning hides from selection what is innate (the hiding effect)",
+    }
+    yield (
+        f"Agents that evolved without learning ({subject.rival}) eat {number(guidance.numbers.median_b)} at last, those that "
+        f"evolved with it, and have it turned off, {number(guidance.numbers.median_a)}: "
+        f"{meaning.get(guidance.verdict, 'the runs do not tell which is more')}."
+    )
+
+
+def _change_in_life(subject: Subject) -> Iterator[str]:
+    need, cost = subject.answer("need"), subject.answer("cost")
+    if need.numbers:
+        verb = {YES: "falls", NO: "grows" if need.numbers.above else "stays what it is"}.get(
+            need.verdict, "is not known to change"
+        )
+        yield f"The gain from learning {verb}: {number(need.numbers.median_b)} at first, {number(need.numbers.median_a)} at last."
+    if cost.numbers and cost.verdict == YES:
+        more = number(cost.numbers.effect)
+        yield f"Having to learn costs {more}: so much more they eat if born with the weights of their own death."
+    elif cost.numbers and cost.numbers.below and cost.verdict == NO:
+        yield (
+            f"Born with the weights of their own death, and with learning off, they eat {number(cost.numbers.median_a)}: what "
+            "they have learned by then does not do the whole of the task. It is the course of learning that does."
+        )
+
+
+def _knowledge(subject: Subject) -> Iterator[str]:
+    answers = {module: subject.answer(module) for module in ("reinforcement", "action")}
+    found = {module: answer.numbers for module, answer in answers.items() if answer.numbers}
+    if len(found) < len(answers):
+        return
+    carrying = [module for module, answer in answers.items() if answer.verdict == YES]
+    meaning = {0: "neither is known to carry anything by itself", 2: "each carries knowledge by itself"}
+    alone = meaning.get(len(carrying), f"only the {''.join(carrying)} module is known to carry knowledge by itself")
+    numbers = ", ".join(f"{number(pairs.median_a)} with the evolved {module} module alone" for module, pairs in found.items())
+    yield f"Agents eat {numbers}, and {number(found['action'].median_b)} with both modules random: {alone}."
+
+
+def _doubt(answer: Answer) -> str:
+    return ", a difference that the runs do not establish" if answer.verdict == UNDECIDED else ""
