@@ -33,9 +33,8 @@ MODULE_LOOKS = (Series(BLUE, "-", "o"), Series(GREEN, "-", "^"), Series(ORANGE, 
 def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, food by generation in each kind of life; below, the innate share and what the weights at death are worth."""
     figure, grid = _grid(subjects, rows=2, height=2.4)
-    for (above, below), subject in zip(grid.T, subjects, strict=True):
+    for (above, below), subject in zip(grid, subjects, strict=True):
         food = lives(assays["innate"][subject])
-        above.set_title(_title(subject), loc="left", fontweight="bold")
         for life, (label, look) in LIFE_LOOKS.items():
             _curve(above, food.sel(life=life), look, label)
         on = food.sel(life="on")
@@ -46,8 +45,8 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
         below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
         _generations(below)
     _label(grid, "food (energy)", "share of food\nwith learning on")
-    figure.legend(handles=_handles([grid[0, 0]]), loc="outside upper center", ncols=2)
-    figure.legend(handles=_handles([grid[1, 0]]), loc="outside lower center", ncols=2)
+    figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=2)
+    figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -55,10 +54,9 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
 def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer."""
     figure, grid = _grid(subjects, rows=2, height=2.2)
-    for (above, below), subject in zip(grid.T, subjects, strict=True):
+    for (above, below), subject in zip(grid, subjects, strict=True):
         data = assays["innate"][subject]
         food = lives(data)
-        above.set_title(_title(subject), loc="left", fontweight="bold")
         _curve(above, food.sel(life="on") - food.sel(life="off"), Series(BLUE, "-", "o"), "")
         above.axhline(0, color=GREY, lw=0.8)
         layers = {name.partition(", ")[2]: moved for name, moved in distances(data).items() if ", " in name}
@@ -67,7 +65,7 @@ def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
         _from_zero(below)
         _generations(below)
     _label(grid, "gain from learning\n(on - off, energy)", "distance, birth to death")
-    figure.legend(handles=_handles(grid[1]), loc="outside lower center", ncols=2)
+    figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -75,10 +73,9 @@ def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
 def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, items eaten from one part of life to the next; below, the share of agents that have had their first meal."""
     figure, grid = _grid(subjects, rows=2, height=2.3)
-    for (above, below), subject in zip(grid.T, subjects, strict=True):
+    for (above, below), subject in zip(grid, subjects, strict=True):
         data = assays["within-life"][subject]
         steps = lifetime(data)
-        above.set_title(_title(subject), loc="left", fontweight="bold")
         for name, look in zip(_newborns(data), NEWBORN_LOOKS, strict=False):
             newborns = data.sel(newborns=name)
             _curve(above, _by_step(newborns["eaten"].mean("agent"), steps), look, name, "window")
@@ -90,7 +87,7 @@ def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
         below.set(ylim=(0, 1.03), xlabel="step of life")
         above.set_xlim(0, steps)
     _label(grid, "items eaten by an\nagent in 100 steps", "share of agents that\nhave eaten by then")
-    figure.legend(handles=_handles(grid[0]), loc="outside upper center", ncols=4)
+    figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=4)
     return figure
 
 
@@ -110,20 +107,19 @@ def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
 @styled
 def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Food of agents with evolved and with random modules: a point a run, the median as a line."""
-    figure = Figure((WIDTH, 2.6))
-    grid = figure.subplots(1, len(subjects), squeeze=False, sharey=True)[0]
-    for axes, subject in zip(grid, subjects, strict=True):
+    figure, grid = _grid(subjects, rows=1, height=2.3)
+    for number, ((axes,), subject) in enumerate(zip(grid, subjects, strict=True)):
         data = assays["modules"][subject]
         names = [str(name) for name in data["modules"].values]
-        axes.set_title(_title(subject), loc="left", fontweight="bold")
         for place, (name, look) in enumerate(zip(names, MODULE_LOOKS, strict=False)):
             food = data["energy"].sel(modules=name).mean("agent").values
             aside = 0.4 * (np.arange(food.size) * 0.618 % 1 - 0.5)  # spread evenly, and the same each time
             axes.plot(food, place + aside, look.marker, color=look.colour, ms=3.2, alpha=0.6, mew=0)
             axes.vlines(np.median(food), place - 0.32, place + 0.32, color=BLACK, lw=1.8)
         axes.set(yticks=range(len(names)), yticklabels=[name.replace(", ", ",\n") for name in names], xlabel="food (energy)")
+        axes.tick_params(labelleft=number % 2 == 0)
         axes.grid(visible=False, axis="y")
-    grid[0].invert_yaxis()
+        axes.invert_yaxis()
     return figure
 
 
@@ -183,13 +179,11 @@ def _number(label: str) -> tuple[float, str]:
 
 
 def _reaction(axes: Axes, norm: Mapping[str, xr.DataArray], labels: Sequence[str], look: Series) -> None:
-    places = sorted((labels.index(label), label) for label in norm)
-    found = [interval_of_mean(norm[label]) for _, label in places]
-    if found:
-        average, low, high = np.array([[float(part) for part in triple] for triple in found]).T
-        x = [place for place, _ in places]
-        axes.fill_between(x, low, high, color=look.colour, alpha=0.18, lw=0)
-        axes.plot(x, average, color=look.colour, ls=look.line, marker=look.marker, ms=3.5, lw=1.5)
+    if norm:
+        shown = [label for label in labels if label in norm]
+        places = xr.DataArray([labels.index(label) for label in shown], dims="place")
+        food = xr.concat([norm[label].drop_vars(["field", "value", "setting"], errors="ignore") for label in shown], places)
+        _curve(axes, food.assign_coords(place=places), look, "", "place")
 
 
 @styled
@@ -228,8 +222,17 @@ def _title(condition: str) -> str:
 
 
 def _grid(subjects: Sequence[str], rows: int, height: float) -> tuple[Figure, np.ndarray]:
-    figure = Figure((WIDTH, 0.6 + height * rows))
-    return figure, figure.subplots(rows, len(subjects), squeeze=False, sharex="col")
+    """A figure, and its panels [subject, row]: a column a subject, two side by side."""
+    columns = min(len(subjects), 2)
+    blocks = -(-len(subjects) // columns)
+    figure = Figure((WIDTH, 0.6 + height * rows * blocks))
+    grid = figure.subplots(blocks * rows, columns, squeeze=False)
+    panels = grid.reshape(blocks, rows, columns).transpose(0, 2, 1).reshape(-1, rows)
+    for axes in panels[len(subjects) :].flat:
+        axes.set_visible(False)
+    for (first, *_), subject in zip(panels, subjects, strict=False):
+        first.set_title(_title(subject), loc="left", fontweight="bold")
+    return figure, panels[: len(subjects)]
 
 
 def _curve(axes: Axes, values: xr.DataArray, look: Series, label: str, along: str = "generation") -> None:
@@ -254,8 +257,10 @@ def _generations(axes: Axes) -> None:
 
 
 def _label(grid: np.ndarray, *labels: str) -> None:
-    for row, label in zip(grid, labels, strict=True):
-        row[0].set_ylabel(label)
+    """Labels of the rows, at the left edge."""
+    for panels in grid[::2]:
+        for axes, label in zip(panels, labels, strict=True):
+            axes.set_ylabel(label)
 
 
 def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from baldwinlab.analysis.baldwin import NO, NOT_MEASURED, UNDECIDED, YES, Analysis, Answer, Subject
 from baldwinlab.report.words import number
 
+MORE, LESS, SAME = "more", "less", "the same"
+
 HEADLINES: Mapping[tuple[str, str], str] = {
     (YES, YES): "the Baldwin effect in both its phases: learning guides selection, and what was learned becomes innate",
     (YES, NO): "only its first phase: learning guides selection, but what is learned does not become innate",
@@ -14,6 +16,10 @@ HEADLINES: Mapping[tuple[str, str], str] = {
     (YES, NOT_MEASURED): "its first phase, in which learning guides selection; whether what is learned becomes innate was not "
     "measured",
 }
+NOTHING_TO_ASSIMILATE = (
+    "only its first phase: learning guides selection, but nothing becomes innate, because nobody eats without learning: what "
+    "evolves is the ability to learn"
+)
 FIRST_PHASE = {
     NO: "no Baldwin effect: it was not shown that learning guides selection, and part of the evidence is against it",
     UNDECIDED: "undecided: the runs do not tell whether learning guides selection",
@@ -30,6 +36,8 @@ def where(subject: Subject) -> str:
 def headline(subject: Subject) -> str:
     first, second = subject.phase(1), subject.phase(2)
     found = HEADLINES.get((first, second)) or FIRST_PHASE[first]
+    if (first, second) == (YES, NO) and subject.without_learning_nobody_ate:
+        found = NOTHING_TO_ASSIMILATE
     missing = [one.criterion.question for one in (*subject.of_phase(1), *subject.of_phase(2)) if one.verdict == NOT_MEASURED]
     if not missing or {first, second} == {NOT_MEASURED}:
         return f"{found}."
@@ -50,9 +58,10 @@ def beside_the_paper(analysis: Analysis) -> str:
     return said
 
 
-def sentences(subject: Subject, last: int) -> list[str]:
+def sentences(analysis: Analysis, subject: Subject) -> list[str]:
     """What was found of a condition, a sentence or two for each part of it that was measured."""
-    return [*_first_phase(subject, last), *_second_phase(subject, last), *_change_in_life(subject), *_knowledge(subject)]
+    phases = [*_first_phase(subject, analysis.last), *_second_phase(subject, analysis.last)]
+    return [*phases, *_change_in_life(subject), *_knowledge(analysis, subject)]
 
 
 def _first_phase(subject: Subject, last: int) -> Iterator[str]:
@@ -77,13 +86,12 @@ def _first_phase(subject: Subject, last: int) -> Iterator[str]:
 
 def _second_phase(subject: Subject, last: int) -> Iterator[str]:
     if subject.without_learning_nobody_ate:
+        ability = "What evolves here is the ability to learn, not an innate version of what is learned."
         yield (
-            "Without learning no agent ate a single item, in any run and any generation that was lived again, so there is no "
-            "innate foraging that could grow: an agent that does not learn does the same at every step until it senses food, "
-            "and neither its circle nor its line leads there."
-        )
-        if subject.answer("newborns").verdict == YES:
-            yield "What evolves here is the ability to learn, not an innate version of what is learned."
+            "Without learning no agent ate a single item, in any run and any generation that was lived again, so there is "
+            "nothing innate that could grow: an agent that does not learn does the same at every step until it senses food, and neither "
+            f"its circle nor its line leads there. {ability if subject.answer('newborns').verdict == YES else ''}"
+        ).strip()
         return
     innate, share = subject.answer("innate"), subject.answer("share")
     if innate.numbers:
@@ -93,54 +101,60 @@ def _second_phase(subject: Subject, last: int) -> Iterator[str]:
         )
     if share.numbers:
         first, final = (f"{number(100 * value)} %" for value in (share.numbers.median_b, share.numbers.median_a))
-        yield f"Of what they eat with learning, that is {first} at first and {final} at last{_doubt(share)}."
-        if share.verdict == NO and share.numbers.below > share.numbers.above:
-            yield "This is the opposite of assimilation: agents come to rely on learning, and not to do without."
+        end = "; this is the opposite of assimilation: agents come to rely on learning" if _way(share) == LESS else ""
+        yield f"Of what they eat with learning, that is {first} at first and {final} at last{_doubt(share)}{end}."
     yield from _guidance(subject)
 
 
 def _guidance(subject: Subject) -> Iterator[str]:
     guidance = subject.answer("guidance")
-    if not guidance.numbers:
-        return
-    meaning = {
-        YES: "learning has guided evolution to better innate behaviour",
-        NO: "learning hides from selection what is innate (the hiding effect)",
-    }
-    yield (
-        f"Agents that evolved without learning ({subject.rival}) eat {number(guidance.numbers.median_b)} at last, those that "
-        f"evolved with it, and have it turned off, {number(guidance.numbers.median_a)}: "
-        f"{meaning.get(guidance.verdict, 'the runs do not tell which is more')}."
-    )
+    if guidance.numbers:
+        meaning = {
+            MORE: "learning has guided evolution to better innate behaviour",
+            LESS: "as if learning hid from selection what is innate (the hiding effect)",
+            SAME: "the same",
+            UNDECIDED: "the runs do not tell which is more",
+        }
+        yield (
+            f"Agents that evolved without learning ({subject.rival}) eat {number(guidance.numbers.median_b)} at last, those that "
+            f"evolved with it and have it turned off {number(guidance.numbers.median_a)}: {meaning[_way(guidance)]}."
+        )
 
 
 def _change_in_life(subject: Subject) -> Iterator[str]:
     need, cost = subject.answer("need"), subject.answer("cost")
     if need.numbers:
-        verb = {YES: "falls", NO: "grows" if need.numbers.above else "stays what it is"}.get(
-            need.verdict, "is not known to change"
-        )
+        verb = {MORE: "grows", LESS: "falls", SAME: "stays what it is", UNDECIDED: "is not known to change"}[_way(need)]
         yield f"The gain from learning {verb}: {number(need.numbers.median_b)} at first, {number(need.numbers.median_a)} at last."
-    if cost.numbers and cost.verdict == YES:
+    if cost.numbers and _way(cost) == MORE:
         more = number(cost.numbers.effect)
         yield f"Having to learn costs {more}: so much more they eat if born with the weights of their own death."
-    elif cost.numbers and cost.numbers.below and cost.verdict == NO:
+    if cost.numbers and _way(cost) == LESS:
         yield (
             f"Born with the weights of their own death, and with learning off, they eat {number(cost.numbers.median_a)}: what "
             "they have learned by then does not do the whole of the task. It is the course of learning that does."
         )
 
 
-def _knowledge(subject: Subject) -> Iterator[str]:
-    answers = {module: subject.answer(module) for module in ("reinforcement", "action")}
-    found = {module: answer.numbers for module, answer in answers.items() if answer.numbers}
-    if len(found) < len(answers):
-        return
-    carrying = [module for module, answer in answers.items() if answer.verdict == YES]
-    meaning = {0: "neither is known to carry anything by itself", 2: "each carries knowledge by itself"}
-    alone = meaning.get(len(carrying), f"only the {''.join(carrying)} module is known to carry knowledge by itself")
-    numbers = ", ".join(f"{number(pairs.median_a)} with the evolved {module} module alone" for module, pairs in found.items())
-    yield f"Agents eat {numbers}, and {number(found['action'].median_b)} with both modules random: {alone}."
+def _knowledge(analysis: Analysis, subject: Subject) -> Iterator[str]:
+    both = analysis.number(subject.condition, "modules", "both evolved")
+    reinforcement, action = subject.answer("reinforcement"), subject.answer("action")
+    if both and reinforcement.numbers and action.numbers:
+        carrying = [answer.criterion.id for answer in (reinforcement, action) if answer.verdict == YES]
+        meaning = {0: "neither is known to carry anything by itself", 2: "each carries something by itself"}
+        alone = meaning.get(len(carrying), f"only the {''.join(carrying)} module is known to carry something by itself")
+        yield (
+            f"Of the two evolved modules {alone}: agents eat {number(reinforcement.numbers.median_a)} with the reinforcement "
+            f"module and a random action module, {number(action.numbers.median_a)} with the action module and a random "
+            f"reinforcement module, {number(action.numbers.median_b)} with both random, {number(both.median)} with both evolved."
+        )
+
+
+def _way(answer: Answer) -> str:
+    """In which direction the numbers of an answer lie, whatever the question asks for."""
+    if answer.numbers is None or answer.verdict == UNDECIDED:
+        return UNDECIDED
+    return MORE if answer.numbers.effect > 0 else LESS if answer.numbers.effect < 0 else SAME
 
 
 def _doubt(answer: Answer) -> str:
