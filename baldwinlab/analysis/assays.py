@@ -90,7 +90,8 @@ def evolved(within_life: xr.Dataset) -> str:
 def quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.DataArray]:
     """Everything the stored assays say of a condition: one value a run (dimension `run`), NaN where it is undefined.
 
-    "first" and "last" are windows of `last` generations. Raises ValueError unless `last` is at least 1.
+    "first" and "last" are windows of `last` generations, "throughout" is all of them.
+    Raises ValueError unless `last` is at least 1.
     """
     if last < 1:
         raise ValueError(f"a window of {last} generations: it must have at least 1")
@@ -100,8 +101,11 @@ def quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.D
 
 def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
     generation = values["generation"]
-    first = values.where(generation < generation.min() + last, drop=True)
-    return {"first": first, "last": values.where(generation > generation.max() - last, drop=True)}
+    return {
+        "first": values.where(generation < generation.min() + last, drop=True),
+        "last": values.where(generation > generation.max() - last, drop=True),
+        "throughout": values,
+    }
 
 
 def _innate(data: xr.Dataset, last: int) -> Iterator[Values]:

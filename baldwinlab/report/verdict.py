@@ -21,9 +21,13 @@ NOTHING_TO_ASSIMILATE = (
     "evolves is the ability to learn"
 )
 FIRST_PHASE = {
-    NO: "no Baldwin effect: it was not shown that learning guides selection, and part of the evidence is against it",
+    NO: "no Baldwin effect: learning does not guide selection",
     UNDECIDED: "undecided: the runs do not tell whether learning guides selection",
     NOT_MEASURED: "not known: whether learning guides selection was not measured",
+}
+SECOND_PHASE = {
+    YES: "; what agents eat without learning does rise, and so does its share",
+    NO: "; nor does anything become innate",
 }
 
 
@@ -35,13 +39,16 @@ def where(subject: Subject) -> str:
 
 def headline(subject: Subject) -> str:
     first, second = subject.phase(1), subject.phase(2)
-    found = HEADLINES.get((first, second)) or FIRST_PHASE[first]
+    found = HEADLINES.get((first, second)) or FIRST_PHASE[first] + SECOND_PHASE.get(second, "")
     if (first, second) == (YES, NO) and subject.without_learning_nobody_ate:
         found = NOTHING_TO_ASSIMILATE
-    missing = [one.criterion.question for one in (*subject.of_phase(1), *subject.of_phase(2)) if one.verdict == NOT_MEASURED]
-    if not missing or {first, second} == {NOT_MEASURED}:
-        return f"{found}."
-    return f"{found}. That is as far as it was measured; not measured: {' '.join(missing)}"
+    said = f"{found}."
+    for verdict, words in ((NO, "Answered no"), (NOT_MEASURED, "Not measured")):
+        parts = (1,) if verdict == NO else (1, 2)
+        questions = [one.criterion.question for part in parts for one in subject.of_phase(part) if one.verdict == verdict]
+        if questions and {first, second} != {NOT_MEASURED}:
+            said += f" {words}: {' '.join(questions)}"
+    return said
 
 
 def beside_the_paper(analysis: Analysis) -> str:
@@ -60,22 +67,27 @@ def beside_the_paper(analysis: Analysis) -> str:
 
 def sentences(analysis: Analysis, subject: Subject) -> list[str]:
     """What was found of a condition, a sentence or two for each part of it that was measured."""
-    phases = [*_first_phase(subject, analysis.last), *_second_phase(subject, analysis.last)]
+    phases = [*_first_phase(analysis, subject), *_second_phase(subject, analysis.last)]
     return [*phases, *_change_in_life(subject), *_knowledge(analysis, subject)]
 
 
-def _first_phase(subject: Subject, last: int) -> Iterator[str]:
-    if gain := subject.answer("gain").numbers:
+def _first_phase(analysis: Analysis, subject: Subject) -> Iterator[str]:
+    gain, on, off = (subject.answer("gain"), *(analysis.number(subject.condition, life, "last") for life in ("on", "off")))
+    if gain.numbers and on and off:
         yield (
-            f"In the last {last} generations the average agent eats {number(gain.median_a)} when it learns, and "
-            f"{number(gain.median_b)} when its learning is turned off{_doubt(subject.answer('gain'))}."
+            f"Over all generations the average agent eats {number(gain.numbers.median_a)} when it learns, and "
+            f"{number(gain.numbers.median_b)} when its learning is turned off{_doubt(gain)}; in the last {analysis.last} "
+            f"generations it eats {number(on.median)} and {number(off.median)}."
         )
     if drift := subject.answer("learning").numbers:
-        verdict = subject.answer("learning").verdict
-        meaning = {YES: "so it is learning that counts", NO: "so it is not learning that counts, but change of any kind"}
+        meaning = {
+            YES: "so it is learning that counts",
+            NO: "so it is not learning that counts: any change does as well",
+            UNDECIDED: "and the runs do not tell the two apart",
+        }
         yield (
-            f"With random changes of the weights in place of learning it eats {number(drift.median_b)}, "
-            f"{meaning.get(verdict, 'and the runs do not tell the two apart')}."
+            f"With random changes of the weights in place of learning it eats {number(drift.median_b)} where it would else eat "
+            f"{number(drift.median_a)}, {meaning[subject.answer('learning').verdict]}."
         )
     if newborns := subject.answer("newborns").numbers:
         yield (
@@ -89,8 +101,8 @@ def _second_phase(subject: Subject, last: int) -> Iterator[str]:
         ability = "What evolves here is the ability to learn, not an innate version of what is learned."
         yield (
             "Without learning no agent ate a single item, in any run and any generation that was lived again, so there is "
-            "nothing innate that could grow: an agent that does not learn does the same at every step until it senses food, and neither "
-            f"its circle nor its line leads there. {ability if subject.answer('newborns').verdict == YES else ''}"
+            "nothing innate that could grow: an agent that does not learn does the same at every step until it senses food, and "
+            f"neither its circle nor its line leads there. {ability if subject.answer('newborns').verdict == YES else ''}"
         ).strip()
         return
     innate, share = subject.answer("innate"), subject.answer("share")
