@@ -46,11 +46,8 @@ def test_three_conditions_stand_in_two_rows_and_lives_that_were_not_lived_are_le
     bare = innate(A, off=constant(1), on=constant(2))
     figure = baldwin.innate_and_learned({"innate": {A: bare, B: bare, "mine": bare}}, [A, B, "mine"])
     shown = [axes for axes in figure.axes if axes.get_visible()]
-    assert [axes.get_title("left") for axes in shown if axes.get_title("left")] == [
-        "Map A, evo+self-taught",
-        "Map B, evo+self-taught",
-        "mine",
-    ]
+    titles = [title for axes in shown if (title := axes.get_title("left"))]
+    assert titles == ["Map A, evo+self-taught", "Map B, evo+self-taught", "mine"]
     assert len(shown) == 6 and len(shown[0].get_lines()) == 2
 
 

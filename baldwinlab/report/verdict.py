@@ -26,7 +26,7 @@ FIRST_PHASE = {
     NOT_MEASURED: "not known: whether learning guides selection was not measured",
 }
 SECOND_PHASE = {
-    YES: "; what agents eat without learning does rise, and so does its share",
+    YES: "; but what agents eat without learning rises, and so does its share",
     NO: "; nor does anything become innate",
 }
 

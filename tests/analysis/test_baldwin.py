@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,15 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays import quantities
-from baldwinlab.analysis.baldwin import Subject, conjunction, criteria, evaluate, write
+from baldwinlab.analysis.baldwin import Analysis, Subject, conjunction, criteria, evaluate, write
 from tests.analysis.assayed import constant, innate, modules, rising, whole, within_life
 
 A, B = "evo+self-taught/A", "evo+self-taught/B"
+
+
+@cache
+def all_of_it() -> Analysis:
+    return evaluate(whole())
 
 
 def asked(data: xr.Dataset, **others: xr.Dataset) -> Subject:
@@ -71,7 +77,7 @@ def test_chimeras_say_which_module_carries_knowledge() -> None:
 
 
 def test_the_rival_is_the_condition_that_differs_only_in_learning() -> None:
-    found = {subject.condition: subject for subject in evaluate(whole()).subjects}
+    found = {subject.condition: subject for subject in all_of_it().subjects}
     assert (found[A].rival, found[B].rival) == ("evo/A", "")
     assert found[A].answer("guidance").verdict == "yes"
     assert found[B].answer("guidance").verdict == "not measured"
@@ -87,7 +93,8 @@ def test_only_conditions_that_evolve_and_learn_are_asked() -> None:
 def test_one_run_decides_nothing() -> None:
     found = asked(innate(A, off=constant(0), on=rising(10, 100), drift=constant(1), runs=1))
     assert set(verdicts(found, "gain", "learning", "innate", "share")) == {"undecided"}
-    assert found.answer("gain").numbers is not None and math.isnan(found.answer("gain").numbers.low)
+    numbers = found.answer("gain").numbers
+    assert numbers is not None and math.isnan(numbers.low)
 
 
 @pytest.mark.parametrize("assay", ["within-life", "modules", "reaction", "descent"])
@@ -107,7 +114,7 @@ def test_runs_in_which_a_share_is_undefined_are_left_out_and_counted() -> None:
 
 
 def test_p_is_corrected_for_all_questions_of_all_conditions() -> None:
-    answers = [answer for subject in evaluate(whole()).subjects for answer in subject.answers if answer.numbers]
+    answers = [answer for subject in all_of_it().subjects for answer in subject.answers if answer.numbers]
     smallest = min(answers, key=lambda answer: answer.numbers.p if answer.numbers else 1)
     assert smallest.numbers is not None and smallest.p_holm == pytest.approx(smallest.numbers.p * len(answers))
 
