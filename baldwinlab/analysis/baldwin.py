@@ -69,6 +69,7 @@ class Subject:
     rival: str  # the condition that differs only in that it does not learn; empty where there is none
     answers: tuple[Answer, ...]
     without_learning_nobody_ate: bool  # in any run and any generation that was assayed
+    lamarckian: bool  # part of what is learned is inherited
 
     def answer(self, criterion: str) -> Answer:
         return next(answer for answer in self.answers if answer.criterion.id == criterion)
@@ -151,11 +152,12 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
         (found, left_out), p_holm = measured[name, one], float(corrected.get((name, one), nan))
         return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm))
 
-    subjects = (
-        Subject(name, rival, tuple(answer(name, one) for one in criteria()), _nobody_ate(assays, name))
-        for name, rival in rivals.items()
-    )
-    return Analysis(tuple(subjects), numbers, last)
+    def subject(name: str) -> Subject:
+        answers = tuple(answer(name, one) for one in criteria())
+        lamarckian = experiments[name].evolution.lamarckian_share > 0
+        return Subject(name, rivals[name], answers, _nobody_ate(assays, name), lamarckian)
+
+    return Analysis(tuple(subject(name) for name in rivals), numbers, last)
 
 
 def _evolves_and_learns(experiment: Experiment) -> bool:

@@ -25,6 +25,7 @@ MEASURES = {
     "on": "food, learning on",
     "frozen": "food, weights at death and learning off",
     "drift": "food, random change in place of learning",
+    "on, where drift was lived": "food, learning on, in the generations in which drift was lived",
     "gain": "gain from learning (on - off)",
     "innate share": "innate share (off / on)",
     "kept share": "weights at death, share (frozen / on)",
@@ -66,10 +67,12 @@ def section(assays: Assays, directory: Path, last: int = 10) -> Section:
 
 
 def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:
-    """A row for each quantity, with a number for each condition that has it, in the order in which they were found."""
+    """A row for each quantity, those of a measure together, with a number for each condition that has it."""
     rows: dict[tuple[str, str], dict[str, Number]] = {}
     for found in analysis.numbers:
         rows.setdefault((found.measure, found.when), {})[found.condition] = found
+    measures = list(dict.fromkeys(measure for measure, _ in rows))
+    rows = dict(sorted(rows.items(), key=lambda row: measures.index(row[0][0])))
     return [
         {"measure": MEASURES.get(measure, measure), "when": when, "numbers": numbers} for (measure, when), numbers in rows.items()
     ]

@@ -48,6 +48,8 @@ def headline(subject: Subject) -> str:
         questions = [one.criterion.question for part in parts for one in subject.of_phase(part) if one.verdict == verdict]
         if questions and {first, second} != {NOT_MEASURED}:
             said += f" {words}: {' '.join(questions)}"
+    if subject.lamarckian:
+        said += " But here what is learned is inherited (Lamarckian), so what becomes innate is no sign of the Baldwin effect."
     return said
 
 
@@ -59,9 +61,10 @@ def beside_the_paper(analysis: Analysis) -> str:
         said += " That comparison comes out here as it does there."
     elif against := [condition for condition, verdict in verdicts.items() if verdict == NO]:
         said += f" That comparison contradicts the paper here, in {', '.join(against)}."
-    for verdict, found in ((YES, "what was learned does become innate"), (NO, "what was learned does not become innate")):
+    said += " It cannot show whether what was learned becomes innate."
+    for verdict, found in ((YES, "it does"), (NO, "it does not")):
         if conditions := [subject.condition for subject in analysis.subjects if subject.phase(2) == verdict]:
-            said += f" It cannot show whether anything becomes innate: measured directly, {found} in {' and '.join(conditions)}."
+            said += f" Measured directly, {found} in {' and '.join(conditions)}."
     return said
 
 

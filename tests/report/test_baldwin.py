@@ -35,7 +35,7 @@ LEARNERS = within_life(A, 1, 9)
 def test_full_assimilation_is_called_the_baldwin_effect() -> None:
     said = words(innate=innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5)), within_life=LEARNERS)
     assert said.startswith("the Baldwin effect in both its phases")
-    assert "what was learned does become innate" in said and "The gain from learning falls" in said
+    assert f"it does in {A}" in said and "The gain from learning falls" in said
 
 
 def test_learning_that_is_relied_on_ever_more_is_the_opposite_of_assimilation() -> None:
@@ -53,6 +53,13 @@ def test_where_nobody_eats_without_learning_the_ability_to_learn_evolves() -> No
 def test_learning_that_does_not_help_is_no_baldwin_effect() -> None:
     said = words(innate=innate(A, off=rising(10, 90), on=rising(10, 80), drift=constant(5)), within_life=LEARNERS)
     assert said.startswith("no Baldwin effect") and "Answered no: Does learning raise fitness?" in said
+
+
+def test_what_lamarckian_inheritance_makes_innate_is_not_called_the_baldwin_effect() -> None:
+    data = innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5))
+    assert "Lamarckian" not in words(innate=data)
+    data.attrs["experiment"] = data.attrs["experiment"].replace("lamarckian_share = 0.0", "lamarckian_share = 1.0")
+    assert "no sign of the Baldwin effect" in words(innate=data)
 
 
 def test_drift_that_does_as_well_is_told() -> None:
