@@ -11,10 +11,12 @@ import numba
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis import claims, readings, responses
+from baldwinlab.analysis import assays, claims, readings, responses
+from baldwinlab.analysis.contrasts import contrasts
 from baldwinlab.multiverse import conditions_by_reading
+from baldwinlab.presets import paper
 from baldwinlab.replay import replay
-from baldwinlab.report import Section, emergence_generations, typical_run, write_page, write_report
+from baldwinlab.report import Section, baldwin, emergence_generations, render, typical_run, write_page, write_report
 from baldwinlab.report import readings as every_reading
 from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.store import Study, StudyError
@@ -40,15 +42,21 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     results = claims.evaluate(data, last)
     claims.write(results, data, study.directory, last)
     tell("drawing the figures")
-    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last, _sections(study))
+    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last, _sections(study, data, last))
     return results
 
 
-def _sections(study: Study) -> list[Section]:
-    """What else is known of the paper's claims: each there once its command has been run in the study's folder."""
+def _sections(study: Study, data: xr.Dataset, last: int) -> list[Section]:
+    """What else is known of the study: conditions of one's own compared, and what other commands have left in its folder."""
+    found = []
+    own = set(study.experiments) - {experiment.name for experiment in paper()}
+    if own and (compared := contrasts(data, last)):
+        found.append(Section("compared", "Conditions compared", render("contrasts.html", contrasts=compared, last=last)))
+    if stored := assays.read(study.directory):
+        found.append(baldwin.section(stored, study.directory, last))
     places = [study.directory / name / MULTIVERSE for name in ("multiverse-full", "multiverse")]
-    found = [readings.read(place) for place in places if place.exists()]
-    return [every_reading.section(multiverse, study.directory / "figures") for multiverse in found[:1]]
+    multiverses = [readings.read(place) for place in places if place.exists()]
+    return found + [every_reading.section(multiverse, study.directory / "figures") for multiverse in multiverses[:1]]
 
 
 def publish_multiverse(

@@ -1,8 +1,9 @@
-"""Two samples compared, and a family of tests corrected: plain NumPy and SciPy, no labels.
+"""Two samples compared, apart or in pairs, and a family of tests corrected: plain NumPy and SciPy, no labels.
 
-Sources: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947); A. Vargha and H. D. Delaney, Journal of
-Educational and Behavioral Statistics 25 (2000), for A12; B. Efron and R. Tibshirani, An Introduction to the Bootstrap
-(1993), chapter 13, for the percentile interval; S. Holm, Scandinavian Journal of Statistics 6 (1979).
+Sources: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947); F. Wilcoxon, Biometrics 1 (1945), for
+pairs; A. Vargha and H. D. Delaney, Journal of Educational and Behavioral Statistics 25 (2000), for A12; B. Efron and
+R. Tibshirani, An Introduction to the Bootstrap (1993), chapter 13, for the percentile interval; S. Holm, Scandinavian Journal
+of Statistics 6 (1979).
 """
 
 from __future__ import annotations
@@ -39,6 +40,20 @@ class Comparison(NamedTuple):
     a12: float  # probability that a member of a is larger than one of b, ties counting half
 
 
+class Pairs(NamedTuple):
+    """Sample a against sample b, member by member; NaN where a number does not exist."""
+
+    n: int
+    median_a: float
+    median_b: float
+    effect: float  # median of the differences a - b
+    low: float  # 95 % bootstrap interval of the effect
+    high: float
+    p: float  # two-sided
+    above: int  # pairs in which a is the larger
+    below: int  # pairs in which a is the smaller
+
+
 class Summary(NamedTuple):
     n: int
     median: float
@@ -63,6 +78,22 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
         low, high = _percentiles(_resampled_medians(a, generator) - _resampled_medians(b, generator))
     medians = float(np.median(a)), float(np.median(b))
     return Comparison(a.size, b.size, *medians, medians[0] - medians[1], low, high, u, p, u / (a.size * b.size))
+
+
+def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Pairs:
+    """Wilcoxon's signed-rank test of the differences, and their median with its bootstrap interval.
+
+    The interval is NaN for a single pair; pairs that are all equal have p = 1.
+    Raises ValueError as `compare` does, and where the samples differ in size.
+    """
+    a, b = _checked(a), _checked(b)
+    if a.size != b.size:
+        raise ValueError(f"samples of {a.size} and {b.size} are not pairs")
+    differences = a - b
+    p = float(stats.wilcoxon(differences).pvalue) if differences.any() else 1.0
+    medians = float(np.median(a)), float(np.median(b)), float(np.median(differences))
+    above, below = int((differences > 0).sum()), int((differences < 0).sum())
+    return Pairs(a.size, *medians, *median_interval(differences), p, above, below)
 
 
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
-from baldwinlab.analysis.statistics import compare, holm, median_interval, summarise
+from baldwinlab.analysis.statistics import compare, compare_pairs, holm, median_interval, summarise
 
 samples = some.lists(some.integers(-5, 5).map(float), min_size=1, max_size=7)
 
@@ -57,6 +57,35 @@ def test_a12_of_normal_samples_is_that_of_vargha_and_delaney(d: float, a12: floa
     """The paper of 2000, table 1: what Cohen's small, medium and large d are in A12."""
     quantiles = stats.norm.ppf((np.arange(400) + 0.5) / 400)
     assert compare(quantiles + d, quantiles).a12 == pytest.approx(a12, abs=0.005)
+
+
+def test_pairs_as_in_hollander_and_wolfe() -> None:
+    """M. Hollander and D. A. Wolfe, Nonparametric Statistical Methods (1973), p. 29 ff.; as in R's help of wilcox.test."""
+    first = [1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30]
+    second = [0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29]
+    found = compare_pairs(first, second)
+    assert found.p == pytest.approx(2 * 0.01953125)
+    assert (found.n, found.above, found.below) == (9, 7, 2)
+    assert found.effect == pytest.approx(0.49) and found.low <= found.effect <= found.high
+
+
+def test_pairs_differ_where_samples_do_not() -> None:
+    before = np.arange(20.0) * 10
+    found = compare_pairs(before + 1, before)
+    assert found.p < 1e-4 and found.effect == found.low == found.high == 1
+    assert compare(before + 1, before).p > 0.5
+
+
+def test_equal_pairs_and_a_single_pair_give_numbers_not_warnings() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        equal = compare_pairs([1, 2, 3], [1, 2, 3])
+        assert (equal.p, equal.effect, equal.above, equal.below) == (1, 0, 0, 0)
+        single = compare_pairs([3], [1])
+        assert single.p == 1 and single.effect == 2 and math.isnan(single.low)
+        assert compare_pairs([1, 1, 5, 2], [1, 2, 1, 2]).p == 1
+    with pytest.raises(ValueError, match="samples of 1 and 2 are not pairs"):
+        compare_pairs([1], [1, 2])
 
 
 def test_holm_as_worked_by_hand() -> None:
