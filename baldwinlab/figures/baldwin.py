@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays import AS_EVOLVED, BLANK, Assays, conditions, distances, lifetime, lives, share
-from baldwinlab.figures.fitness import interval_of_mean
+from baldwinlab.analysis.fitness import interval_of_mean
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
 
 LIFE_LOOKS = {

@@ -86,12 +86,14 @@ def worlds(conditions: Experiments) -> dict[str, World]:
     """Each different world once, titled by its map where that tells them apart, else by its conditions."""
     names: dict[World, list[str]] = {}
     for name, experiment in conditions.items():
-        names.setdefault(experiment.world, []).append(name)
+        alike = experiment.world.start.model_copy(update={"headings": "equal"})  # a map shows where, not whereto
+        names.setdefault(experiment.world.model_copy(update={"start": alike}), []).append(name)
     maps = {world: sorted({name.rpartition("/")[2] for name in shared if "/" in name}) for world, shared in names.items()}
     single = {found[0] for found in maps.values() if len(found) == 1}
     if len(single) == len(names):
         return {f"Map {found[0]}": world for world, found in maps.items()}
-    return {", ".join(shared): world for world, shared in names.items()}
+    others = {world: f" and {len(shared) - 1} more" if len(shared) > 1 else "" for world, shared in names.items()}
+    return {f"{shared[0]}{others[world]}": world for world, shared in names.items()}
 
 
 def verdict_counts(results: Sequence[ClaimResult]) -> str:
