@@ -164,6 +164,17 @@ def nearest(multiverse: Multiverse) -> Reading | None:
     return min(measured, key=rank, default=None)
 
 
+def containing(multiverse: Multiverse) -> list[Reading]:
+    """The readings whose intervals contain the paper's figure for every claim that has a size."""
+    sizes = {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
+
+    def contains(reading: Reading) -> bool:
+        intervals = [(reading.outcomes[claim].interval, size) for claim, size in sizes.items()]
+        return all(interval is not None and interval[0] <= size <= interval[1] for interval, size in intervals)
+
+    return [reading for reading in multiverse.readings if contains(reading)]
+
+
 def most_held(multiverse: Multiverse) -> list[Reading]:
     """The readings under which the most claims hold."""
     most = max((reading.held for reading in multiverse.readings), default=0)
@@ -226,6 +237,7 @@ def summary(multiverse: Multiverse) -> dict[str, Any]:
         "hold_under_no_reading": always(multiverse, UNDECIDED, FAILS),
         "depends_on": {claim.id: overturning(multiverse, claim.id) for claim in multiverse.claims},
         "nearest": near and {"reading": near.name, "distance": near.distance, "held": near.held},
+        "intervals_contain_the_figures": [reading.name for reading in containing(multiverse)],
         "most_held": [reading.name for reading in most_held(multiverse)],
         "shares": [share._asdict() for share in shares(multiverse)] if multiverse.combined else None,
     }

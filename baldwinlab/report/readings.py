@@ -123,7 +123,8 @@ def _standing(multiverse: Multiverse, claim: str) -> str:
     """Such as: holds under the standard reading and 13 others; is undecided under biases (R3)."""
     groups = {name: found for name, found in analysis.by_verdict(multiverse, claim).items() if found}
     if len(groups) == 1:
-        return f"{WORDS[next(iter(groups))]} under every reading"
+        (only,) = groups
+        return f"{WORDS[only]} under {'any' if only == FAILS else 'every'} reading"
     parts = [f"{WORDS[name]} under {_named(found)}" for name, found in groups.items()]
     return "; ".join(parts) or "is not decided under any reading, for want of runs"
 
@@ -151,6 +152,8 @@ def _nearness(multiverse: Multiverse) -> Iterator[str]:
         f"Nearest to the paper's own figures ({paper}) comes {_name(near)}: {_effects(near, sized)}, at a distance of "
         f"{number(near.distance)}; under it {near.held} of {len(near.outcomes)} claims hold."
     )
+    inside = analysis.containing(multiverse)
+    yield f"These figures all lie inside the measured 95 % intervals under {_named(inside) if inside else 'no reading'}."
     for reading in multiverse.readings:
         if not reading.choices and reading != near and reading.distance is not None:
             yield f"The standard reading is at a distance of {number(reading.distance)}: {_effects(reading, sized)}."

@@ -10,6 +10,7 @@ import pytest
 from baldwinlab.analysis.readings import (
     always,
     by_verdict,
+    containing,
     distance,
     most_held,
     nearest,
@@ -63,6 +64,11 @@ def test_a_reading_under_which_nobody_eats_is_never_the_nearest() -> None:
     nobody, far = reading_of("literal", NOBODY_EATS), reading_of("rank", with_gain(140))
     assert nobody.distance == 1 and far.distance == pytest.approx(2.5)
     assert nearest(multiverse_of(nobody, far)) == far
+
+
+def test_the_readings_whose_intervals_contain_the_papers_figures_are_found() -> None:
+    several = multiverse_of(STANDARD, reading_of("rank", with_gain(100)), reading_of("biases", {"evo/A": [1, 2]}))
+    assert containing(several) == [STANDARD]
 
 
 def test_the_readings_under_which_most_claims_hold_are_found() -> None:

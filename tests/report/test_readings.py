@@ -36,6 +36,7 @@ def test_the_verdict_names_what_no_choice_overturns_and_what_one_does() -> None:
     )
     assert "The standard reading is at a distance of 5.00: +240 for C1 and +240 for C2." in said
     assert any("(+40 for C1 and +40 for C2) comes biases (R3): +40.0 for C1" in sentence for sentence in said)
+    assert "These figures all lie inside the measured 95 % intervals under biases (R3) and rank (R4)." in said
     assert "Under the standard reading and biases (R3), all 9 claims hold." in said
 
 
@@ -45,6 +46,11 @@ def test_many_readings_are_counted_and_few_are_named() -> None:
         multiverse_of(reading_of(), *(reading_of(name) for name in names[:5]), reading_of("rank", TAUGHT_BEAT_EVOLVED))
     )
     assert any("holds under the standard reading and 5 others; does not hold under rank (R4)" in sentence for sentence in said)
+
+
+def test_what_fails_everywhere_is_said_without_a_double_meaning() -> None:
+    said = verdict(multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)))
+    assert "C6 (self-teaching alone does not outdo evolution on map A) does not hold under any reading." in said
 
 
 def test_where_nothing_holds_or_nothing_changes_it_says_so() -> None:
