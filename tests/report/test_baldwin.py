@@ -16,7 +16,6 @@ from baldwinlab.analysis.baldwin import evaluate
 from baldwinlab.report import verdict, write_page
 from baldwinlab.report.baldwin import numbers_table, section
 from tests.analysis.assayed import constant, innate, modules, rising, whole, within_life
-from tests.report.test_report import browser  # noqa: F401  (a fixture)
 
 A, B = "evo+self-taught/A", "evo+self-taught/B"
 
@@ -131,7 +130,7 @@ def test_the_table_has_a_row_for_each_quantity_and_leaves_blank_what_there_is_no
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
 def test_a_browser_shows_it_without_scrolling_sideways(
-    browser: Browser,  # noqa: F811
+    browser: Browser,
     page: Path,
     width: int,
     height: int,
