@@ -17,6 +17,7 @@ FLOORS = [
     {"simulate"},
     {"replay"},
     {"store"},
+    {"executors"},
     {"study"},
     {"analysis", "movie", "bench"},
     {"figures"},
@@ -25,7 +26,7 @@ FLOORS = [
     {"cli"},
     {"__main__"},
 ]
-FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study"}
+FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "executors", "study"}
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 
 

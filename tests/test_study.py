@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.engine.backend import CPU
+from baldwinlab.executors import THREADS
 from baldwinlab.simulate import simulate
 from baldwinlab.store import DamagedRecordError, create
-from baldwinlab.study import missing_runs, open_study, plan, run_study, run_tasks
+from baldwinlab.study import missing_runs, open_study, plan, run_study
 from tests.small import contents, ignore, silent, small, small_study
 
 
@@ -40,7 +42,7 @@ def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path:
 
 def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(tmp_path: Path) -> None:
     study = create(tmp_path / "stopped", [small("evo/A"), small("evo+self-taught/A")], seed=5)
-    steps = run_tasks(study, plan(study, missing_runs(study, 6, ignore), workers=1), workers=1)
+    steps = THREADS.do(study, plan(study, missing_runs(study, 6, ignore), workers=1), 1, CPU)
     while not contents(study.directory):
         next(steps)
     steps.close()  # what ctrl-C comes to

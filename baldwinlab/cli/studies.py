@@ -12,6 +12,8 @@ from baldwinlab import console, presets
 from baldwinlab.cli.common import (
     Assignments,
     BackendName,
+    Directory,
+    ExecutorName,
     Last,
     Out,
     Runs,
@@ -42,6 +44,7 @@ def reproduce(
     out: Out = None,
     last: Last = 10,
     backend: BackendName = "auto",
+    executor: ExecutorName = "threads",
 ) -> None:
     """Reproduce the whole paper: six conditions, statistics, figures and report."""
     changes: dict[str, Any] = {}
@@ -53,7 +56,7 @@ def reproduce(
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
     name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
     require_positive("--last", last)
-    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend)
+    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend, executor)
     make_report(study, study.directory / "report.html", last)
 
 
@@ -68,10 +71,12 @@ def run(
     workers: Workers = None,
     out: Out = None,
     backend: BackendName = "auto",
+    executor: ExecutorName = "threads",
 ) -> None:
     """Run one experiment, a preset or a TOML file."""
     resolved = assign(presets.load(experiment), assignments or [])
-    study = bring([resolved], runs, seed, workers, out or Path("results") / resolved.name.replace("/", "-"), backend)
+    directory = out or Path("results") / resolved.name.replace("/", "-")
+    study = bring([resolved], runs, seed, workers, directory, backend, executor)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
 
 
@@ -93,7 +98,7 @@ def show(experiment: str, /, *, assignments: Assignments = None) -> None:
 
 @app.command
 def report(
-    directory: Path,
+    directory: Directory,
     /,
     *,
     out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
@@ -105,7 +110,7 @@ def report(
 
 
 @app.command
-def replay(directory: Path, /, *, condition: str, run: int, generation: int, out: Path) -> None:
+def replay(directory: Directory, /, *, condition: str, run: int, generation: int, out: Path) -> None:
     """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
     if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
         raise ValueError(f"--out {out} must end in .nc, .mp4, .gif or .png")
