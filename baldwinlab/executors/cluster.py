@@ -7,6 +7,7 @@ says how far it is by events of the scheduler: of all tasks together few a secon
 from __future__ import annotations
 
 import queue
+import subprocess
 import time
 from collections.abc import Callable, Generator, Sequence
 from json import dumps, loads
@@ -39,9 +40,17 @@ def on_dask(address: str, study: Study, tasks: Sequence[Task], workers: int, bac
 
 def on_slurm(jobs: int, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
     """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
-    with SLURMCluster() as cluster, Client(cluster) as client:
+    with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
+        _require_job(cluster.job_script())
         cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)  # rather than scale: a job that ends early is replaced
         yield from _do_all(client, study, tasks, backend)
+
+
+def _require_job(script: str) -> None:
+    """Raises ExecutorError where Slurm would not take the job, for which Dask would wait without a word."""
+    tried = subprocess.run(["sbatch", "--test-only"], input=script, capture_output=True, text=True)
+    if tried.returncode != 0:
+        raise ExecutorError(f"Slurm refuses the job: {tried.stderr.strip().splitlines()[-1]}")
 
 
 def cores(address: str) -> int:
@@ -128,7 +137,8 @@ def _work(order: str) -> None:
         raise StudyError(f"the worker {worker.address} does not see {directory}: --out must be a place that all workers share")
     task = Task(validate(given["experiment"]), tuple(given["runs"]))
     tell = _teller(worker, task.agent_steps, given["topic"], given["silence"])
-    do(task, given["seed"], directory, choose(given["backend"]), tell)
+    with dask.config.set(scheduler="synchronous"):  # else xarray, when it writes, opens a client of its own in every worker
+        do(task, given["seed"], directory, choose(given["backend"]), tell)
 
 
 def _teller(worker: Worker, agent_steps: int, topic: str, silence: float) -> Callable[[int], None]:
