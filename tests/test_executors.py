@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -45,7 +45,7 @@ def longer(name: str) -> Experiment:
     return small(name).replace(lifetime={"steps": 6000})
 
 
-def amounts(executor: Executor, study: Study, runs: int, workers: int = 2) -> Iterator[int]:
+def amounts(executor: Executor, study: Study, runs: int, workers: int = 2) -> Generator[int, None, None]:
     return executor.do(study, plan(study, missing_runs(study, runs, ignore), workers), workers, CPU)
 
 
@@ -99,7 +99,7 @@ def test_workers_tell_how_far_they_are_within_a_task(tmp_path: Path, on_dask: Ex
 def test_what_is_stopped_in_one_place_is_carried_on_in_another(tmp_path: Path, on_dask: Executor, first_on_threads: bool) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
     study = create(tmp_path / "moved", [longer("evo/A")], seed=5)
-    with closing(amounts(first, study, runs=12)) as steps:  # type: ignore[type-var]
+    with closing(amounts(first, study, runs=12)) as steps:
         while not contents(study.directory):
             next(steps)
     kept = contents(study.directory)
@@ -115,7 +115,7 @@ def test_workers_end_tasks_that_nobody_waits_for(
 ) -> None:
     monkeypatch.setattr(cluster, "SILENCE", 0)
     study = create(tmp_path, [small("evo/A").replace(evolution={"generations": 10_000})], seed=5)
-    with closing(amounts(on_dask, study, runs=2)) as steps:  # type: ignore[type-var]
+    with closing(amounts(on_dask, study, runs=2)) as steps:
         next(steps)
     deadline = time.monotonic() + 20
     with distributed.Client(local) as client:
