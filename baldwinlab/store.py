@@ -51,14 +51,18 @@ def encode(run: xr.Dataset) -> bytes:
     return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
-def decode(raw: bytes) -> xr.Dataset:
-    """The run in `raw`. Raises DamagedRecordError if a bit of it has changed."""
+def verify(raw: bytes) -> None:
+    """Raises DamagedRecordError if a bit of a record has changed."""
     found = _CHECKSUM.search(raw)
     if found is None:
         raise DamagedRecordError("it carries no checksum")
     blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
     if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
         raise DamagedRecordError("its checksum does not fit its content")
+
+
+def decode(raw: bytes) -> xr.Dataset:
+    """The run in a record that has been verified."""
     packed = xr.load_dataset(io.BytesIO(raw), engine="scipy")
     genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
     del packed.attrs["checksum"]
@@ -120,10 +124,15 @@ class Study:
         write_record(self.directory, condition, run, record)
 
     def read(self, condition: str, run: int) -> xr.Dataset:
-        """One run, whole. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
+        """One run, whole. Raises as `verified` does."""
+        return decode(self.verified(condition, run))
+
+    def verified(self, condition: str, run: int) -> bytes:
+        """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
         path = self.path(condition, run)
         try:
-            return decode(path.read_bytes())
+            raw = path.read_bytes()
+            verify(raw)
         except FileNotFoundError:
             count = len(self.runs(condition))
             raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
@@ -131,6 +140,7 @@ class Study:
             raise DamagedRecordError(f"{path} is damaged: {error}") from None
         except OSError as error:
             raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+        return raw
 
     def set_aside(self, condition: str, run: int) -> Path:
         """Move a damaged record out of the way, keeping it."""

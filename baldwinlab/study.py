@@ -23,7 +23,7 @@ from baldwinlab.variables import PARENTS, RUN
 __all__ = ["agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
 
 WORLDS_PER_BLOCK: Final = CPU.worlds
-MOST_TASKS: Final = 20_000  # a Dask scheduler does some hundred a second: docs/cluster.md
+MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
 
 Progress = AbstractContextManager[Callable[[int], None]]
 
@@ -35,7 +35,7 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
         stored = set(study.runs(condition))
         for run in sorted(stored & set(range(runs))):
             try:
-                study.read(condition, run)
+                study.verified(condition, run)
             except DamagedRecordError as error:
                 aside = study.set_aside(condition, run)
                 tell(f"{error}; it is kept as {aside.name} and the run is done again")

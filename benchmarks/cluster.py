@@ -12,11 +12,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
-from statistics import median
+from statistics import mean, median
+from typing import NamedTuple
 from unittest.mock import patch
 
 import psutil
@@ -26,13 +28,13 @@ from baldwinlab.engine.backend import CPU
 from baldwinlab.executors import THREADS, Executor, Task, choose, cluster
 from baldwinlab.presets import load, paper
 from baldwinlab.simulate import simulate_block
-from baldwinlab.store import create, encode, write_record
+from baldwinlab.store import create, encode
 from baldwinlab.study import MOST_TASKS, missing_runs, plan
 from benchmarks.machine import facts
 from benchmarks.tables import table
 
 RUNS, CORES = 1_000_000, 10_000  # of the study that is planned
-ROUNDS = 5
+ROUNDS = 4
 TASKS = 5000  # that do nothing, to load the scheduler
 EVENTS = 20_000
 
@@ -87,47 +89,77 @@ def workers(address: str, count: int) -> Iterator[list[Process]]:
             process.end()
 
 
-def of_a_run() -> dict[str, float]:
-    """A run of the paper, on average over the six conditions, on one thread: CPU seconds to live, CPU seconds to store, bytes."""
-    lived = stored = size = 0.0
+class Run(NamedTuple):
+    """A run of the paper on one thread, on average over the six conditions."""
+
+    live: float  # CPU seconds
+    store: float  # CPU seconds
+    check: float  # CPU seconds to read it back when a study is carried on
+    size: float  # bytes of its file
+    small: float  # bytes of its file if genomes are kept of the first and the last generation only
+
+
+def of_a_run() -> Run:
     CPU.warm_up(paper())
+    found = []
     with tempfile.TemporaryDirectory() as folder:
+        study = create(Path(folder), paper(), seed=0)
         for experiment in paper():
-            began = time.thread_time()
+            times = [time.thread_time()]
             (record, *_) = simulate_block(experiment, 0, range(CPU.worlds))
-            lived += (time.thread_time() - began) / CPU.worlds
-            began = time.thread_time()
-            write_record(Path(folder), experiment.name, 0, record)
-            stored += time.thread_time() - began
-            size += len(encode(record))
-    return {"CPU s to live": lived / 6, "CPU s to store": stored / 6, "bytes": size / 6}
+            times.append(time.thread_time())
+            study.write(experiment.name, 0, record)
+            times.append(time.thread_time())
+            study.verified(experiment.name, 0)
+            live, store, check = (after - before for before, after in pairwise([*times, time.thread_time()]))
+            fewer = record.assign(genome=record.genome.where(record.generation.isin([0, record.generation[-1]])))
+            found.append(Run(live / CPU.worlds, store, check, len(encode(record)), len(encode(fewer))))
+    return Run(*map(mean, zip(*found, strict=True)))
 
 
-def seconds(executor: Executor, workers: int) -> float:
-    """Seconds for the same small study: 24 runs of 25 generations."""
-    experiment = load("evo+self-taught/A").replace(evolution={"generations": 25})
+class Took(NamedTuple):
+    wall: float  # seconds
+    cpu: float  # CPU seconds of all processes that took part
+
+
+def small_study(executor: Executor, workers: int, processes: Sequence[Process]) -> Took:
+    """24 runs of 60 generations, which is what is done everywhere."""
+    experiment = load("evo+self-taught/A").replace(evolution={"generations": 60})
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), [experiment], seed=0)
         tasks = plan(study, missing_runs(study, 24, print), 2)
-        began = time.perf_counter()
+        cpu, began = sum(process.cpu() for process in processes) + time.process_time(), time.perf_counter()
         with closing(executor.do(study, tasks, workers, CPU)) as amounts:
             assert sum(amounts) == sum(task.agent_steps for task in tasks)
-        return time.perf_counter() - began
+        wall = time.perf_counter() - began
+        return Took(wall, sum(process.cpu() for process in processes) + time.process_time() - cpu)
 
 
-def of_two_workers() -> dict[str, list[float]]:
-    """Seconds of that study on one worker process, on two, on one thread and on two, in interleaved rounds."""
-    with scheduler() as (_, one), scheduler() as (_, two), workers(one, 1), workers(two, 2):
+def of_two_workers() -> dict[str, list[Took]]:
+    """That study on one worker process, on two, on one thread and on two, in interleaved rounds."""
+    with scheduler() as (first, one), scheduler() as (second, two), workers(one, 1) as single, workers(two, 2) as pair:
         places = {
-            "1 worker process": (choose(f"dask:{one}"), 1),
-            "2 worker processes": (choose(f"dask:{two}"), 2),
-            "1 thread": (THREADS, 1),
-            "2 threads": (THREADS, 2),
+            "1 thread": (THREADS, 1, []),
+            "2 threads": (THREADS, 2, []),
+            "1 worker process": (choose(f"dask:{one}"), 1, [first, *single]),
+            "2 worker processes": (choose(f"dask:{two}"), 2, [second, *pair]),
         }
-        for executor, count in places.values():
-            seconds(executor, count)
-        rounds = [{name: seconds(*place) for name, place in places.items()} for _ in range(ROUNDS)]
+        for place in places.values():
+            small_study(*place)
+        rounds = [{name: small_study(*place) for name, place in places.items()} for _ in range(ROUNDS)]
     return {name: [found[name] for found in rounds] for name in places}
+
+
+class Costs(NamedTuple):
+    """Of a Dask scheduler and its tasks; times are CPU seconds."""
+
+    begin: float  # a worker process, until its engine is loaded
+    order: float  # bytes of a task as it is sent
+    send: float  # a task, in the process that sends it
+    schedule: float  # a task, in the scheduler
+    wait: float  # bytes of a task that waits in the scheduler
+    event: float  # an event, in the scheduler
+    rate: float  # tasks a second that do nothing, with everything on this machine
 
 
 def nothing(order: str) -> None:
@@ -147,114 +179,94 @@ def settle(process: Process) -> None:
         time.sleep(1)
 
 
-def of_the_scheduler() -> dict[str, float]:
-    """What a task, an event and a waiting task cost a scheduler, and what it costs a worker to begin."""
+def of_the_scheduler() -> Costs:
     with tempfile.TemporaryDirectory() as folder, scheduler() as (process, address), Client(address) as client:
         study = create(Path(folder), paper(), seed=0)
         tasks = [Task(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
+        orders = cluster._orders(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
-            settle(started[0])
-            begin = started[0].cpu()
+            client.run(CPU.warm_up, paper())
+            begin = mean(worker.cpu() for worker in started)
             settle(process)
             before, own, began = process.cpu(), time.process_time(), time.perf_counter()
-            with patch.object(cluster, "_work", nothing):
-                assert sum(choose(f"dask:{address}").do(study, tasks, 2, CPU)) == sum(task.agent_steps for task in tasks)
-            took = time.perf_counter() - began
-            found = {
-                "tasks a second on this machine": len(tasks) / took,
-                "CPU s of the client": (time.process_time() - own) / len(tasks),
-            }
+            with patch.object(cluster, "_work", nothing), closing(choose(f"dask:{address}").do(study, tasks, 2, CPU)) as amounts:
+                assert sum(amounts) == sum(task.agent_steps for task in tasks)
+            took, send = time.perf_counter() - began, time.process_time() - own
             settle(process)
-            found["CPU s of the scheduler"] = (process.cpu() - before) / len(tasks)
-            before = process.cpu()
+            scheduled = process.cpu()
             client.submit(send_events, EVENTS, pure=False).result()
             settle(process)
-            found["CPU s of the scheduler for an event"] = (process.cpu() - before) / EVENTS
-        orders = cluster._orders(study, tasks, CPU, "benchmark")
-        before = process.mib()
+            event = (process.cpu() - scheduled) / EVENTS
+        empty = process.mib()
         waiting = client.map(nothing, orders, pure=False, batch_size=cluster.BATCH)
         settle(process)
-        found["bytes in the scheduler"] = (process.mib() - before) * 2**20 / len(waiting)
-    return found | {"bytes of an order": sum(map(len, orders)) / len(orders), "CPU s to begin a worker": begin}
+        wait = (process.mib() - empty) * 2**20 / len(waiting)
+    count = len(tasks)
+    order = mean(map(len, orders))
+    return Costs(begin, order, send / count, (scheduled - before) / count, wait, event, count / took)
 
 
-def measured(run: dict[str, float], two: dict[str, list[float]], task: dict[str, float]) -> str:
+def measured(run: Run, costs: Costs) -> str:
     rows = [
-        ["to live a run of the paper", f"{run['CPU s to live']:.2f} CPU s"],
-        ["to store it", f"{1000 * run['CPU s to store']:.0f} CPU ms, {run['bytes'] / 1e6:.2f} MB in a file"],
-        ["to begin a worker process, until it waits for tasks", f"{task['CPU s to begin a worker']:.1f} CPU s"],
-        ["a task's order, as it is sent", f"{task['bytes of an order'] / 1e3:.1f} kB"],
-        [
-            "a task in the scheduler",
-            f"{1e3 * task['CPU s of the scheduler']:.2f} CPU ms, {task['bytes in the scheduler'] / 1e3:.0f} kB while it waits",
-        ],
-        ["a task in the command that sends it", f"{1e3 * task['CPU s of the client']:.2f} CPU ms"],
-        ["an event in the scheduler", f"{1e6 * task['CPU s of the scheduler for an event']:.0f} CPU us"],
-        [
-            "tasks that do nothing, scheduler, command and workers on this machine",
-            f"{task['tasks a second on this machine']:.0f} a second",
-        ],
+        ["to live a run of the paper", f"{run.live:.2f} CPU s"],
+        ["to store it", f"{1e3 * run.store:.1f} CPU ms, {run.size / 1e6:.2f} MB in a file"],
+        ["the file, if genomes are kept of the first and last generation only", f"{run.small / 1e6:.2f} MB"],
+        ["to check it when a study is carried on", f"{1e3 * run.check:.1f} CPU ms"],
+        ["to begin a worker process, with the engine compiled before", f"{costs.begin:.1f} CPU s"],
+        ["a task, as it is sent", f"{costs.order / 1e3:.1f} kB"],
+        ["a task, in the command that sends it", f"{1e3 * costs.send:.2f} CPU ms"],
+        ["a task, in the scheduler", f"{1e3 * costs.schedule:.2f} CPU ms, {costs.wait / 1e3:.1f} kB while it waits"],
+        ["an event, in the scheduler", f"{1e6 * costs.event:.0f} CPU us"],
+        ["tasks that do nothing, with everything on this machine", f"{costs.rate:.0f} a second"],
     ]
-    places = [[name, f"{median(taken):.2f}", f"{min(taken):.2f} to {max(taken):.2f}"] for name, taken in two.items()]
-    return "\n\n".join(
-        [table(["what", "measured"], rows), table(["the same 24 runs on", "s, median", "least to most"], places), efficiency(two)]
-    )
+    return table(["what", "measured"], rows)
 
 
-def efficiency(two: dict[str, list[float]]) -> str:
-    """Of two workers: how near they come to half the time, round by round."""
-    sentences = []
-    for many, one in (("2 worker processes", "1 worker process"), ("2 threads", "1 thread"), ("2 worker processes", "2 threads")):
-        share = 1.0 if one[0] == many[0] else 0.5
-        ratios = [share * there / here for there, here in zip(two[one], two[many], strict=True)]
-        sentences.append(f"{many} against {one}: {median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})")
-    return "Efficiency, median (and range) of the rounds: " + "; ".join(sentences) + "."
+def compared(places: dict[str, list[Took]]) -> str:
+    """Efficiency is against one thread: its time over the time here times the workers, round by round."""
+    rows = []
+    for name, rounds in places.items():
+        count = int(name[0])
+        wall, cpu = ([getattr(took, field) for took in rounds] for field in Took._fields)
+        alone = places["1 thread"]
+        ratios = [one.wall / (count * here) for one, here in zip(alone, wall, strict=True)]
+        work = [one.cpu / here for one, here in zip(alone, cpu, strict=True)]
+        rows.append([name, spread(wall), spread(ratios), spread(cpu), spread(work)])
+    return table(["24 runs on", "s", "efficiency", "CPU s", "efficiency by CPU time"], rows)
 
 
-def planned(run: dict[str, float], task: dict[str, float]) -> str:
+def spread(values: Sequence[float]) -> str:
+    return f"{median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
+
+
+def planned(run: Run, costs: Costs) -> str:
     """The study of a million runs on 10,000 cores."""
     blocks = -(-RUNS // (CPU.worlds * MOST_TASKS))
-    runs, cost = CPU.worlds * blocks, run["CPU s to live"] + run["CPU s to store"]
-    tasks, wall = -(-RUNS // runs), RUNS * cost / CORES
+    runs, cost = CPU.worlds * blocks, run.live + run.store
+    tasks, wall, least = -(-RUNS // runs), RUNS * cost / CORES, RUNS // CPU.worlds
+    cores, files, rate = RUNS * cost / 3600, RUNS / wall, RUNS * run.size / wall / 1e9
+    split, events = f"{blocks} blocks of {CPU.worlds}", 100 * cluster.EVENTS_A_SECOND * costs.event
     rows = [
-        ["work", f"{RUNS:,} runs x {cost:.2f} s = {RUNS * cost / 3600:,.0f} core hours: {wall:.0f} s of 10,000 cores"],
-        [
-            "tasks",
-            f"{tasks:,} of {runs} runs ({blocks} blocks of {CPU.worlds}): {runs * cost:.0f} s each, {tasks / CORES:.1f} a core",
-        ],
-        [
-            "written",
-            f"{RUNS:,} files of {run['bytes'] / 1e6:.2f} MB = {RUNS * run['bytes'] / 1e12:.2f} TB: {RUNS / wall:,.0f} files and {RUNS * run['bytes'] / wall / 1e9:.1f} GB a second",
-        ],
-        [
-            "sent by the command",
-            f"{tasks * task['bytes of an order'] / 1e6:.0f} MB of orders, {tasks * task['CPU s of the client']:.0f} CPU s",
-        ],
-        [
-            "scheduler's time",
-            f"{tasks * task['CPU s of the scheduler']:.0f} CPU s for the tasks, {tasks / wall:.0f} tasks a second, of {1 / task['CPU s of the scheduler']:.0f} that it can do",
-        ],
-        ["scheduler's memory", f"{tasks * task['bytes in the scheduler'] / 1e6:.0f} MB for the tasks"],
-        [
-            "events",
-            f"at most {cluster.EVENTS_A_SECOND} a second: {100 * cluster.EVENTS_A_SECOND * task['CPU s of the scheduler for an event']:.1f} % of the scheduler's time",
-        ],
-        [
-            "had every block been a task",
-            f"{RUNS // CPU.worlds:,} tasks of {CPU.worlds * cost:.1f} s: {RUNS / CPU.worlds / wall:,.0f} tasks a second, {RUNS / CPU.worlds * task['CPU s of the scheduler']:.0f} CPU s of the scheduler",
-        ],
-        ["to begin 10,000 workers", f"{task['CPU s to begin a worker']:.1f} CPU s each, at the same time"],
+        ["work", f"{RUNS:,} runs x {cost:.2f} s = {cores:,.0f} core hours, {wall:.0f} s of 10,000 cores"],
+        ["tasks", f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, {tasks / CORES:.1f} a core"],
+        ["sent by the command", f"{tasks * costs.order / 1e6:.0f} MB, {tasks * costs.send:.0f} CPU s"],
+        ["scheduler", f"{tasks * costs.schedule:.0f} CPU s, {tasks * costs.wait / 1e6:.0f} MB"],
+        ["its load", f"{tasks / wall:,.0f} tasks a second, where {1 / costs.schedule:,.0f} would keep it busy"],
+        ["its load by events", f"{cluster.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time"],
+        ["had every block been a task", f"{least:,} tasks, {least / wall:,.0f} a second, {least * costs.schedule:.0f} CPU s"],
+        ["written", f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: {files:,.0f} files and {rate:.0f} GB a second"],
+        ["written, with few genomes", f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB a second"],
+        ["to check it all when it is carried on", f"{RUNS * run.check / 60:.0f} minutes"],
     ]
-    return table(["1,000,000 runs of the paper on 10,000 cores", "from what was measured"], rows)
+    return table(["a million runs on 10,000 cores", "worked out"], rows)
 
 
 def main() -> None:
     machine = facts()
-    print(
-        f"{machine['cpu']}, {machine['cores']} cores; Python {machine['python']}, distributed {version('distributed')}; load {machine['load']}\n"
-    )
-    run, task, two = of_a_run(), of_the_scheduler(), of_two_workers()
-    print(measured(run, two, task), planned(run, task), sep="\n\n")
+    print(f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']}; Python {machine['python']},", end=" ")
+    print(f"distributed {version('distributed')}.\n")
+    run, costs, places = of_a_run(), of_the_scheduler(), of_two_workers()
+    print(measured(run, costs), compared(places), planned(run, costs), sep="\n\n")
 
 
 if __name__ == "__main__":

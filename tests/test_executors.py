@@ -205,6 +205,19 @@ def test_the_same_command_runs_on_a_cluster(
     assert (session["executor"], session["workers"]) == ("dask", 2)
 
 
+def test_a_study_and_its_report_may_lie_in_an_object_store(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["reproduce", "--runs", "2", "--generations", "2", "--steps", "40", "--out", "memory://tests/paper"]
+    assert command(monkeypatch, capsys, tmp_path, *words)[0] == 0
+    code, out, _ = command(monkeypatch, capsys, tmp_path, "report", "memory://tests/paper")
+    assert code == 0
+    assert "report: memory://tests/paper/report.html" in out
+    assert "<html" in location("memory://tests/paper/report.html").read_text("utf-8")
+    assert location("memory://tests/paper/figures").exists()
+    assert not list(tmp_path.iterdir())
+
+
 def no_slurm() -> bool:
     return not shutil.which("sinfo") or subprocess.run(["sinfo", "--noheader"], capture_output=True, timeout=20).returncode != 0
 
