@@ -4,19 +4,22 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test lint format bench cuda browser clean
+.PHONY: help reproduce test lint format bench cuda slurm browser clean
 
 help:
-	@echo "make reproduce   run the whole paper: six conditions, statistics, figures, report"
+	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
 	@echo "make test        run all tests"
 	@echo "make lint        check style and types"
 	@echo "make format      put the code into its standard form"
 	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
 	@echo "make cuda        add what the GPU backend needs"
+	@echo "make slurm       as root: set up a Slurm of one node, and run a study on its jobs"
 	@echo "make clean       remove the virtual environment and what the tools left"
 
 reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab reproduce
+	$(BIN)/baldwinlab multiverse
+	$(BIN)/baldwinlab report results/paper
 
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest
@@ -60,6 +63,10 @@ bench: $(VENV)/.bench
 
 # Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
 cuda: $(VENV)/.cuda
+
+# Installs Slurm from the distribution's packages where it is missing, and runs it on loopback only while it is tested.
+slurm: $(VENV)/.dev
+	scripts/check_slurm.sh $(BIN)/python
 
 # The report is tested in a real browser. Without one, and without the right to install it, those tests are skipped.
 browser:

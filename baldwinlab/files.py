@@ -1,17 +1,56 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, in a folder or at any location that fsspec reaches."""
 
 from __future__ import annotations
 
 import os
+from importlib.util import find_spec
 from pathlib import Path
+from typing import cast
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 from uuid import uuid4
 
 PARTIAL = ".partial"  # the ending of a file that is being written
 
 
+def location(text: str | Path) -> Path:
+    """The place that a path or a URL such as s3://bucket/study names.
+
+    A path and a file:// URL give a Path. Any other URL gives what `universal_pathlib` makes of it: no Path by type, but with
+    the methods of one that this package uses. Raises ValueError, with a sentence for the user, where it cannot be reached.
+    """
+    if isinstance(text, Path) or "://" not in str(text):
+        return Path(text)
+    if str(text).startswith("file://"):
+        return Path(url2pathname(urlsplit(str(text)).path))
+    require_cluster_extra(str(text))
+    from upath import UPath
+
+    try:
+        place = UPath(text, use_listings_cache=False)  # workers elsewhere write there too, so nothing stays as it was listed
+        place.exists()
+    except Exception as error:  # every kind of store has faults of its own
+        raise ValueError(f"{text} cannot be reached: {' '.join(str(error).split())}") from None
+    return cast(Path, place)
+
+
+def require_cluster_extra(what: str) -> None:
+    """Raises ValueError, with a sentence for the user, where the extra `cluster` is not installed."""
+    if not all(find_spec(name) for name in ("upath", "distributed", "dask_jobqueue")):
+        raise ValueError(f"{what} needs the extra 'cluster': pip install 'baldwinlab[cluster]'")
+
+
+def is_local(path: Path) -> bool:
+    """Whether a path lies in this machine's file system, rather than in a store that only fsspec reaches."""
+    return isinstance(path, Path)
+
+
 def write_atomically(path: Path, content: bytes) -> Path:
     """Write under another name in the same folder, made where it is missing, and rename. Raises OSError, leaving no trace."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    if not is_local(path):
+        path.write_bytes(content)  # an object appears with its last byte: a put to an object store is atomic, a rename is not
+        return path
     partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
     try:
         with partial.open("xb") as file:
@@ -23,3 +62,13 @@ def write_atomically(path: Path, content: bytes) -> Path:
         partial.unlink(missing_ok=True)
         raise
     return path
+
+
+def append_line(path: Path, line: str) -> None:
+    """Add a line to a file. An object cannot grow, so elsewhere than in a file system it is put again."""
+    if is_local(path):
+        with path.open("a", encoding="utf-8") as file:
+            file.write(line + "\n")
+    else:
+        before = path.read_text("utf-8") if path.exists() else ""
+        write_atomically(path, f"{before}{line}\n".encode())

@@ -6,7 +6,8 @@
     DIR/sessions.jsonl                          when it was worked on, how fast, with what
 
 A file appears whole or not at all: it is written under another name and then renamed. So any number of workers may write to
-one study, and a study that was interrupted lacks the runs that were in flight and nothing else.
+one study, and a study that was interrupted lacks the runs that were in flight and nothing else. The directory may lie in an
+object store, or wherever fsspec reaches (`files.location`).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import tomlkit
 import xarray as xr
 
 from baldwinlab.config import Experiment, ExperimentError
-from baldwinlab.files import PARTIAL, write_atomically
+from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
 from baldwinlab.toml import from_toml, to_toml
 
 FORMAT = 1
@@ -50,19 +51,32 @@ def encode(run: xr.Dataset) -> bytes:
     return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
-def decode(raw: bytes) -> xr.Dataset:
-    """The run in `raw`. Raises DamagedRecordError if a bit of it has changed."""
+def verify(raw: bytes) -> None:
+    """Raises DamagedRecordError if a bit of a record has changed."""
     found = _CHECKSUM.search(raw)
     if found is None:
         raise DamagedRecordError("it carries no checksum")
     blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
     if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
         raise DamagedRecordError("its checksum does not fit its content")
+
+
+def decode(raw: bytes) -> xr.Dataset:
+    """The run in a record that has been verified."""
     packed = xr.load_dataset(io.BytesIO(raw), engine="scipy")
     genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
     del packed.attrs["checksum"]
     run = packed.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
     return run.assign_coords({name: run[name].astype(str) for name in ("parent", "module")})
+
+
+def record_path(directory: Path, condition: str, run: int) -> Path:
+    return directory / "runs" / condition / f"{run:04d}.nc"
+
+
+def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
+    """Store a run of the study in `directory`; whoever writes need not have opened the study. Raises OSError."""
+    write_atomically(record_path(directory, condition, run), encode(record))
 
 
 class Study:
@@ -99,7 +113,7 @@ class Study:
         return self.experiments[condition]
 
     def path(self, condition: str, run: int) -> Path:
-        return self.directory / "runs" / condition / f"{run:04d}.nc"
+        return record_path(self.directory, condition, run)
 
     def runs(self, condition: str) -> list[int]:
         """The runs that are stored, sound or not."""
@@ -107,37 +121,43 @@ class Study:
         return sorted(int(entry.stem) for entry in folder.glob("*.nc") if entry.stem.isdecimal())
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
-        write_atomically(self.path(condition, run), encode(record))
+        write_record(self.directory, condition, run, record)
 
     def read(self, condition: str, run: int) -> xr.Dataset:
-        """One run, whole. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
+        """One run, whole. Raises as `verified` does."""
+        return decode(self.verified(condition, run))
+
+    def verified(self, condition: str, run: int) -> bytes:
+        """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
         path = self.path(condition, run)
         try:
-            return decode(path.read_bytes())
+            raw = path.read_bytes()
+            verify(raw)
         except FileNotFoundError:
             count = len(self.runs(condition))
             raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
         except DamagedRecordError as error:
             raise DamagedRecordError(f"{path} is damaged: {error}") from None
         except OSError as error:
-            raise StudyError(f"{path} cannot be read: {error.strerror}") from None
+            raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+        return raw
 
     def set_aside(self, condition: str, run: int) -> Path:
         """Move a damaged record out of the way, keeping it."""
         path = self.path(condition, run)
         aside = path.with_name(f"{path.name}.damaged")
-        path.replace(aside)
+        write_atomically(aside, path.read_bytes())  # not renamed, which an object cannot be
+        path.unlink()
         return aside
 
     def sweep(self) -> None:
         """Remove what killed writers left. A writer at work needs its file for moments only, so anything older than a minute."""
-        for leftover in self.directory.rglob(f".*{PARTIAL}"):
+        for leftover in self.directory.rglob(f".*{PARTIAL}") if is_local(self.directory) else ():
             if time.time() - leftover.stat().st_mtime > 60:
                 leftover.unlink(missing_ok=True)
 
     def add_session(self, facts: dict[str, Any]) -> None:
-        with (self.directory / "sessions.jsonl").open("a", encoding="utf-8") as file:
-            file.write(json.dumps(facts) + "\n")
+        append_line(self.directory / "sessions.jsonl", json.dumps(facts))
 
     def sessions(self) -> Iterator[dict[str, Any]]:
         """The sessions in which the study was worked on. A line torn by a kill is passed over."""
@@ -172,7 +192,7 @@ def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Stu
         facts = {"format": FORMAT, "seed": seed, "conditions": names}
         write_atomically(directory / "study.toml", tomlkit.dumps(facts).encode())
     except OSError as error:
-        raise StudyError(f"{directory} cannot be written: {error.strerror}") from None
+        raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)
 
 

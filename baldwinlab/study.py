@@ -1,55 +1,31 @@
-"""Many runs: several at a time on threads, each stored as it ends; what is stored already is not run again."""
+"""Many runs: several at a time, each stored as it ends; what is stored already is not run again."""
 
 from __future__ import annotations
 
-import os
-import queue
-import threading
 import time
-from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final
 
 import numpy as np
 import xarray as xr
 
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import CPU, Backend
-from baldwinlab.simulate import simulate_block
+from baldwinlab.executors import THREADS, Executor, Task, agent_steps_of_run, available_cores
+from baldwinlab.files import location
 from baldwinlab.store import DamagedRecordError, Study
 from baldwinlab.toml import to_toml
 from baldwinlab.variables import PARENTS, RUN
 
-WORLDS_PER_BLOCK = CPU.worlds
+__all__ = ["agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
+
+WORLDS_PER_BLOCK: Final = CPU.worlds
+MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
 
 Progress = AbstractContextManager[Callable[[int], None]]
-
-
-class Task(NamedTuple):
-    """Runs of one condition that live side by side."""
-
-    experiment: Experiment
-    runs: tuple[int, ...]
-
-    @property
-    def agent_steps(self) -> int:
-        return len(self.runs) * agent_steps_of_run(self.experiment)
-
-
-class StoppedError(Exception):
-    """Raised in a worker to end it between two generations."""
-
-
-def agent_steps_of_run(experiment: Experiment) -> int:
-    return experiment.evolution.generations * experiment.lifetime.steps * experiment.population.size
-
-
-def available_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
@@ -59,7 +35,7 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
         stored = set(study.runs(condition))
         for run in sorted(stored & set(range(runs))):
             try:
-                study.read(condition, run)
+                study.verified(condition, run)
             except DamagedRecordError as error:
                 aside = study.set_aside(condition, run)
                 tell(f"{error}; it is kept as {aside.name} and the run is done again")
@@ -69,53 +45,20 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
 
 
 def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Task]:
-    """Blocks of runs, the slow ones (those that learn) first, so that no worker is left with one at the end."""
+    """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
+
+    A task is a block of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
+    worlds, where some workers would have nothing to do.
+    """
     total = sum(len(runs) for runs in missing.values())
-    size = max(1, min(worlds, total // workers))
+    blocks = -(-total // (worlds * MOST_TASKS))
+    size = max(1, min(worlds * blocks, total // workers))
     tasks = [
         Task(study.experiments[condition], tuple(runs[first : first + size]))
         for condition, runs in missing.items()
         for first in range(0, len(runs), size)
     ]
     return sorted(tasks, key=lambda task: (not task.experiment.learns, -task.agent_steps))
-
-
-def run_tasks(study: Study, tasks: Sequence[Task], workers: int, backend: Backend = CPU) -> Generator[int, None, None]:
-    """Do the tasks on threads, storing each run as it ends; yield the agent-steps done, a generation at a time.
-
-    When a task raises, or the caller stops asking (ctrl-C), the others end at their next generation, what they had in flight
-    is dropped, and the error is raised.
-    """
-    stop = threading.Event()
-    news: queue.SimpleQueue[int | Future[None]] = queue.SimpleQueue()
-
-    def do(task: Task) -> None:
-        share = task.agent_steps // task.experiment.evolution.generations
-
-        def after_generation(generation: int) -> None:
-            if stop.is_set():
-                raise StoppedError
-            news.put(share)
-
-        records = simulate_block(task.experiment, study.seed, task.runs, backend, after_generation)
-        for run, record in zip(task.runs, records, strict=True):
-            study.write(task.experiment.name, run, record)
-
-    with ThreadPoolExecutor(workers) as pool:
-        left = len(tasks)
-        for task in tasks:
-            pool.submit(do, task).add_done_callback(news.put)
-        try:
-            while left:
-                item = news.get()
-                if isinstance(item, Future):
-                    item.result()
-                    left -= 1
-                else:
-                    yield item
-        finally:
-            stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def run_study(
@@ -125,8 +68,9 @@ def run_study(
     progress: Callable[[str, int], Progress],
     tell: Callable[[str], None],
     backend: Backend = CPU,
+    executor: Executor = THREADS,
 ) -> None:
-    """Do the missing runs of a study, and note how long that took.
+    """Do the missing runs of a study, so many tasks at a time, and note how long that took.
 
     `progress(description, total)` opens what is called with the agent-steps that have been done.
     """
@@ -138,7 +82,7 @@ def run_study(
     try:
         with (
             progress("living", sum(task.agent_steps for task in tasks)) as show,
-            closing(run_tasks(study, tasks, workers, backend)) as amounts,
+            closing(executor.do(study, tasks, workers, backend)) as amounts,
         ):
             for amount in amounts:
                 done += amount
@@ -149,6 +93,7 @@ def run_study(
             "seconds": round(time.perf_counter() - start, 3),
             "compile_seconds": round(compile_seconds, 3),
             "workers": workers,
+            "executor": executor.name,
             "backend": backend.name,
             "agent_steps": done,
         }
@@ -163,7 +108,7 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
     `experiment(condition)` is each condition as TOML. Raises StudyError for a condition that the study has not, and (as
     DamagedRecordError) for a record that is not what was written.
     """
-    study = Study(Path(directory))
+    study = Study(location(directory))
     return open_conditions(study, list(study.experiments if conditions is None else conditions))
 
 

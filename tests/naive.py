@@ -232,7 +232,7 @@ def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> l
         return x % world.width, y % world.height
 
     def stumble(agent: Agent) -> None:
-        if random.random() < experiment.motor.noise:
+        if experiment.motor.noise and random.random() < experiment.motor.noise:
             agent.action = random.choice([LEFT, FORWARD, RIGHT])
 
     agents = [born(genome, *birthplace(), experiment) for genome in genomes]

@@ -17,7 +17,9 @@ FLOORS = [
     {"simulate"},
     {"replay"},
     {"store"},
-    {"study", "multiverse", "relive"},
+    {"executors"},
+    {"study"},
+    {"multiverse", "relive"},
     {"assays", "sweep"},
     {"analysis", "movie", "bench"},
     {"figures"},
@@ -26,7 +28,19 @@ FLOORS = [
     {"cli"},
     {"__main__"},
 ]
-FIRST_TOWER = {"engine", "evolution", "simulate", "replay", "store", "study", "multiverse", "relive", "assays", "sweep"}
+FIRST_TOWER = {
+    "engine",
+    "evolution",
+    "simulate",
+    "replay",
+    "store",
+    "executors",
+    "study",
+    "multiverse",
+    "relive",
+    "assays",
+    "sweep",
+}
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 
 

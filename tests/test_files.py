@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.files import write_atomically
+from baldwinlab.files import location, write_atomically
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_no_trace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -22,3 +22,15 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_trace(tmp_path: Path, mon
         write_atomically(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> None:
+    assert location("results/study") == location(Path("results/study")) == Path("results/study")
+    assert location("file:///results/a%20study") == Path("/results/a study")
+    pytest.importorskip("upath")
+    place = location("memory://tests/location")
+    write_atomically(place / "folder" / "file", b"content")
+    assert location(place / "folder").name == "folder"
+    assert [entry.name for entry in location("memory://tests/location/folder").iterdir()] == ["file"]
+    with pytest.raises(ValueError, match="nowhere://study cannot be reached: Unsupported filesystem: 'nowhere'"):
+        location("nowhere://study")

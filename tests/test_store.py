@@ -13,7 +13,7 @@ from scipy.io import netcdf_file
 
 from baldwinlab.presets import load
 from baldwinlab.simulate import simulate
-from baldwinlab.store import DamagedRecordError, Study, StudyError, create, decode, encode
+from baldwinlab.store import DamagedRecordError, Study, StudyError, create, decode, encode, verify
 from tests.small import small
 
 
@@ -39,10 +39,10 @@ def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
         damaged = bytearray(raw)
         damaged[position] ^= 1 << rng.integers(8)
         with pytest.raises(DamagedRecordError):
-            decode(bytes(damaged))
+            verify(bytes(damaged))
     for length in (0, 10, len(raw) // 2, len(raw) - 1):
         with pytest.raises(DamagedRecordError):
-            decode(raw[:length])
+            verify(raw[:length])
 
 
 def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None:

@@ -13,9 +13,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.engine.backend import CPU
+from baldwinlab.executors import THREADS
+from baldwinlab.files import location
 from baldwinlab.simulate import simulate
-from baldwinlab.store import DamagedRecordError, create
-from baldwinlab.study import missing_runs, open_study, plan, run_study, run_tasks
+from baldwinlab.store import DamagedRecordError, StudyError, create
+from baldwinlab.study import missing_runs, open_study, plan, run_study
 from tests.small import contents, ignore, silent, small, small_study
 
 
@@ -40,7 +43,7 @@ def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path:
 
 def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(tmp_path: Path) -> None:
     study = create(tmp_path / "stopped", [small("evo/A"), small("evo+self-taught/A")], seed=5)
-    steps = run_tasks(study, plan(study, missing_runs(study, 6, ignore), workers=1), workers=1)
+    steps = THREADS.do(study, plan(study, missing_runs(study, 6, ignore), workers=1), 1, CPU)
     while not contents(study.directory):
         next(steps)
     steps.close()  # what ctrl-C comes to
@@ -137,6 +140,26 @@ def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
 def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
     create(tmp_path, [small("evo/A"), small("evo/B")], seed=1)
     assert dict(open_study(tmp_path).food_eaten.sizes) == {"condition": 2, "run": 0, "generation": 3, "agent": 20}
+
+
+def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) -> None:
+    pytest.importorskip("upath")
+    far = small_study(location("memory://tests/study"), runs=2)
+    near = small_study(tmp_path, runs=2)
+    xr.testing.assert_identical(open_study("memory://tests/study"), open_study(tmp_path))
+    for condition in near.experiments:
+        assert far.path(condition, 1).read_bytes() == near.path(condition, 1).read_bytes()
+    path = far.path("evo/A", 1)
+    path.write_bytes(path.read_bytes()[:-100])
+    told: list[str] = []
+    assert missing_runs(far, 2, told.append) == {"evo/A": [1], "evo+self-taught/A": []}
+    assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
+    assert path.with_name("0001.nc.damaged").exists()
+    small_study(location("memory://tests/study"), runs=2)
+    xr.testing.assert_identical(open_study(far.directory), open_study(tmp_path))
+    assert len(list(far.sessions())) == 2
+    with pytest.raises(StudyError, match="memory://tests/study holds another study"):
+        create(location("memory://tests/study"), [small("evo/A")], seed=5)
 
 
 def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:

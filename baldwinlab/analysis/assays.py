@@ -6,6 +6,7 @@ are generations, over a window of its first or last ones. Food is the energy of 
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -40,7 +41,7 @@ def read(directory: Path) -> dict[str, dict[str, xr.Dataset]]:
 def _read(path: Path, assay: str) -> xr.Dataset:
     again = "remove it, and `baldwinlab assay` makes it again"
     try:
-        data = xr.load_dataset(path, engine="scipy")
+        data = xr.load_dataset(io.BytesIO(path.read_bytes()), engine="scipy")
     except Exception as error:  # whatever a reader meets in bytes that are no netCDF
         raise ValueError(f"{path} is damaged: {error}; {again}") from None
     lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
@@ -16,9 +17,10 @@ from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, reaction, within_life
 from baldwinlab.assays.sample import Sample
 from baldwinlab.engine.backend import CPU
-from baldwinlab.files import write_atomically
+from baldwinlab.executors.tasks import StoppedError
+from baldwinlab.files import location, write_atomically
 from baldwinlab.store import Study, StudyError
-from baldwinlab.study import Progress, StoppedError
+from baldwinlab.study import Progress
 from baldwinlab.toml import to_toml
 from baldwinlab.version import __version__
 
@@ -66,7 +68,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     Raises StudyError for an assay or a condition that there is not, for one that has not been measured yet, and for a file
     that cannot be read.
     """
-    study = Study(Path(directory))
+    study = Study(location(directory))
     _require_known([assay])
     study.experiment(condition)
     path = _path(study, assay, condition)
@@ -75,7 +77,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         hint = f"; `{again}` makes it" if applies(assay, study, condition) else f": {assay} has nothing to measure there"
         raise StudyError(f"{path} does not exist{hint}")
     try:
-        found = xr.load_dataset(path, engine="scipy")
+        found = xr.load_dataset(io.BytesIO(path.read_bytes()), engine="scipy")
     except (OSError, ValueError, TypeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
     texts = [name for name in found.coords if found[name].dtype.kind in "OS"]

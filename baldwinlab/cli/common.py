@@ -6,18 +6,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, Token
 
-from baldwinlab import console, store
+from baldwinlab import console, executors, store
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import choose
+from baldwinlab.executors import ExecutorError
+from baldwinlab.files import location
 from baldwinlab.multiverse import conditions_by_reading
 from baldwinlab.publish import publish, publish_multiverse
 from baldwinlab.report.readings import combinations, verdict
 from baldwinlab.simulate import SEED_LIMIT
 from baldwinlab.store import Study
-from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
+from baldwinlab.study import agent_steps_of_run, missing_runs, run_study
 from baldwinlab.version import __version__
+
+
+def _location(kind: object, tokens: Sequence[Token]) -> Path:
+    return location(tokens[0].value)
+
 
 app = App(
     name="baldwinlab",
@@ -30,10 +37,11 @@ app = App(
 
 Runs = Annotated[int, Parameter(help="independent runs of each condition")]
 Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
-Workers = Annotated[int | None, Parameter(help="threads; all cores unless given")]
-Out = Annotated[Path | None, Parameter(help="directory of the study")]
+Workers = Annotated[int | None, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
+Directory = Annotated[Path, Parameter(converter=_location)]
+Out = Annotated[Path | None, Parameter(converter=_location, help="directory of the study, or a URL such as s3://BUCKET/STUDY")]
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
-Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://host:port, or slurm")]
+Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
@@ -49,15 +57,19 @@ def bring(
     workers: int | None,
     directory: Path,
     backend_name: str,
-    executor: str = "threads",
+    executor_name: str = "threads",
 ) -> Study:
     """Bring a study to the given number of runs, showing how far it is."""
-    workers = available_cores() if workers is None else workers
     require_positive("--runs", runs)
-    require_positive("--workers", workers)
+    if workers is not None:
+        require_positive("--workers", workers)
+    executor = executors.choose(executor_name, workers)
     if not 0 <= seed < SEED_LIMIT:
         raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
+    if executor.name != "threads" and backend_name == "auto":
+        backend_name = "cpu"  # whether there is a GPU here says nothing about the workers
     backend = choose(backend_name, runs * len(experiments), max(experiment.population.size for experiment in experiments))
+    workers = executor.workers
     if backend.name == "cuda":
         workers = max(workers, len(experiments), 2)  # one block lives while the children of another are bred
     study = store.create(directory, experiments, seed)
@@ -70,12 +82,14 @@ def bring(
     stored = wanted - sum(map(len, missing.values()))
     console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
     try:
-        run_study(study, missing, workers, console.progress, console.say, backend)
+        run_study(study, missing, workers, console.progress, console.say, backend, executor)
     except KeyboardInterrupt:
         raise InterruptedStudyError(f"stopped; {_standing(study, runs)}", code=130) from None
+    except ExecutorError as error:
+        raise InterruptedStudyError(f"{error}; {_standing(study, runs)}", code=1) from None
     except OSError as error:
         raise InterruptedStudyError(
-            f"cannot write {error.filename or directory}: {error.strerror}; {_standing(study, runs)}", code=1
+            f"cannot write {error.filename or directory}: {error.strerror or error}; {_standing(study, runs)}", code=1
         ) from None
     return study
 

@@ -9,9 +9,13 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from baldwinlab import console, presets
+from baldwinlab.assays import ASSAYS
+from baldwinlab.cli.assays import live_again
 from baldwinlab.cli.common import (
     Assignments,
     BackendName,
+    Directory,
+    Executor,
     Last,
     Out,
     Runs,
@@ -42,8 +46,9 @@ def reproduce(
     out: Out = None,
     last: Last = 10,
     backend: BackendName = "auto",
+    executor: Executor = "threads",
 ) -> None:
-    """Reproduce the whole paper: six conditions, statistics, figures and report."""
+    """Reproduce the whole paper: six conditions, statistics, assays, figures and report."""
     changes: dict[str, Any] = {}
     if generations is not None:
         changes["evolution"] = {"generations": generations}
@@ -53,7 +58,8 @@ def reproduce(
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
     name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
     require_positive("--last", last)
-    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend)
+    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend, executor)
+    live_again(study, list(ASSAYS), None if executor != "threads" else workers)
     make_report(study, study.directory / "report.html", last)
 
 
@@ -68,11 +74,12 @@ def run(
     workers: Workers = None,
     out: Out = None,
     backend: BackendName = "auto",
+    executor: Executor = "threads",
 ) -> None:
     """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
     experiments = [assign(presets.load(name), assignments or []) for name in (experiment, *others)]
-    name = "-".join(resolved.name.replace("/", "-") for resolved in experiments)
-    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend)
+    directory = out or Path("results") / "-".join(resolved.name.replace("/", "-") for resolved in experiments)
+    study = bring(experiments, runs, seed, workers, directory, backend, executor)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
 
 
@@ -94,7 +101,7 @@ def show(experiment: str, /, *, assignments: Assignments = None) -> None:
 
 @app.command
 def report(
-    directory: Path,
+    directory: Directory,
     /,
     *,
     out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
@@ -106,7 +113,7 @@ def report(
 
 
 @app.command
-def replay(directory: Path, /, *, condition: str, run: int, generation: int, out: Path) -> None:
+def replay(directory: Directory, /, *, condition: str, run: int, generation: int, out: Path) -> None:
     """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
     if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
         raise ValueError(f"--out {out} must end in .nc, .mp4, .gif or .png")

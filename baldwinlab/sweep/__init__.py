@@ -25,7 +25,7 @@ from scipy.stats import qmc
 
 from baldwinlab import presets, store
 from baldwinlab.config import Experiment, ExperimentError, assign
-from baldwinlab.files import write_atomically
+from baldwinlab.files import location, write_atomically
 from baldwinlab.store import Study, StudyError
 from baldwinlab.study import open_study
 from baldwinlab.sweep.plan import Range, Sweep, read
@@ -169,7 +169,7 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     experiment that was swept), `set` (what was changed in it), `seed`. Raises StudyError as `open_study` does, and for a study
     that is no sweep.
     """
-    folder = Path(directory)
+    folder = location(directory)
     study = Study(folder)
     if not is_sweep(folder):
         raise StudyError(f"{folder} is no sweep: it has no {FILE}")
