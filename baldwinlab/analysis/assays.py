@@ -42,8 +42,8 @@ def _read(path: Path, assay: str) -> xr.Dataset:
     again = "remove it, and `baldwinlab assay` makes it again"
     try:
         data = xr.load_dataset(io.BytesIO(path.read_bytes()), engine="scipy")
-    except Exception as error:  # whatever a reader meets in bytes that are no netCDF
-        raise ValueError(f"{path} is damaged: {error}; {again}") from None
+    except Exception:  # whatever a reader meets in bytes that are no netCDF
+        raise ValueError(f"{path} is damaged: it is no netCDF file; {again}") from None
     lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]
     if lacking or not set(ASSAYS[assay]) & set(data.data_vars) or "experiment" not in data.attrs:
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
