@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter, Token
 
@@ -38,8 +38,8 @@ app = App(
 Runs = Annotated[int, Parameter(help="independent runs of each condition")]
 Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[int | None, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
-Directory = Annotated[Path, Parameter(converter=_location)]
-Out = Annotated[Path | None, Parameter(converter=_location, help="directory of the study, or a URL such as s3://BUCKET/STUDY")]
+Directory = Annotated[Any, Parameter(converter=_location)]  # a Path; or what fsspec makes of a URL, which is none by type
+Out = Annotated[Any, Parameter(converter=_location, help="directory of the study, or a URL such as s3://BUCKET/STUDY")]
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
 Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]

@@ -25,7 +25,7 @@ from baldwinlab.executors.tasks import ExecutorError, StoppedError, Task, do
 from baldwinlab.files import is_local, location
 from baldwinlab.store import Study, StudyError
 
-PATIENCE: Final = 10  # seconds to wait for a scheduler
+PATIENCE: Final = 10  # seconds to wait for a scheduler, also for one that was lost
 EVENTS_A_SECOND: Final = 100  # from all tasks together
 BATCH: Final = 1000  # tasks in one message to the scheduler
 SILENCE: Final = 2.0  # seconds between two events of a task, at least
