@@ -21,7 +21,7 @@ class Section(NamedTuple):
 
 
 def render(template: str, **values: Any) -> str:
-    """A template of this folder, filled. It may use the filters of `words`, and `badge` from badge.html."""
+    """A template of this folder, filled. It may use the filters of `words`, and the macros of macros.html."""
     loader = PackageLoader("baldwinlab", "report")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     numbers = (words.number, words.signed, words.probability, words.span, words.interval, words.effect)
