@@ -120,12 +120,20 @@ class History:
         return self._energy[: self.lived]
 
     def dataset(self) -> xr.Dataset:
-        """The run, of as many generations as have lived: to the bit the run of an experiment with so many. At least one has."""
-        arrays = {"food_eaten": self._food, "energy": self._energy, "parents": self._parents, "genome": self._genomes}
-        arrays = {name: array[: self.lived] for name, array in arrays.items()}
+        """The run, of as many generations as have lived: to the bit the run of an experiment with so many. At least one has.
+
+        Its arrays are those of the history, so whoever keeps it while generations still live must copy it.
+        """
+        genomes = self._genomes[: self.lived]
+        arrays = {
+            "food_eaten": self.food_eaten,
+            "energy": self.energy,
+            "parents": self._parents[: self.lived],
+            "genome": genomes,
+        }
         experiment = self.experiment.replace(evolution={"generations": self.lived})
         found = variables.dataset(variables.RUN, arrays, facts(experiment, self.seed, self.run))
-        generations, agents, _, weights = arrays["genome"].shape
+        generations, agents, _, weights = genomes.shape
         return found.assign_coords(
             generation=np.arange(generations, dtype=np.int32),
             agent=np.arange(agents, dtype=np.int32),
