@@ -1,0 +1,50 @@
+"""The server: which routes there are, who may ask, and how a fault becomes a sentence on the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse
+from starlette.routing import Mount
+from starlette.staticfiles import StaticFiles
+
+from baldwinlab.lab import Lab, MissingError, live, share, studies
+from baldwinlab.lab.guard import Guard
+from baldwinlab.movie import MovieError
+from baldwinlab.store import StudyError
+
+STATIC = Path(__file__).parent / "static"
+
+
+def make_app(root: Path) -> Starlette:
+    """The application that serves the studies in `root`: at any depth, and nothing outside it."""
+    lab = Lab(root.resolve(), live.Live())
+    pages = Mount("/", StaticFiles(directory=STATIC, html=True))
+    return Starlette(
+        routes=[*studies.routes(lab), *live.routes(lab), *share.routes(lab), pages],
+        middleware=[Middleware(Guard)],
+        exception_handlers={
+            MissingError: _not_there,
+            StudyError: _refused,
+            MovieError: _refused,
+            ValueError: _refused,
+            HTTPException: _http,
+        },
+    )
+
+
+def _not_there(request: Request, error: Exception) -> JSONResponse:
+    return JSONResponse({"error": str(error)}, 404)
+
+
+def _refused(request: Request, error: Exception) -> JSONResponse:
+    return JSONResponse({"error": str(error)}, 400)
+
+
+def _http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    return JSONResponse({"error": f"{request.url.path}: {error.detail}"}, error.status_code)
