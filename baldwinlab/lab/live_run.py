@@ -10,7 +10,7 @@ from uuid import uuid4
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.fitness import MEASURES
+from baldwinlab.analysis.fitness import MEASURES, interval_of_mean
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import CPU
 from baldwinlab.simulate import History, simulate_block
@@ -81,13 +81,20 @@ class LiveRun:
         else:
             raise ValueError(f"a live run is told to pause, resume, stop or pace, not {wish!r}")
 
-    def measures(self, first: int, last: int) -> dict[str, list[list[float]]]:
-        """Best and mean fitness and the share that ate, each [generation, run], from `first` up to, and without, `last`."""
+    def measures(self, first: int, last: int) -> dict[str, dict[str, list[float]]]:
+        """Best and mean fitness and the share that ate, in generations from `first` up to, and without, `last`.
+
+        Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean.
+        """
         energy = np.stack([history.energy[first:last] for history in self._histories])
         eaten = np.stack([history.food_eaten[first:last] for history in self._histories])
         dims = ("run", "generation", "agent")
         some = xr.Dataset({"energy": (dims, energy), "food_eaten": (dims, eaten)})
-        return {name: measure(some).transpose("generation", "run").values.tolist() for name, measure in MEASURES.items()}
+        bands = {name: interval_of_mean(measure(some)) for name, measure in MEASURES.items()}
+        parts = ("mean", "low", "high") if self.runs > 1 else ("mean",)
+        return {
+            name: {part: edge.values.tolist() for part, edge in zip(parts, band, strict=False)} for name, band in bands.items()
+        }
 
     def energy(self, run: int, generation: int) -> xr.DataArray:
         """Fitness (generation, agent) of all generations so far. Raises ValueError for what has not lived."""
