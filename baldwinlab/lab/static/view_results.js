@@ -84,12 +84,12 @@ function draw(page, given, remember) {
   return () => [line, ...drawn].forEach((chart) => chart.destroy());
 }
 
-function heading({ study, results, listed, choose }) {
+function heading({ study, listed, choose }) {
   const seed = el("span", { class: "badge" }, `seed ${study.seed}`);
   const runs = study.conditions.map((condition) => condition.runs.length);
   const [least, most] = [Math.min(...runs), Math.max(...runs)];
   const counted = el("span", { class: "badge" }, `${least === most ? most : `${least} to ${most}`} runs a condition`);
-  const report = results.report && el("a", { class: "button spread", target: "_blank", rel: "noopener", "data-testid": "report-link",
+  const report = study.report && el("a", { class: "button spread", target: "_blank", rel: "noopener", "data-testid": "report-link",
     href: `/api/report?${new URLSearchParams({ study: study.id })}` }, "Full report");
   return el("div", { class: "row" }, picker(listed, study.id, choose), seed, counted, report);
 }
