@@ -1,0 +1,8 @@
+/** The World tab. */
+
+import { el } from "./common.js";
+
+export function mount(root) {
+  root.append(el("p", {}, "World"));
+  return { update() {}, unmount() {} };
+}
