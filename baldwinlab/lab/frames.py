@@ -37,6 +37,11 @@ def pack(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> b
     return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *chunks])
 
 
+def narrowed(counts: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
+    """Counts in 16 bits, where all of them fit."""
+    return counts.astype(np.uint16) if counts.max(initial=0) < 2**16 else counts
+
+
 def unpack(raw: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     """The header and the arrays in a container, as the page reads it. Raises ValueError where `raw` is none."""
     if raw[: len(MAGIC)] != MAGIC:

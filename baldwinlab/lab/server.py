@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse
 from starlette.routing import Mount
 from starlette.staticfiles import StaticFiles
 
-from baldwinlab.lab import Lab, MissingError, live, share, studies
+from baldwinlab.lab import Lab, MissingError, inside, live, recording, share, studies
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
 from baldwinlab.store import StudyError
@@ -23,9 +23,9 @@ STATIC = Path(__file__).parent / "static"
 def make_app(root: Path) -> Starlette:
     """The application that serves the studies in `root`: at any depth, and nothing outside it."""
     lab = Lab(root.resolve(), live.Live())
-    pages = Mount("/", StaticFiles(directory=STATIC, html=True))
+    routes = [route for part in (studies, recording, inside, live, share) for route in part.routes(lab)]
     return Starlette(
-        routes=[*studies.routes(lab), *live.routes(lab), *share.routes(lab), pages],
+        routes=[*routes, Mount("/", StaticFiles(directory=STATIC, html=True))],
         middleware=[Middleware(Guard)],
         exception_handlers={
             MissingError: _not_there,
