@@ -118,7 +118,8 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
         }
         for experiment in study.experiments.values()
     ]
-    return {"id": name, "seed": study.seed, "conditions": conditions, "problem": None}
+    report = (study.directory / "report.html").is_file()
+    return {"id": name, "seed": study.seed, "conditions": conditions, "report": report, "problem": None}
 
 
 def _presets() -> list[dict[str, str]]:
