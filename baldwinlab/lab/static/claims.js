@@ -2,7 +2,12 @@
 
 import { el, format } from "./common.js";
 
-const TONES = { holds: "good", "does not hold": "warm" };
+const VERDICTS = { // its tone, and how one and several are counted
+  holds: ["good", "holds", "hold"],
+  undecided: ["", "is undecided", "are undecided"],
+  "does not hold": ["warm", "does not hold", "do not hold"],
+  "not evaluated": ["", "is not evaluated", "are not evaluated"],
+};
 const MEASURES = { best: "best agent", mean: "average agent", share: "share that eats", most: "most that any agent ate" };
 
 /**
@@ -26,13 +31,13 @@ export function claimList(claims, study, typicalRun, lastGeneration) {
 }
 
 function counted(claims) {
-  const verdicts = [...new Set(claims.map((claim) => claim.verdict))];
-  return `${verdicts.map((verdict) => `${claims.filter((claim) => claim.verdict === verdict).length} ${verdict}`).join(", ")}.`;
+  const counts = Object.entries(VERDICTS).map(([verdict, words]) => [claims.filter((claim) => claim.verdict === verdict).length, words]);
+  return `${counts.filter(([count]) => count).map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`).join(", ")}.`;
 }
 
 function claimEntry(claim, links) {
   return el("article", { class: "claim", "data-testid": `claim-${claim.id}` },
-    el("div", { class: "claim-head" }, el("span", { class: `badge ${TONES[claim.verdict] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
+    el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
     el("dl", { class: "claim-facts" },
       ...fact("Measured", measured(claim)),
       ...fact("The paper", claim.paper),
@@ -49,7 +54,8 @@ function measured(claim) {
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval ? ` (95 % interval ${claim.interval.map(format).join(" to ")})` : "";
   const p = claim.p_holm === null ? "" : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
-  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}`;
+  const weakest = claim.comparisons.length > 1 ? `; it decides, of ${claim.comparisons.length} comparisons` : "";
+  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
 }
 
 function watchLink(study, condition, run, generation) {
