@@ -24,8 +24,9 @@ export function claimList(claims, study, typicalRun, lastGeneration) {
   }
   section.append(el("p", { class: "soft" }, counted(claims)));
   for (const claim of claims) {
-    const places = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);
-    section.append(claimEntry(claim, places.map((name) => watchLink(study, name, typicalRun(name), lastGeneration(name)))));
+    const shown = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);
+    const lives = shown.map((condition) => ({ study: study.id, condition, run: typicalRun(condition), generation: lastGeneration(condition) }));
+    section.append(claimEntry(claim, lives));
   }
   return section;
 }
@@ -35,13 +36,13 @@ function counted(claims) {
   return `${counts.filter(([count]) => count).map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`).join(", ")}.`;
 }
 
-function claimEntry(claim, links) {
+function claimEntry(claim, lives) {
   return el("article", { class: "claim", "data-testid": `claim-${claim.id}` },
     el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
     el("dl", { class: "claim-facts" },
       ...fact("Measured", measured(claim)),
       ...fact("The paper", claim.paper),
-      ...(links.length ? fact("Watch", ...links) : [])));
+      ...(lives.length ? fact("Watch", watchLink(lives)) : [])));
 }
 
 function fact(name, ...values) {
@@ -58,7 +59,9 @@ function measured(claim) {
   return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
 }
 
-function watchLink(study, condition, run, generation) {
-  const life = { study: study.id, condition, run, generation };
-  return el("a", { class: "claim-link", href: `#/world?${new URLSearchParams(life)}` }, condition);
+/** One life, or two side by side. */
+function watchLink([life, beside]) {
+  const second = beside ? Object.entries(beside).map(([key, value]) => [`b.${key}`, value]) : [];
+  const address = `#/world?${new URLSearchParams([...Object.entries(life), ...second])}`;
+  return el("a", { href: address }, beside ? `${life.condition} beside ${beside.condition}` : life.condition);
 }

@@ -2,9 +2,10 @@
 
 import { el, getJSON, icon, message } from "./common.js";
 import { Inspector } from "./inside.js";
-import { PRESETS, Panel, nearest } from "./panel.js";
+import { PRESETS, Panel, nearest, query } from "./panel.js";
 import { Player, SPEEDS } from "./player.js";
 import { Population } from "./population.js";
+import { mountShare } from "./share.js";
 import { Timeline } from "./timeline.js";
 import { DARK, LIGHT } from "./world.js";
 
@@ -50,6 +51,9 @@ class WorldTab {
   build() {
     this.worlds = el("div", { class: "worlds" });
     this.root.append(this.worlds, el("div", { class: "side" }, this.population.root, this.inspector.root), this.makeTransport());
+    this.share = mountShare(document.getElementById("actions"), () => ({
+      panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })), step: Math.floor(this.player.time),
+    }));
   }
 
   makeTransport() {
@@ -260,6 +264,7 @@ class WorldTab {
 
   close() {
     this.closed = true;
+    this.share?.close();
     this.player.close();
     this.scheme.removeEventListener("change", this.onscheme);
     removeEventListener("keydown", this.onkey);
