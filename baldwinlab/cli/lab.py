@@ -27,7 +27,7 @@ PATIENCE = 2  # seconds that open connections have to end when the server does
 
 @app.command
 def lab(
-    directory: Directory = RESULTS,
+    directory: Annotated[Directory, Parameter(help="a study, or a folder that holds studies at any depth")] = RESULTS,
     /,
     *,
     port: Annotated[int, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
@@ -52,7 +52,7 @@ def lab(
 
 
 def listening(port: int) -> socket.socket:
-    """A socket on loopback to which browsers may already turn. Raises ValueError, with a sentence for the user, where it cannot be."""
+    """A socket on loopback, to which browsers may already turn. Raises ValueError where there can be none."""
     if not 0 <= port <= 65535:
         raise ValueError(f"--port {port} must be at least 0 and at most 65535")
     listener = socket.socket()

@@ -9,8 +9,9 @@ from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import Request
 from starlette.responses import JSONResponse
-from starlette.routing import Mount
+from starlette.routing import Mount, WebSocketRoute
 from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket
 
 from baldwinlab.lab import Lab, MissingError, inside, live, recording, share, studies
 from baldwinlab.lab.guard import Guard
@@ -25,7 +26,7 @@ def make_app(root: Path) -> Starlette:
     lab = Lab(root.resolve(), live.Live())
     routes = [route for part in (studies, recording, inside, live, share) for route in part.routes(lab)]
     return Starlette(
-        routes=[*routes, Mount("/", StaticFiles(directory=STATIC, html=True))],
+        routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), Mount("/", StaticFiles(directory=STATIC, html=True))],
         middleware=[Middleware(Guard)],
         exception_handlers={
             MissingError: _not_there,
@@ -47,4 +48,9 @@ def _refused(request: Request, error: Exception) -> JSONResponse:
 
 def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    return JSONResponse({"error": f"{request.url.path}: {error.detail}"}, error.status_code)
+    sentence = f"there is no {request.url.path} here" if error.status_code == 404 else f"{request.url.path}: {error.detail}"
+    return JSONResponse({"error": sentence}, error.status_code)
+
+
+async def _no_websocket(websocket: WebSocket) -> None:
+    await websocket.close()  # never accepted, so the handshake is answered with 403

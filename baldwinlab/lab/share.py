@@ -21,7 +21,7 @@ from baldwinlab import presets
 from baldwinlab.config import ExperimentError
 from baldwinlab.lab import Lab, MissingError, lives, studies
 from baldwinlab.lab.lives import Life
-from baldwinlab.lab.query import Query, text
+from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.recording import BYTES_OF_AGENT, record
 from baldwinlab.movie import write_movie
 from baldwinlab.replay import replay
@@ -60,7 +60,7 @@ async def _in_turn(lab: Lab, make: Callable[[Lab, Query], Response], query: Quer
 def _shared(lab: Lab, query: Query) -> Response:
     sources = [source(query, name) for name in ("a", "b") if name == "a" or name in query]
     named = "-beside-".join(_file_name(lives.find(lab, given)) for given in sources)
-    return _attachment(shared_page(lab, sources), "text/html", f"{named}.html")
+    return _attachment(shared_page(lab, sources, number(query, "step", 0)), "text/html", f"{named}.html")
 
 
 def _movie(lab: Lab, query: Query) -> Response:
@@ -73,8 +73,8 @@ def source(query: Query, name: str) -> dict[str, str]:
     return dict(parse_qsl(text(query, name)))
 
 
-def shared_page(lab: Lab, sources: list[dict[str, str]]) -> bytes:
-    """A page that plays one lifetime, or two side by side, with no server: all that it needs is in it.
+def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
+    """A page that plays one lifetime, or two side by side, with no server: all that it needs is in it. It opens at `step`.
 
     Of a lifetime that is too large for one answer, it has the part that the recording has. Raises ValueError and StudyError
     as a request for the recording does.
@@ -86,7 +86,7 @@ def shared_page(lab: Lab, sources: list[dict[str, str]]) -> bytes:
         title=" and ".join(panel["title"] for panel in panels),
         styles=(STATIC / "style.css").read_text("utf-8") + (STATIC / "replay_page.css").read_text("utf-8"),
         modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(PLAYER).items()},
-        replay={"version": __version__, "panels": panels},
+        replay={"version": __version__, "step": step, "panels": panels},
     )
     return page.encode()
 

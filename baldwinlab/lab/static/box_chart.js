@@ -39,7 +39,7 @@ export function boxChart(root, options) {
 
 function picture(title, groups, width, height) {
   const slanted = (width - LEFT) / groups.length < 110;
-  const bottom = BOTTOM + (slanted ? 84 : 18);
+  const bottom = BOTTOM + (slanted ? 76 : 18);
   const highest = Math.max(1e-9, ...groups.flatMap((group) => group.values));
   const ticks = niceTicks(highest);
   const top = Math.max(highest, ticks.at(-1));

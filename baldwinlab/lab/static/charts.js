@@ -112,7 +112,8 @@ function columns(x, series) {
 
 function settings(plot, series, hidden, options, showValues) {
   const ink = () => getComputedStyle(plot).color;
-  const axis = (label) => ({ label, stroke: ink, grid: { stroke: GRID, width: 1 }, ticks: { stroke: GRID, width: 1 }, labelSize: 20 });
+  const font = "12px system-ui, sans-serif";
+  const axis = (label) => ({ label, font, labelFont: font, stroke: ink, grid: { stroke: GRID, width: 1 }, ticks: { stroke: GRID, width: 1 }, labelSize: 18 });
   const edge = (show) => ({ show, stroke: "transparent", width: 0, points: { show: false } });
   const lines = series.flatMap((one, number) => {
     const { color, dash } = { ...look(number), ...one };
@@ -123,7 +124,7 @@ function settings(plot, series, hidden, options, showValues) {
   return {
     legend: { show: false },
     scales: { x: { time: false }, y: { range: (_, low, high) => rangeFrom(low, high) } },
-    axes: [{ ...axis(options.xLabel), space: 60 }, { ...axis(options.yLabel), size: 56 }],
+    axes: [{ ...axis(options.xLabel), space: 60, size: 30 }, { ...axis(options.yLabel), size: 56 }],
     series: [{}, ...lines],
     bands: series.map((one, number) => ({
       series: [3 * number + 2, 3 * number + 3],

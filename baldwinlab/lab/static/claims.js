@@ -2,7 +2,12 @@
 
 import { el, format } from "./common.js";
 
-const TONES = { holds: "good", "does not hold": "warm" };
+const VERDICTS = { // its tone, and how one and several are counted
+  holds: ["good", "holds", "hold"],
+  undecided: ["", "is undecided", "are undecided"],
+  "does not hold": ["warm", "does not hold", "do not hold"],
+  "not evaluated": ["", "is not evaluated", "are not evaluated"],
+};
 const MEASURES = { best: "best agent", mean: "average agent", share: "share that eats", most: "most that any agent ate" };
 
 /**
@@ -19,24 +24,25 @@ export function claimList(claims, study, typicalRun, lastGeneration) {
   }
   section.append(el("p", { class: "soft" }, counted(claims)));
   for (const claim of claims) {
-    const places = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);
-    section.append(claimEntry(claim, places.map((name) => watchLink(study, name, typicalRun(name), lastGeneration(name)))));
+    const shown = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);
+    const lives = shown.map((condition) => ({ study: study.id, condition, run: typicalRun(condition), generation: lastGeneration(condition) }));
+    section.append(claimEntry(claim, lives));
   }
   return section;
 }
 
 function counted(claims) {
-  const verdicts = [...new Set(claims.map((claim) => claim.verdict))];
-  return `${verdicts.map((verdict) => `${claims.filter((claim) => claim.verdict === verdict).length} ${verdict}`).join(", ")}.`;
+  const counts = Object.entries(VERDICTS).map(([verdict, words]) => [claims.filter((claim) => claim.verdict === verdict).length, words]);
+  return `${counts.filter(([count]) => count).map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`).join(", ")}.`;
 }
 
-function claimEntry(claim, links) {
+function claimEntry(claim, lives) {
   return el("article", { class: "claim", "data-testid": `claim-${claim.id}` },
-    el("div", { class: "claim-head" }, el("span", { class: `badge ${TONES[claim.verdict] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
+    el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
     el("dl", { class: "claim-facts" },
       ...fact("Measured", measured(claim)),
       ...fact("The paper", claim.paper),
-      ...(links.length ? fact("Watch", ...links) : [])));
+      ...(lives.length ? fact("Watch", watchLink(lives)) : [])));
 }
 
 function fact(name, ...values) {
@@ -49,10 +55,13 @@ function measured(claim) {
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval ? ` (95 % interval ${claim.interval.map(format).join(" to ")})` : "";
   const p = claim.p_holm === null ? "" : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
-  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}`;
+  const weakest = claim.comparisons.length > 1 ? `; it decides, of ${claim.comparisons.length} comparisons` : "";
+  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
 }
 
-function watchLink(study, condition, run, generation) {
-  const life = { study: study.id, condition, run, generation };
-  return el("a", { class: "claim-link", href: `#/world?${new URLSearchParams(life)}` }, condition);
+/** One life, or two side by side. */
+function watchLink([life, beside]) {
+  const second = beside ? Object.entries(beside).map(([key, value]) => [`b.${key}`, value]) : [];
+  const address = `#/world?${new URLSearchParams([...Object.entries(life), ...second])}`;
+  return el("a", { href: address }, beside ? `${life.condition} beside ${beside.condition}` : life.condition);
 }

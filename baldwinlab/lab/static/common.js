@@ -78,7 +78,7 @@ export function unpack(buffer) {
 }
 
 /** A request that waits, with a banner, while there is no connection, and then goes on. Raises Refusal. */
-async function request(path, options) {
+export async function request(path, options) {
   for (;;) {
     let answer;
     try {

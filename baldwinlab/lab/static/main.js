@@ -58,6 +58,12 @@ function flush() {
   if (shown) history.replaceState(null, "", write(shown.name, shown.state));
 }
 
+/** The address of exactly what is shown now. */
+export function address() {
+  flush();
+  return location.href;
+}
+
 async function show() {
   drop();
   const { name, state } = read();

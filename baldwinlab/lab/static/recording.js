@@ -56,12 +56,14 @@ function firstAfter(moveStep, step) {
 }
 
 /** Items that all agents together eat in each step. */
-function mealsOf({ agents, arrays: { eaten } }) {
+function mealsOf({ agents, first, arrays: { eaten } }) {
   const meals = new Uint16Array(eaten.length / agents);
-  for (let row = 1; row < meals.length; row++) {
+  let before = null;
+  for (let row = 0; row < meals.length; row++) {
     let sum = 0;
-    for (let at = row * agents; at < (row + 1) * agents; at++) sum += eaten[at] - eaten[at - agents];
-    meals[row] = sum;
+    for (let at = row * agents; at < (row + 1) * agents; at++) sum += eaten[at];
+    meals[row] = sum - (before ?? (first ? sum : 0)); // what was eaten before the first step of a part is not known
+    before = sum;
   }
   return meals;
 }
