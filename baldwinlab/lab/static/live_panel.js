@@ -23,13 +23,13 @@ export function livePanel(root, feed, state, navigate) {
   const [badge, progress] = [el("span", { "data-testid": "live-state" }), el("progress", { "aria-label": "Generations that have lived" })];
   const [count, fault] = [el("span", { class: "number", "data-testid": "live-count" }), el("p", { class: "fault", hidden: true, "data-testid": "live-fault" })];
   const buttons = controls(feed, experiment, seed, navigate);
-  const [fitness, share] = [el("section", { class: "card", "data-testid": "live-fitness" }), el("section", { class: "card", "data-testid": "live-share" })];
+  const [fitness, share] = [el("div", { "data-testid": "live-fitness" }), el("div", { "data-testid": "live-share" })];
   const about = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
   root.replaceChildren(
     el("section", { class: "card live-head", "data-testid": "live-head" },
       el("div", { class: "row" }, el("h1", {}, experiment.name), badge, el("span", { class: "soft" }, about), el("span", { class: "spread" }), ...buttons.elements),
       el("div", { class: "row live-progress" }, progress, count), fault),
-    el("div", { class: "live-both" }, el("div", { class: "live-curves" }, fitness, share), world.element));
+    el("div", { class: "live-both" }, el("div", { class: "live-curves" }, el("section", { class: "card" }, fitness), el("section", { class: "card" }, share)), world.element));
   const charts = curves(feed, fitness, share, runs, (generation) => world.load(generation));
 
   const update = () => {
@@ -44,6 +44,7 @@ export function livePanel(root, feed, state, navigate) {
     buttons.update();
     charts.update();
     world.offer(feed.lived);
+    if (feed.kept) world.keptAs(feed.kept, experiment.name);
   };
   update();
   return {
@@ -98,7 +99,7 @@ function controls(feed, experiment, seed, navigate) {
     askName(`live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`, async (name) => {
       feed.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
       message(`Kept as the study ${feed.kept}.`, "done");
-      update();
+      feed.heard();
     }));
   const update = () => {
     pause.textContent = feed.state === "paused" ? "Resume" : "Pause";

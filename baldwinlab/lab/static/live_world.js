@@ -14,10 +14,10 @@ export class LiveWorld {
     this.run = 0;
     this.lived = 0;
     this.generation = null; // that is shown
-    this.life = this.coming = null;
+    this.life = this.coming = this.kept = null;
     this.canvas = el("canvas", { "data-testid": "live-canvas", role: "img", "aria-label": "The world of the generation that is shown" });
     this.caption = el("p", { class: "number soft", "data-testid": "live-caption" }, "The first generation lives …");
-    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World");
+    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
     this.element = el("section", { class: "card live-world" },
       el("div", { class: "row" }, el("h2", {}, "The latest generation"), el("span", { class: "spread" }), this.runPicker(runs), this.speedPicker(speed, onSpeed)),
       el("div", { class: "live-map" }, this.canvas),
@@ -80,12 +80,22 @@ export class LiveWorld {
     this.life?.close();
     this.life = life;
     this.generation = query.generation;
-    this.open.hidden = false;
-    this.open.href = `#/world?${new URLSearchParams(query)}`;
+    this.link();
     this.player.last = life.steps - 1;
     this.player.time = 0;
     this.player.play();
     this.player.invalidate();
+  }
+
+  /** The run is kept as a study: from there, the World tab shows more of what is seen here. */
+  keptAs(study, condition) {
+    this.kept = { study, condition };
+    this.link();
+  }
+
+  link() {
+    this.open.hidden = !this.kept || this.generation === null;
+    this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run: this.run, generation: this.generation })}`;
   }
 
   /** When a life is over: the latest one, or where there is no newer one, the same again. */
