@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 from pathlib import Path
 from typing import Any
 
@@ -175,7 +176,8 @@ def test_a_day_of_playing_does_not_grow_memory(tmp_path: Path) -> None:
                 answer = await page.get("/api/recording", params={"preset": "evo/A", "run": run, "generation": 0})
                 assert len(answer.content) > 1.2e6
                 assert lab.answers.size <= 4 * 2**20
+                gc.collect()  # else what is in cycles lies about for a while
                 used.append(process.memory_info().rss)
 
     asyncio.run(play())
-    assert max(used) - used[4] < 26e6
+    assert max(used) - used[4] < 26e6, "half of what keeping all of them takes"

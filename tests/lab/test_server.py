@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import socket
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -11,9 +12,12 @@ import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
+from baldwinlab.lab import Lab, studies
 from tests.lab.asking import SMALL, ask, data, refusal
 from tests.lab.conftest import LabServer, serving
+from tests.small import small
 
 
 def raw(server: LabServer, lines: str) -> tuple[int, str]:
@@ -70,7 +74,7 @@ def test_a_picture_in_another_page_is_refused_but_a_link_to_the_page_is_not(lab_
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere"])
 def test_a_websocket_of_another_origin_or_name_is_refused(lab_server: LabServer, path: str) -> None:
     address = f"ws://127.0.0.1:{lab_server.port}{path}"
-    with pytest.raises(InvalidStatus) as refused, connect(address, origin="http://evil.org"):
+    with pytest.raises(InvalidStatus) as refused, connect(address, origin=Origin("http://evil.org")):
         pass
     assert refused.value.response.status_code == 403
     upgrade = "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
@@ -148,3 +152,26 @@ def test_two_who_ask_at_once_get_the_same(lab_server: LabServer) -> None:
     for answer, query in zip(answers, wanted, strict=True):
         assert answer.status_code == 200
         assert answer.content == ask(lab_server.address, "recording", **query).content
+
+
+def test_what_nobody_foresaw_is_a_sentence_too_and_the_server_goes_on(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(lab: Lab, name: str) -> bytes:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(studies, "results_of", fail)
+        sentence = refusal(lab_server.address, "results", 500, study="small")
+    assert sentence == "the lab failed at /api/results: [Errno 28] No space left on device"
+    assert data(lab_server.address, "results", study="small")["claims"] == []
+
+
+def test_live_runs_end_with_the_server(lab_server: LabServer) -> None:
+    with serving(lab_server.root) as server:
+        experiment = {"experiment": small().replace(evolution={"generations": 10_000}).to_dict()}
+        started = httpx.post(f"{server.address}/api/live", json=experiment, timeout=60)
+        name = f"live {started.json()['id']}"
+        (thread,) = [thread for thread in threading.enumerate() if thread.name == name]
+    thread.join(30)
+    assert not thread.is_alive()

@@ -14,6 +14,7 @@ from baldwinlab.config import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
 from baldwinlab.report import typical_run
+from baldwinlab.simulate import simulate
 from baldwinlab.store import create
 from baldwinlab.study import open_study
 from tests.lab.asking import data, refusal
@@ -22,10 +23,10 @@ from tests.small import small
 
 
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
-    (found,) = data(lab_server.address, "studies")["studies"]
+    (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
     names = ["evo/A", "evo+self-taught/A"]
-    assert found == {"id": "small", "seed": 5, "conditions": [{"name": name, **sizes} for name in names], "problem": None}
+    assert found == {"id": "small", "seed": 5, "conditions": [{"name": name, **sizes} for name in names], "problem": None, "report": False}
 
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
@@ -100,8 +101,6 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
 def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(tmp_path: Path) -> None:
     short = small("evo/A").replace(name="short", evolution={"generations": 2})
     study = create(tmp_path / "it", [small("evo/A"), short, small()], 5)
-    from baldwinlab.simulate import simulate
-
     for experiment in (small("evo/A"), short):
         study.write(experiment.name, 0, simulate(experiment, 5, 0))
     with serving(tmp_path) as server:

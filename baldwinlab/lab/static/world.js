@@ -6,6 +6,7 @@ const DEGREE = Math.PI / 180;
 const TURN = 9 * DEGREE;
 const SECTORS = [[-45, -15], [-15, 15], [15, 45]].map((edges) => edges.map((degrees) => degrees * DEGREE)); // left, front, right
 const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body, and which way it heads
+export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
 const MANY = 60; // agents beyond which only some show what they see
 const FLASH = 24; // steps for which a meal is seen
 
@@ -268,9 +269,8 @@ export class WorldView {
   /** Who has eaten is filled, who has not is hollow; a meal flashes; the chosen one has a ring. */
   drawAgents(recording, step, { palette, chosen }, scale) {
     const { pen, count } = this;
-    const size = Math.max(1, 0.72 / scale);
+    const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
     this.drawFlashes(recording, step, palette, scale, size);
-    pen.lineWidth = Math.max(1.2 / scale, 0.8);
     for (const fed of [false, true]) {
       pen.beginPath();
       for (let agent = 0; agent < count; agent++) {
@@ -278,6 +278,7 @@ export class WorldView {
       }
       pen.fillStyle = fed ? palette.agent : palette.hungry;
       pen.strokeStyle = fed ? palette.map : palette.outline;
+      pen.lineWidth = (fed ? 0.8 : 1.4) / scale;
       pen.fill();
       pen.stroke();
     }
@@ -322,7 +323,7 @@ export class WorldView {
   drawCounts(recording, step, palette, scale) {
     const { pen } = this;
     pen.fillStyle = palette.text;
-    pen.font = `600 ${11 / scale}px system-ui, sans-serif`;
+    pen.font = `600 ${11 / scale}px ${FONT}`;
     pen.textBaseline = "middle";
     for (let agent = 0; agent < this.count; agent++) {
       const eaten = recording.eatenBefore(step + 1, agent);
