@@ -1,13 +1,12 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
+import { drawSight } from "./sight.js";
 import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
 
-const DEGREE = Math.PI / 180;
-const TURN = 9 * DEGREE;
-const SECTORS = [[-45, -15], [-15, 15], [15, 45]].map((edges) => edges.map((degrees) => degrees * DEGREE)); // left, front, right
+const TURN = (9 * Math.PI) / 180;
 const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body, and which way it heads
 export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
-const MANY = 60; // agents beyond which only some show what they see
+const MANY = 60; // agents beyond which only some show how much they ate
 const FLASH = 24; // steps for which a meal is seen
 
 export const LIGHT = {
@@ -124,7 +123,7 @@ export class WorldView {
     const step = Math.min(Math.floor(time), recording.last - 1);
     this.place(recording, step, time - step);
     const ready = this.drawTrails(transform, recording, step, look, scale);
-    if (look.sight !== false) this.drawSight(recording, step, look, scale);
+    if (look.sight !== false) drawSight(this, recording, step, look);
     this.drawFood(recording.itemsAt(step), look.palette, scale);
     this.drawAgents(recording, step, look, scale);
     pen.restore();
@@ -195,63 +194,6 @@ export class WorldView {
     else if (trails === "recent") drawRecent(this.pen, recording, step, palette.trail, width);
     if (trails !== "off" && chosen != null && chosen < this.count) drawOwn(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
     return ready;
-  }
-
-  /** The disc that an agent sees, its three sectors, and those in which it senses food. Overlapping discs do not add up. */
-  drawSight({ agents, first, header, arrays: { sensor } }, step, { palette, chosen }, scale) {
-    const { pen, world } = this;
-    const radius = header.visual_radius;
-    const all = agents <= MANY || radius * scale > 90;
-    const seen = [];
-    for (let agent = 0; agent < agents; agent++) if ((all || agent === chosen) && this.near(agent, radius)) seen.push(agent);
-    const shapes = (draw) => {
-      pen.beginPath();
-      for (const agent of seen) this.copies(agent, radius, world, (x, y) => draw(agent, x, y));
-    };
-    const wedge = (x, y, angle, [from, to]) => {
-      pen.moveTo(x, y);
-      pen.arc(x, y, radius, angle + from, angle + to);
-      pen.closePath();
-    };
-    shapes((agent, x, y) => {
-      pen.moveTo(x + radius, y);
-      pen.arc(x, y, radius, 0, 2 * Math.PI);
-    });
-    pen.fillStyle = palette.sight;
-    pen.globalAlpha = 0.055;
-    pen.fill();
-    shapes((agent, x, y) => SECTORS.forEach((edges) => wedge(x, y, this.angle[agent], edges)));
-    pen.strokeStyle = palette.sight;
-    pen.lineWidth = 1 / scale;
-    pen.globalAlpha = 0.2;
-    pen.stroke();
-    const codes = (step - first) * agents;
-    shapes((agent, x, y) => SECTORS.forEach((edges, side) => (sensor[codes + agent] >> side) & 1 && wedge(x, y, this.angle[agent], edges)));
-    pen.fillStyle = palette.lit;
-    pen.globalAlpha = 0.42;
-    pen.fill();
-    pen.globalAlpha = 1;
-  }
-
-  /** Whether any of what surrounds an agent is on the canvas (the copies across the edge are drawn with it). */
-  near(agent, radius) {
-    const { width, height } = this.world;
-    const [left, top] = this.toWorld(0, 0);
-    const [right, bottom] = this.toWorld(this.width, this.height);
-    const [x, y] = [this.x[agent], this.y[agent]];
-    const wraps = x < radius || y < radius || x > width - radius || y > height - radius;
-    return wraps || (x > left - radius && x < right + radius && y > top - radius && y < bottom + radius);
-  }
-
-  /** Draws what is round an agent, and again on the other side where it reaches across the edge of the torus. */
-  copies(agent, radius, { width, height }, draw) {
-    const [x, y] = [this.x[agent], this.y[agent]];
-    const acrossX = x < radius ? width : x > width - radius ? -width : 0;
-    const acrossY = y < radius ? height : y > height - radius ? -height : 0;
-    draw(x, y);
-    if (acrossX) draw(x + acrossX, y);
-    if (acrossY) draw(x, y + acrossY);
-    if (acrossX && acrossY) draw(x + acrossX, y + acrossY);
   }
 
   drawFood(places, palette, scale) {
