@@ -1,10 +1,10 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
 import { drawSight } from "./sight.js";
+import { Sprites, dart } from "./sprites.js";
 import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
 
 const TURN = (9 * Math.PI) / 180;
-const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body, and which way it heads
 export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
 const MANY = 60; // agents beyond which only some show how much they ate
 const FLASH = 24; // steps for which a meal is seen
@@ -35,6 +35,7 @@ export class WorldView {
     this.camera = { x: 0.5, y: 0.5, zoom: 1 }; // the centre, as a share of the map; 1: the whole map fits
     this.world = { width: 640, height: 640 };
     this.life = new LifeTrails();
+    this.sprites = new Sprites();
     this.count = 0;
     this.resize();
   }
@@ -210,13 +211,21 @@ export class WorldView {
 
   /** Who has eaten is filled, who has not is hollow; a meal flashes; the chosen one has a ring. */
   drawAgents(recording, step, { palette, chosen }, scale) {
-    const { pen, count } = this;
+    const { count } = this;
     const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
     this.drawFlashes(recording, step, palette, scale, size);
+    if (count > MANY && scale < 3) this.drawCrowd(recording, step, palette, scale, size);
+    else this.drawDarts(recording, step, palette, scale, size);
+    if (chosen != null && chosen < count) this.drawChosen(chosen, palette, scale, size);
+    if (scale > 1.7 && (count <= MANY || scale > 5)) this.drawCounts(recording, step, palette, scale);
+  }
+
+  drawDarts(recording, step, palette, scale, size) {
+    const { pen, count } = this;
     for (const fed of [false, true]) {
       pen.beginPath();
       for (let agent = 0; agent < count; agent++) {
-        if (recording.eatenBefore(step + 1, agent) > 0 === fed) this.dart(this.x[agent], this.y[agent], this.angle[agent], size);
+        if (recording.eatenBefore(step + 1, agent) > 0 === fed) dart(pen, this.x[agent], this.y[agent], this.angle[agent], size);
       }
       pen.fillStyle = fed ? palette.agent : palette.hungry;
       pen.strokeStyle = fed ? palette.map : palette.outline;
@@ -224,19 +233,19 @@ export class WorldView {
       pen.fill();
       pen.stroke();
     }
-    if (chosen != null && chosen < count) this.drawChosen(chosen, palette, scale, size);
-    if (scale > 1.7 && (count <= MANY || scale > 5)) this.drawCounts(recording, step, palette, scale);
   }
 
-  dart(x, y, angle, size) {
-    const { pen } = this;
-    const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
-    pen.moveTo(x + DART[0][0] * cos, y + DART[0][0] * sin);
-    for (let corner = 1; corner < 4; corner++) {
-      const [along, aside] = DART[corner];
-      pen.lineTo(x + along * cos - aside * sin, y + along * sin + aside * cos);
+  drawCrowd(recording, step, palette, scale, size) {
+    const { pen, sprites, count, dots } = this;
+    const [left, top] = this.origin;
+    sprites.prepare(palette, scale * dots, size, dots);
+    pen.save();
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    for (let agent = 0; agent < count; agent++) {
+      const [x, y] = [(this.x[agent] * scale + left) * dots, (this.y[agent] * scale + top) * dots];
+      sprites.draw(pen, x, y, this.angle[agent], recording.eatenBefore(step + 1, agent) > 0);
     }
-    pen.closePath();
+    pen.restore();
   }
 
   drawFlashes(recording, step, palette, scale, size) {
