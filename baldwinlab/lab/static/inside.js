@@ -4,7 +4,7 @@ import { el, format, getBinary, icon, message } from "./common.js";
 import { drawNetwork } from "./network.js";
 import { query } from "./panel.js";
 import { Trace } from "./trace.js";
-import { FONT, LIGHT } from "./world.js";
+import { FONT, LIGHT } from "./palette.js";
 
 const ACTIONS = ["turns left", "goes ahead", "turns right"];
 const MOST_LINES = 200; // weights whose way is drawn

@@ -1,7 +1,7 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
 import { el, format } from "./common.js";
-import { FONT } from "./world.js";
+import { FONT } from "./palette.js";
 
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
 
