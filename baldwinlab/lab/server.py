@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 from starlette.applications import Starlette
@@ -24,9 +26,16 @@ STATIC = Path(__file__).parent / "static"
 def make_app(root: Path) -> Starlette:
     """The application that serves the studies in `root`: at any depth, and nothing outside it."""
     lab = Lab(root.resolve(), live.Live())
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        yield
+        lab.live.close()
+
     routes = [route for part in (studies, recording, inside, live, share) for route in part.routes(lab)]
     return Starlette(
         routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), Mount("/", StaticFiles(directory=STATIC, html=True))],
+        lifespan=lifespan,
         middleware=[Middleware(Guard)],
         exception_handlers={
             MissingError: _not_there,
@@ -34,6 +43,7 @@ def make_app(root: Path) -> Starlette:
             MovieError: _refused,
             ValueError: _refused,
             HTTPException: _http,
+            Exception: _failed,
         },
     )
 
@@ -50,6 +60,11 @@ def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     sentence = f"there is no {request.url.path} here" if error.status_code == 404 else f"{request.url.path}: {error.detail}"
     return JSONResponse({"error": sentence}, error.status_code)
+
+
+def _failed(request: Request, error: Exception) -> JSONResponse:
+    """What nobody foresaw, a full disk or a fault of ours. The server goes on, and writes the whole of it to its own output."""
+    return JSONResponse({"error": f"the lab failed at {request.url.path}: {error or type(error).__name__}"}, 500)
 
 
 async def _no_websocket(websocket: WebSocket) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 import pytest
 
@@ -34,7 +34,7 @@ def test_what_was_asked_for_least_recently_gives_way() -> None:
 def test_it_never_holds_more_than_its_limit() -> None:
     cache = Cache(1000)
     for key in range(500):
-        assert len(cache.get(key, lambda size=key: bytes(size))) == key
+        assert len(cache.get(key, partial(bytes, key))) == key
         assert cache.size <= 1000
     assert len(cache.get("large", lambda: bytes(1001))) == 1001
     assert 0 < cache.size <= 1000
@@ -42,10 +42,5 @@ def test_it_never_holds_more_than_its_limit() -> None:
 
 def test_what_two_make_at_once_counts_once() -> None:
     cache = Cache(100)
-
-    def make() -> bytes:
-        inner: Callable[[], bytes] = lambda: bytes(10)  # noqa: E731
-        return cache.get("a", inner)
-
-    cache.get("a", make)
+    cache.get("a", lambda: cache.get("a", lambda: bytes(10)))
     assert cache.size == 10

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
-from urllib.error import HTTPError
-from urllib.request import urlopen
+from weakref import ref
 
+import httpx
 import numpy as np
 import pytest
 import xarray as xr
@@ -24,6 +25,7 @@ from baldwinlab.replay import replay
 from baldwinlab.simulate import simulate
 from baldwinlab.store import Study, StudyError
 from baldwinlab.study import open_study
+from tests.lab.asking import data
 from tests.lab.conftest import LabServer, serving
 from tests.small import contents, small, small_study
 
@@ -183,6 +185,9 @@ def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
     assert ended(run).state == "stopped"
     with pytest.raises(MissingError, match="there is no live run"):
         live.run(run.id)
+    left = ref(run)
+    del run
+    wait_until(lambda: gc.collect() >= 0 and left() is None)
 
 
 def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
@@ -229,18 +234,14 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
         yield opened
 
 
-def ask(server: LabServer, path: str, body: Any = None) -> tuple[int, Any]:
-    """The status and the answer to a request: with a body, to a POST; a body that is text goes as it is."""
-    content = None if body is None else (body if isinstance(body, str) else json.dumps(body)).encode()
-    try:
-        with urlopen(server.address + path, content) as answer:
-            return answer.status, json.load(answer)
-    except HTTPError as error:
-        return error.code, json.load(error)
+def post(server: LabServer, path: str, body: Any) -> tuple[int, Any]:
+    """The status and the answer; a body that is text goes as it is."""
+    answer = httpx.post(f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body), timeout=60)
+    return answer.status_code, answer.json()
 
 
 def begin(server: LabServer, **order: Any) -> str:
-    status, answer = ask(server, "/api/live", {"experiment": small().to_dict(), "runs": 2, "seed": 5, **order})
+    status, answer = post(server, "live", {"experiment": small().to_dict(), "runs": 2, "seed": 5, **order})
     assert status == 201, answer
     return str(answer["id"])
 
@@ -290,9 +291,9 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
             best, states = heard(session, state, lived)
             assert states == [state]
             lived += len(best)
-    assert ask(server, f"/api/live/{id}/keep", {"name": "mine"}) == (201, {"study": "mine"})
+    assert post(server, f"live/{id}/keep", {"name": "mine"}) == (201, {"study": "mine"})
     assert Study(server.root / "mine").runs(small().name) == [0, 1]
-    status, answer = ask(server, f"/api/live/{id}/keep", {"name": "mine"})
+    status, answer = post(server, f"live/{id}/keep", {"name": "mine"})
     assert (status, "exists already" in answer["error"]) == (400, True)
 
 
@@ -307,7 +308,7 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
     ],
 )
 def test_what_cannot_be_started_is_refused_with_a_sentence(server: LabServer, body: Any, sentence: str) -> None:
-    assert ask(server, "/api/live", body) == (400, {"error": sentence})
+    assert post(server, "live", body) == (400, {"error": sentence})
 
 
 def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(server: LabServer) -> None:
@@ -318,14 +319,14 @@ def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(serv
 
 
 def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
-    assert ask(server, "/api/live/none/keep", {"name": "x"})[0] == 404
+    assert post(server, "live/none/keep", {"name": "x"})[0] == 404
     with watching(server, "none") as session:
         assert hear(session)["state"] == "gone"
 
 
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
     id = begin(server)
-    assert id in [run["id"] for run in ask(server, "/api/live")[1]["runs"]]
-    assert ask(server, "/api/validate", {"experiment": small().to_dict()}) == (200, {"errors": []})
-    _, answer = ask(server, "/api/validate", {"experiment": {"motor": {"noise": 2}}})
+    assert id in [run["id"] for run in data(server.address, "live")["runs"]]
+    assert post(server, "validate", {"experiment": small().to_dict()}) == (200, {"errors": []})
+    _, answer = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
     assert [error["path"] for error in answer["errors"]] == ["motor.noise"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import socket
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -11,9 +12,12 @@ import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
+from baldwinlab.lab import Lab, studies
 from tests.lab.asking import SMALL, ask, data, refusal
 from tests.lab.conftest import LabServer, serving
+from tests.small import small
 
 
 def raw(server: LabServer, lines: str) -> tuple[int, str]:
@@ -70,7 +74,7 @@ def test_a_picture_in_another_page_is_refused_but_a_link_to_the_page_is_not(lab_
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere"])
 def test_a_websocket_of_another_origin_or_name_is_refused(lab_server: LabServer, path: str) -> None:
     address = f"ws://127.0.0.1:{lab_server.port}{path}"
-    with pytest.raises(InvalidStatus) as refused, connect(address, origin="http://evil.org"):
+    with pytest.raises(InvalidStatus) as refused, connect(address, origin=Origin("http://evil.org")):
         pass
     assert refused.value.response.status_code == 403
     upgrade = "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
@@ -129,7 +133,22 @@ def test_a_study_outside_of_the_folder_is_refused(walled: Path, study: str) -> N
             answer = ask(server.address, path, **(SMALL | {"study": named}))
             assert answer.status_code == 400
             assert "lies outside of" in answer.json()["error"]
-        assert refusal(server.address, "recording", 404, **(SMALL | {"study": "own\0"})).startswith("there is no study")
+
+
+def test_a_condition_whose_name_leads_outside_is_refused(walled: Path) -> None:
+    (walled / "sly" / "runs").mkdir(parents=True)
+    name = "../../../outside/runs/evo/A"
+    (walled / "sly" / "study.toml").write_text(f'format = 1\nseed = 5\nconditions = ["{name}"]')
+    with serving(walled) as server:
+        query = {"study": "sly", "condition": name, "run": 0, "generation": 0}
+        assert "lies outside of" in refusal(server.address, "recording", 400, **query)
+        (problem,) = [study["problem"] for study in data(server.address, "studies")["studies"] if study["id"] == "sly"]
+        assert "lies outside of" in problem
+
+
+def test_a_name_that_no_file_can_have_is_no_study(lab_server: LabServer) -> None:
+    for name in ("a" * 5000, "\0", "small/study.toml", "small/runs"):
+        assert refusal(lab_server.address, "results", 404, study=name).startswith("there is no study")
 
 
 def test_a_record_outside_of_the_folder_is_refused_and_the_others_served(walled: Path) -> None:
@@ -148,3 +167,26 @@ def test_two_who_ask_at_once_get_the_same(lab_server: LabServer) -> None:
     for answer, query in zip(answers, wanted, strict=True):
         assert answer.status_code == 200
         assert answer.content == ask(lab_server.address, "recording", **query).content
+
+
+def test_what_nobody_foresaw_is_a_sentence_too_and_the_server_goes_on(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(lab: Lab, name: str) -> bytes:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(studies, "results_of", fail)
+        sentence = refusal(lab_server.address, "results", 500, study="small")
+    assert sentence == "the lab failed at /api/results: [Errno 28] No space left on device"
+    assert data(lab_server.address, "results", study="small")["claims"] == []
+
+
+def test_live_runs_end_with_the_server(lab_server: LabServer) -> None:
+    with serving(lab_server.root) as server:
+        experiment = {"experiment": small().replace(evolution={"generations": 10_000}).to_dict()}
+        started = httpx.post(f"{server.address}/api/live", json=experiment, timeout=60)
+        name = f"live {started.json()['id']}"
+        (thread,) = [thread for thread in threading.enumerate() if thread.name == name]
+    thread.join(30)
+    assert not thread.is_alive()

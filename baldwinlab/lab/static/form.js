@@ -94,7 +94,7 @@ function labelled(form, node, path, title, inputs) {
   input.setAttribute("aria-describedby", `${id}-hint ${id}-fault`);
   form.places.set(path, { fault, input });
   return el("div", { class: "form-field" }, el("label", { for: id }, title), el("div", { class: "form-inputs" }, ...inputs),
-    node.description ? hint : null, fault);
+    fault, node.description ? hint : null);
 }
 
 /** @returns {HTMLInputElement} */
@@ -111,12 +111,14 @@ function numberInput(form, node, holder, key) {
   return input;
 }
 
-/** A slider beside a number that has two limits: over all it may be, or where that is far, up to four times where it begins. */
+/** A slider beside a number that has two limits: over all it may be or, where that is far, up to four times where it begins. */
 function sliderOf(form, node, holder, key, number, title) {
   const low = node.minimum ?? node.exclusiveMinimum;
   if (low === undefined || node.maximum === undefined) return null;
-  const high = Math.min(node.maximum, low + 4 * Math.max(holder[key] - low, node.type === "integer" ? 5 : 0.25));
-  const step = node.type === "integer" ? Math.max(1, 10 ** Math.floor(Math.log10((high - low) / 200))) : 10 ** Math.floor(Math.log10((high - low) / 50));
+  const [whole, above] = [node.type === "integer", holder[key] - low];
+  const near = above > 0 ? 4 * above : whole ? 20 : 1;
+  const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + near);
+  const step = Math.max(whole ? 1 : 0, 10 ** Math.floor(Math.log10((high - low) / 50)));
   const first = node.minimum === undefined ? low + step : low;
   const slider = el("input", { type: "range", min: first, max: high, step, "aria-label": `${title}, slider` });
   slider.value = String(holder[key]);

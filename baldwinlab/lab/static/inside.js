@@ -4,10 +4,10 @@ import { el, format, getBinary, icon, message } from "./common.js";
 import { drawNetwork } from "./network.js";
 import { query } from "./panel.js";
 import { Trace } from "./trace.js";
-import { LIGHT } from "./world.js";
+import { FONT, LIGHT } from "./world.js";
 
 const ACTIONS = ["turns left", "goes ahead", "turns right"];
-const ROOM = 190; // CSS pixels for a network
+const ROOM = 150; // CSS pixels for a network
 
 export class Inspector {
   /**
@@ -20,7 +20,6 @@ export class Inspector {
     this.sensors = ["left", "front", "right"].map((side) => el("span", { class: "sensor" }, side));
     this.action = el("span", { class: "doing" });
     this.nets = el("canvas", { role: "img", "aria-label": "The networks, with activations and weights", "data-testid": "networks" });
-    this.captions = [el("h3", {}, "action module"), el("h3", {}, "reinforcement module, which teaches")];
     this.traces = {
       error: new Trace("error between the modules", tell.seek),
       weights: new Trace("weights of the action module", tell.seek, 120),
@@ -135,11 +134,11 @@ export class Inspector {
 
   drawNets(active, row, units, palette) {
     const { header, arrays } = this.data;
-    const nets = [{ weights: this.live, activations: active, title: header.learns === false ? "action module" : "action module" }];
+    const nets = [{ weights: this.live, activations: active, title: "action module" }];
     if (arrays.teacher) nets.push({ weights: arrays.teacher, activations: arrays.teacher_activations.subarray(row * units, (row + 1) * units), title: "reinforcement module: teaches, fixed for life" });
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
-    const height = nets.length * (ROOM + 24);
+    const height = nets.length * (ROOM + 28);
     if (this.nets.width !== Math.round(width * dots) || this.nets.height !== Math.round(height * dots)) {
       Object.assign(this.nets, { width: Math.round(width * dots), height: Math.round(height * dots) });
       this.nets.style.height = `${height}px`;
@@ -148,9 +147,9 @@ export class Inspector {
     pen.setTransform(dots, 0, 0, dots, 0, 0);
     pen.clearRect(0, 0, width, height);
     nets.forEach((net, number) => {
-      const top = number * (ROOM + 24);
+      const top = number * (ROOM + 28);
       pen.fillStyle = palette.soft;
-      pen.font = "600 12px system-ui, sans-serif";
+      pen.font = `600 12px ${FONT}`;
       pen.textAlign = "left";
       pen.textBaseline = "alphabetic";
       pen.fillText(net.title, 0, top + 13);

@@ -1,5 +1,7 @@
 /** A feed-forward network: units filled as they are active, lines by the sign and size of their weights. */
 
+import { FONT } from "./world.js";
+
 const SENSORS = ["left", "front", "right"];
 const ACTIONS = ["left", "ahead", "right"];
 
@@ -23,7 +25,7 @@ function unitPlaces(sizes, { left, top, width, height }) {
   const [inner, room] = [left + 46, width - 94];
   return sizes.map((count, layer) => {
     const x = inner + (room * layer) / (sizes.length - 1);
-    const apart = Math.min(height / count, count <= 4 ? 30 : 17);
+    const apart = Math.min(height / count, count <= 4 ? 30 : 14.5);
     return Array.from({ length: count }, (_, unit) => [x, top + height / 2 + (unit - (count - 1) / 2) * apart]);
   });
 }
@@ -53,7 +55,7 @@ function drawUnits(pen, places, { activations }, palette) {
   const winner = strongest(activations, places.at(-1).length);
   let unit = 0;
   places.forEach((layer, number) => {
-    const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 5.2;
+    const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 4.8;
     layer.forEach(([x, y], place) => {
       const active = activations[unit++];
       const last = number === places.length - 1;
@@ -82,7 +84,7 @@ function strongest(activations, outputs) {
 
 function label(pen, layer, texts, align, aside, palette) {
   pen.fillStyle = palette.soft;
-  pen.font = "11px system-ui, sans-serif";
+  pen.font = `11px ${FONT}`;
   pen.textAlign = align;
   pen.textBaseline = "middle";
   layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + aside, y));

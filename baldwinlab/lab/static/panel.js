@@ -28,7 +28,7 @@ export class Panel {
     this.canvas = el("canvas", { tabindex: 0, role: "img", "data-testid": `world-${name}`, "aria-label": "The world" });
     this.busy = el("div", { class: "busy", hidden: true }, "Living it again …");
     this.note = el("div", { class: "count number", "data-testid": `eaten-${name}` });
-    this.stage = el("div", { class: "stage" }, this.canvas, this.note, this.busy);
+    this.stage = el("div", { class: "stage" }, this.canvas, this.busy);
     this.root = el("section", { class: "panel", "aria-label": name === "a" ? "World" : "World beside it" }, this.makePickers(), this.stage);
     this.view = new WorldView(this.canvas);
     listen(this.canvas, this.view, { changed: tell.moved, picked: tell.picked, fitted: tell.fitted });
@@ -50,10 +50,10 @@ export class Panel {
     this.slide = el("input", { ...generation, type: "range", class: "generation-slide", oninput: () => go(this.slide.value) });
     const by = (way, path, label) => el("button", { type: "button", class: "quiet square", "aria-label": label, title: label, onclick: () => this.goTo(this.source.generation + way) }, icon(path));
     return el("div", { class: "pickers" },
-      el("span", { class: "swatch", "aria-hidden": "true" }), this.lists.study, this.lists.condition,
+      this.lists.study, this.lists.condition,
       el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
       el("div", { class: "generation" }, el("span", { class: "soft" }, "generation"), by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
-        this.number, by(1, "M8 5l5 5-5 5", "Next generation ( ] )"), this.slide));
+        this.number, by(1, "M8 5l5 5-5 5", "Next generation ( ] )"), this.slide), this.note);
   }
 
   get conditions() {
@@ -148,7 +148,7 @@ export class Panel {
       items += eaten;
       if (eaten) fed += 1;
     }
-    const text = `${items.toLocaleString("en")} eaten · ${fed} of ${recording.agents} agents ate`;
+    const text = `${items.toLocaleString("en")} eaten · ${fed} of ${recording.agents} ate`;
     if (this.note.textContent !== text) this.note.textContent = text;
   }
 

@@ -1,6 +1,7 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
 import { el, format } from "./common.js";
+import { FONT } from "./world.js";
 
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
 
@@ -56,7 +57,7 @@ export class Trace {
     const pen = this.still.getContext("2d");
     pen.setTransform(dots, 0, 0, dots, 0, 0);
     const placeY = (value) => MARGIN.top + (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
-    pen.font = "10px system-ui, sans-serif";
+    pen.font = `10.5px ${FONT}`;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     const edges = this.low < 0 ? [this.low, 0, this.high] : [this.low, this.high];

@@ -4,6 +4,7 @@ import { el, getJSON, icon, message } from "./common.js";
 import { Inspector } from "./inside.js";
 import { PRESETS, Panel, nearest, query } from "./panel.js";
 import { Player, SPEEDS } from "./player.js";
+import { Population } from "./population.js";
 import { mountShare } from "./share.js";
 import { Timeline } from "./timeline.js";
 import { DARK, LIGHT } from "./world.js";
@@ -32,6 +33,7 @@ class WorldTab {
     this.scheme.addEventListener("change", this.onscheme);
     addEventListener("keydown", this.onkey);
     this.timeline = new Timeline((step) => this.player.seek(step));
+    this.population = new Population((agent) => this.pick("a", agent));
     this.inspector = new Inspector({ open: (source, agent) => this.openKin(source, agent), close: () => this.pick(this.side, null), seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)) });
   }
 
@@ -48,7 +50,7 @@ class WorldTab {
 
   build() {
     this.worlds = el("div", { class: "worlds" });
-    this.root.append(this.worlds, this.inspector.root, this.makeTransport());
+    this.root.append(this.worlds, el("div", { class: "side" }, this.population.root, this.inspector.root), this.makeTransport());
     this.share = mountShare(document.getElementById("actions"), () => ({
       panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })), step: Math.floor(this.player.time),
     }));
@@ -165,6 +167,8 @@ class WorldTab {
     this.timeline.show(step);
     const text = `${step.toLocaleString("en")} / ${this.player.last.toLocaleString("en")}`;
     if (this.clock.textContent !== text) this.clock.textContent = text;
+    const recording = this.panels[0]?.life?.at(step);
+    if (recording && this.agent === null) this.population.draw(recording, Math.min(step, recording.last - 1));
     this.inspector.draw(step, palette);
     if (this.player.playing) this.remember();
     return there && tracks.length > 0;

@@ -1,12 +1,12 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
+import { drawSight } from "./sight.js";
 import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
 
-const DEGREE = Math.PI / 180;
-const TURN = 9 * DEGREE;
-const SECTORS = [[-45, -15], [-15, 15], [15, 45]].map((edges) => edges.map((degrees) => degrees * DEGREE)); // left, front, right
+const TURN = (9 * Math.PI) / 180;
 const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body, and which way it heads
-const MANY = 60; // agents beyond which only some show what they see
+export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
+const MANY = 60; // agents beyond which only some show how much they ate
 const FLASH = 24; // steps for which a meal is seen
 
 export const LIGHT = {
@@ -123,7 +123,7 @@ export class WorldView {
     const step = Math.min(Math.floor(time), recording.last - 1);
     this.place(recording, step, time - step);
     const ready = this.drawTrails(transform, recording, step, look, scale);
-    if (look.sight !== false) this.drawSight(recording, step, look, scale);
+    if (look.sight !== false) drawSight(this, recording, step, look);
     this.drawFood(recording.itemsAt(step), look.palette, scale);
     this.drawAgents(recording, step, look, scale);
     pen.restore();
@@ -196,63 +196,6 @@ export class WorldView {
     return ready;
   }
 
-  /** The disc that an agent sees, its three sectors, and those in which it senses food. Overlapping discs do not add up. */
-  drawSight({ agents, first, header, arrays: { sensor } }, step, { palette, chosen }, scale) {
-    const { pen, world } = this;
-    const radius = header.visual_radius;
-    const all = agents <= MANY || radius * scale > 90;
-    const seen = [];
-    for (let agent = 0; agent < agents; agent++) if ((all || agent === chosen) && this.near(agent, radius)) seen.push(agent);
-    const shapes = (draw) => {
-      pen.beginPath();
-      for (const agent of seen) this.copies(agent, radius, world, (x, y) => draw(agent, x, y));
-    };
-    const wedge = (x, y, angle, [from, to]) => {
-      pen.moveTo(x, y);
-      pen.arc(x, y, radius, angle + from, angle + to);
-      pen.closePath();
-    };
-    shapes((agent, x, y) => {
-      pen.moveTo(x + radius, y);
-      pen.arc(x, y, radius, 0, 2 * Math.PI);
-    });
-    pen.fillStyle = palette.sight;
-    pen.globalAlpha = 0.055;
-    pen.fill();
-    shapes((agent, x, y) => SECTORS.forEach((edges) => wedge(x, y, this.angle[agent], edges)));
-    pen.strokeStyle = palette.sight;
-    pen.lineWidth = 1 / scale;
-    pen.globalAlpha = 0.2;
-    pen.stroke();
-    const codes = (step - first) * agents;
-    shapes((agent, x, y) => SECTORS.forEach((edges, side) => (sensor[codes + agent] >> side) & 1 && wedge(x, y, this.angle[agent], edges)));
-    pen.fillStyle = palette.lit;
-    pen.globalAlpha = 0.42;
-    pen.fill();
-    pen.globalAlpha = 1;
-  }
-
-  /** Whether any of what surrounds an agent is on the canvas (the copies across the edge are drawn with it). */
-  near(agent, radius) {
-    const { width, height } = this.world;
-    const [left, top] = this.toWorld(0, 0);
-    const [right, bottom] = this.toWorld(this.width, this.height);
-    const [x, y] = [this.x[agent], this.y[agent]];
-    const wraps = x < radius || y < radius || x > width - radius || y > height - radius;
-    return wraps || (x > left - radius && x < right + radius && y > top - radius && y < bottom + radius);
-  }
-
-  /** Draws what is round an agent, and again on the other side where it reaches across the edge of the torus. */
-  copies(agent, radius, { width, height }, draw) {
-    const [x, y] = [this.x[agent], this.y[agent]];
-    const acrossX = x < radius ? width : x > width - radius ? -width : 0;
-    const acrossY = y < radius ? height : y > height - radius ? -height : 0;
-    draw(x, y);
-    if (acrossX) draw(x + acrossX, y);
-    if (acrossY) draw(x, y + acrossY);
-    if (acrossX && acrossY) draw(x + acrossX, y + acrossY);
-  }
-
   drawFood(places, palette, scale) {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
@@ -268,9 +211,8 @@ export class WorldView {
   /** Who has eaten is filled, who has not is hollow; a meal flashes; the chosen one has a ring. */
   drawAgents(recording, step, { palette, chosen }, scale) {
     const { pen, count } = this;
-    const size = Math.max(1, 0.72 / scale);
+    const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
     this.drawFlashes(recording, step, palette, scale, size);
-    pen.lineWidth = Math.max(1.2 / scale, 0.8);
     for (const fed of [false, true]) {
       pen.beginPath();
       for (let agent = 0; agent < count; agent++) {
@@ -278,6 +220,7 @@ export class WorldView {
       }
       pen.fillStyle = fed ? palette.agent : palette.hungry;
       pen.strokeStyle = fed ? palette.map : palette.outline;
+      pen.lineWidth = (fed ? 0.8 : 1.4) / scale;
       pen.fill();
       pen.stroke();
     }
@@ -322,7 +265,7 @@ export class WorldView {
   drawCounts(recording, step, palette, scale) {
     const { pen } = this;
     pen.fillStyle = palette.text;
-    pen.font = `600 ${11 / scale}px system-ui, sans-serif`;
+    pen.font = `600 ${11 / scale}px ${FONT}`;
     pen.textBaseline = "middle";
     for (let agent = 0; agent < this.count; agent++) {
       const eaten = recording.eatenBefore(step + 1, agent);
