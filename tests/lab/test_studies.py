@@ -26,7 +26,13 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
     (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
     names = ["evo/A", "evo+self-taught/A"]
-    assert found == {"id": "small", "seed": 5, "conditions": [{"name": name, **sizes} for name in names], "problem": None, "report": False}
+    assert found == {
+        "id": "small",
+        "seed": 5,
+        "conditions": [{"name": name, **sizes} for name in names],
+        "problem": None,
+        "report": False,
+    }
 
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
