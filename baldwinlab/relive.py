@@ -33,9 +33,7 @@ def relive(experiment: Experiment, seed: int, runs: Sequence[int], generation: i
     """
     block = born(experiment, seed, runs, generation, genomes)
     block.live(0, experiment.lifetime.steps)
-    weights, of_region = block.weights(), np.array([region.energy for region in experiment.world.food] or [0.0])
-    cost = np.stack([cost_of_learning(experiment, *lives) for lives in zip(genomes, weights, strict=True)])
-    return Lives(np.maximum(0, (block.eaten() * of_region).sum(axis=-1) - cost), weights)
+    return lived(experiment, block, genomes)
 
 
 def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Block:
@@ -43,6 +41,13 @@ def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int
     block = Block(experiment, seed, runs)
     block.begin(generation, genomes[:, :, : len(experiment.modules)])
     return block
+
+
+def lived(experiment: Experiment, block: Block, genomes: Genome) -> Lives:
+    """What has become of the lives in a block, which began with `genomes` [run, agent, module, weight]."""
+    weights, of_region = block.weights(), np.array([region.energy for region in experiment.world.food] or [0.0])
+    cost = np.stack([cost_of_learning(experiment, *lives) for lives in zip(genomes, weights, strict=True)])
+    return Lives(np.maximum(0, (block.eaten() * of_region).sum(axis=-1) - cost), weights)
 
 
 def stored_genome(experiment: Experiment, record: xr.Dataset, generation: int) -> Genome:

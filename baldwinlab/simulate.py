@@ -37,22 +37,22 @@ def simulate_block(
     seed: int,
     runs: Sequence[int],
     backend: Backend = CPU,
-    after_generation: Callable[[int], None] = lambda generation: None,
+    after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
     """Several runs side by side, which is faster; each has the same bits as alone.
 
-    `after_generation` is called with the number of each generation that has lived; what it raises ends the block.
+    `after_generation` is called, when a generation has lived, with each run as far as it is; what it raises ends the block.
     """
     check_seed(seed, *runs)
     block = backend.block(experiment, seed, runs)
-    histories = [_History(experiment, seed, run) for run in runs]
+    histories = [History(experiment, seed, run) for run in runs]
     for generation in range(experiment.evolution.generations):
         block.begin(generation, np.stack([history.genome for history in histories]))
         block.live(0, experiment.lifetime.steps)
         weights: Iterable[Genome | None] = block.weights() if _weights_count(experiment) else repeat(None, len(runs))
         for history, eaten, learned in zip(histories, block.eaten(), weights, strict=True):
             history.add(generation, eaten, learned)
-        after_generation(generation)
+        after_generation(histories)
     return [history.dataset() for history in histories]
 
 
@@ -77,12 +77,13 @@ def next_genome(
     return breed(experiment, genome, energy, moment)
 
 
-class _History:
+class History:
     """What is kept of one run as its generations live and die, and the genomes of the generation that is next to live."""
 
     def __init__(self, experiment: Experiment, seed: int, run: int) -> None:
         self.experiment, self.seed, self.run = experiment, seed, run
         self.genome = draw_genome(experiment, Moment(seed, run, 0))
+        self.lived = 0  # generations
         generations, agents = experiment.evolution.generations, experiment.population.size
         self._energy_of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
         self._food = np.zeros((generations, agents), np.int32)
@@ -96,8 +97,9 @@ class _History:
         `learned` [agent, weight] is the action module at death, or None where it does not matter.
         """
         last = self.experiment.evolution.generations - 1
-        if generation % self.experiment.record.genome_every == 0 or generation == last:
-            self._genomes[generation] = self.genome
+        if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
+            self._genomes[generation - 1] = np.nan  # it was kept for as long as it was the last
+        self._genomes[generation] = self.genome
         self._food[generation] = eaten.sum(axis=1)
         gained = (eaten * self._energy_of_region).sum(axis=1)
         self._energy[generation] = np.maximum(0, gained - cost_of_learning(self.experiment, self.genome, learned))
@@ -105,11 +107,33 @@ class _History:
             born = bequeath(self.experiment, self.genome, learned)
             moment = Moment(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, born, self._energy[generation])
+        self.lived = generation + 1
+
+    @property
+    def food_eaten(self) -> npt.NDArray[np.int32]:
+        """What each agent has eaten in life, [generation, agent], of the generations that have lived; what is there stays."""
+        return self._food[: self.lived]
+
+    @property
+    def energy(self) -> npt.NDArray[np.float64]:
+        """As `food_eaten`, the fitness."""
+        return self._energy[: self.lived]
 
     def dataset(self) -> xr.Dataset:
-        arrays = {"food_eaten": self._food, "energy": self._energy, "parents": self._parents, "genome": self._genomes}
-        found = variables.dataset(variables.RUN, arrays, facts(self.experiment, self.seed, self.run))
-        generations, agents, _, weights = self._genomes.shape
+        """The run, of as many generations as have lived: to the bit the run of an experiment with so many. At least one has.
+
+        Its arrays are those of the history, so whoever keeps it while generations still live must copy it.
+        """
+        genomes = self._genomes[: self.lived]
+        arrays = {
+            "food_eaten": self.food_eaten,
+            "energy": self.energy,
+            "parents": self._parents[: self.lived],
+            "genome": genomes,
+        }
+        experiment = self.experiment.replace(evolution={"generations": self.lived})
+        found = variables.dataset(variables.RUN, arrays, facts(experiment, self.seed, self.run))
+        generations, agents, _, weights = genomes.shape
         return found.assign_coords(
             generation=np.arange(generations, dtype=np.int32),
             agent=np.arange(agents, dtype=np.int32),

@@ -25,6 +25,7 @@ FLOORS = [
     {"figures"},
     {"report"},
     {"publish", "console"},
+    {"lab"},
     {"cli"},
     {"__main__"},
 ]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.simulate import simulate
+from baldwinlab.simulate import History, simulate, simulate_block
 from baldwinlab.toml import from_toml
 from baldwinlab.variables import RUN
 from tests.small import small
@@ -73,3 +75,19 @@ def test_parents_are_named_from_the_second_generation_on() -> None:
 def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
     with pytest.raises(ValueError, match=f"{name} must be at least 0 and less than 2147483648"):
         simulate(small(), seed, run)
+
+
+def test_a_block_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> None:
+    experiment = small().replace(evolution={"generations": 5}, record={"genome_every": 3})
+    cut: dict[int, list[xr.Dataset]] = {}
+
+    def keep(histories: Sequence[History]) -> None:
+        cut[histories[0].lived] = [history.dataset().copy(deep=True) for history in histories]
+
+    whole = simulate_block(experiment, seed=1, runs=[0, 4], after_generation=keep)
+    assert list(cut) == [1, 2, 3, 4, 5]
+    for lived, runs in cut.items():
+        for run, number in zip(runs, (0, 4), strict=True):
+            xr.testing.assert_identical(run, simulate(experiment.replace(evolution={"generations": lived}), 1, number))
+    for run, same in zip(whole, cut[5], strict=True):
+        xr.testing.assert_identical(run, same)

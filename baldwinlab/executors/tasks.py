@@ -60,6 +60,6 @@ def do(task: Task, seed: int, directory: Path, backend: Backend, lived: Callable
 
 def _do_block(block: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
     share = block.agent_steps // block.experiment.evolution.generations
-    records = simulate_block(block.experiment, seed, block.runs, backend, lambda generation: lived(share))
+    records = simulate_block(block.experiment, seed, block.runs, backend, lambda histories: lived(share))
     for run, record in zip(block.runs, records, strict=True):
         write_record(directory, block.experiment.name, run, record)

@@ -1,0 +1,82 @@
+"""The lab in the browser."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import threading
+import webbrowser
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab import console
+from baldwinlab.cli.common import Directory, app
+from baldwinlab.config import Experiment
+from baldwinlab.engine import cpu
+from baldwinlab.files import is_local
+
+RESULTS = Path("results")
+PORT = 8642
+HOST = "127.0.0.1"
+PATIENCE = 2  # seconds that open connections have to end when the server does
+
+
+@app.command
+def lab(
+    directory: Annotated[Directory, Parameter(help="a study, or a folder that holds studies at any depth")] = RESULTS,
+    /,
+    *,
+    port: Annotated[int, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
+    browser: Annotated[bool, Parameter(help="open the page in the browser")] = True,
+) -> None:
+    """Open the lab in the browser: watch, replay and share the studies in a folder, and start new ones."""
+    if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
+        raise ValueError("the lab needs the extra 'lab': pip install 'baldwinlab[lab]'")
+    if not is_local(directory):
+        raise ValueError(f"{directory}: the lab shows folders of this machine only")
+    if directory != RESULTS and not directory.is_dir():  # whoever begins has no results yet, and may start a live run
+        raise ValueError(f"{directory}: there is no such folder; give that of a study, or one that holds studies")
+    with listening(port) as listener:
+        address = f"http://{HOST}:{listener.getsockname()[1]}/"
+        seconds = cpu.warm_up([Experiment()])
+        console.say(f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before")
+        console.say(f"the lab is open at {address} and shows {directory}; ctrl-C closes it")
+        if browser:
+            threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
+        _serve(directory, listener)
+    console.say("the lab is closed")
+
+
+def listening(port: int) -> socket.socket:
+    """A socket on loopback, to which browsers may already turn. Raises ValueError where there can be none."""
+    if not 0 <= port <= 65535:
+        raise ValueError(f"--port {port} must be at least 0 and at most 65535")
+    listener = socket.socket()
+    try:
+        if os.name == "posix":  # a port that was used a moment ago is free; elsewhere the option means another thing
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((HOST, port))
+        listener.listen()
+    except OSError as error:
+        listener.close()
+        if error.errno == errno.EADDRINUSE:
+            raise ValueError(f"port {port} is in use, perhaps by another lab; choose another with --port") from None
+        raise ValueError(f"port {port} cannot be used: {error.strerror}; choose another with --port") from None
+    return listener
+
+
+def _serve(directory: Path, listener: socket.socket) -> None:
+    """Until ctrl-C."""
+    import uvicorn  # here, because only the extra has it, and it takes a while to load
+
+    from baldwinlab.lab.server import make_app
+
+    config = uvicorn.Config(make_app(directory), log_level="warning", timeout_graceful_shutdown=PATIENCE)
+    try:
+        uvicorn.Server(config).run(sockets=[listener])
+    except KeyboardInterrupt:  # which the server raises again once it has ended
+        return

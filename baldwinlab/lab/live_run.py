@@ -1,0 +1,166 @@
+"""Some runs of one experiment that live while somebody watches, side by side on a thread, so all are as far as each other."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any, Final
+from uuid import uuid4
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.fitness import MEASURES, interval_of_mean
+from baldwinlab.config import Experiment
+from baldwinlab.engine.backend import CPU
+from baldwinlab.simulate import History, simulate_block
+from baldwinlab.store import StudyError
+
+MOST_RUNS: Final = 50
+MOST_GENERATIONS: Final = 10_000
+MOST_MEMORY: Final = 500_000_000  # bytes of genomes
+MOST_STEPS: Final = 200_000_000  # agent-steps of a generation: some seconds, in which it cannot be stopped
+SLOWEST: Final = 60.0  # seconds a generation
+
+
+class _StoppedError(Exception):
+    """Ends a block between two generations."""
+
+
+class LiveRun:
+    """Some runs of one experiment, which live on a thread of their own from the moment this is made."""
+
+    def __init__(self, experiment: Experiment, seed: int, runs: int, seconds: float = 0.0) -> None:
+        """A generation takes at least so many `seconds`, so that eyes can follow; 0 for as fast as it goes."""
+        self.id = uuid4().hex[:8]
+        self.experiment, self.seed, self.runs, self.seconds = experiment, seed, runs, seconds
+        self.message = ""
+        self.watchers = 0
+        self.farewell = threading.Timer(0, lambda: None)  # frees the run when nobody has come back
+        self._histories: Sequence[History] = ()
+        self._ready, self._end = False, ""
+        self._stopping = False
+        self._going, self._stirred = threading.Event(), threading.Event()  # the latter when a wait may be over
+        self._going.set()
+        self._woke = time.monotonic()  # when the generation that lives now began
+        self._thread = threading.Thread(target=self._live, name=f"live {self.id}", daemon=True)
+        self._thread.start()
+
+    @property
+    def state(self) -> str:
+        """One of preparing, running, paused, done, stopped, failed; `message` says more of the last."""
+        going = "running" if self._ready else "preparing"
+        return self._end or (going if self._going.is_set() else "paused")
+
+    @property
+    def ended(self) -> bool:
+        return bool(self._end)
+
+    @property
+    def lived(self) -> int:
+        """Generations that have lived in every run."""
+        return self._histories[-1].lived if self._histories else 0
+
+    def pause(self) -> None:
+        """Takes effect when the generation that lives now has lived."""
+        self._going.clear()
+
+    def resume(self) -> None:
+        self._going.set()
+
+    def stop(self) -> None:
+        """As `pause`, for good; all that has lived can still be seen and kept."""
+        self._stopping = True
+        self._going.set()
+        self._stirred.set()
+
+    def obey(self, order: Any) -> None:
+        """Do what a page asks: {"do": "pause"}, "resume" or "stop", or {"do": "pace", "seconds": 0.1}. Raises ValueError."""
+        wish = order.get("do") if isinstance(order, dict) else None
+        if wish == "pace":
+            self.seconds = seconds_in(order)
+            self._stirred.set()
+        elif wish in ("pause", "resume", "stop"):
+            getattr(self, wish)()
+        else:
+            raise ValueError(f"a live run is told to pause, resume, stop or pace, not {wish!r}")
+
+    def measures(self, first: int, last: int) -> dict[str, dict[str, list[float]]]:
+        """Best and mean fitness and the share that ate, in generations from `first` up to, and without, `last`.
+
+        Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean.
+        """
+        energy = np.stack([history.energy[first:last] for history in self._histories])
+        eaten = np.stack([history.food_eaten[first:last] for history in self._histories])
+        dims = ("run", "generation", "agent")
+        some = xr.Dataset({"energy": (dims, energy), "food_eaten": (dims, eaten)})
+        bands = {name: interval_of_mean(measure(some)) for name, measure in MEASURES.items()}
+        parts = ("mean", "low", "high") if self.runs > 1 else ("mean",)
+        return {
+            name: {part: edge.values.tolist() for part, edge in zip(parts, band, strict=False)} for name, band in bands.items()
+        }
+
+    def energy(self, run: int, generation: int) -> xr.DataArray:
+        """Fitness (generation, agent) of all generations so far. Raises ValueError for what has not lived."""
+        if not 0 <= run < self.runs:
+            raise ValueError(f"run = {run} must be at least 0 and less than {self.runs}")
+        if not 0 <= generation < self.lived:
+            raise ValueError(f"generation {generation} of the live run {self.id} has not lived: {self.lived} have")
+        return xr.DataArray(self._histories[run].energy, dims=("generation", "agent"))
+
+    def records(self) -> list[xr.Dataset]:
+        """Each run as `simulate` gives it. Raises StudyError while it lives, and where no generation has lived."""
+        if self._end not in ("done", "stopped"):
+            raise StudyError(f"the live run {self.id} is {self.state}; only one that is done or stopped can be kept")
+        if not self.lived:
+            raise StudyError(f"no generation of the live run {self.id} has lived, so there is nothing to keep")
+        return [history.dataset() for history in self._histories]
+
+    def _live(self) -> None:
+        try:
+            CPU.warm_up([self.experiment])
+            self._ready = True
+            simulate_block(self.experiment, self.seed, range(self.runs), CPU, self._lived)
+            self._end = "done"
+        except _StoppedError:
+            self._end = "stopped"
+        except Exception as error:  # whatever it is, those who watch must hear of it
+            self.message = f"the live run failed: {error or type(error).__name__}"
+            self._end = "failed"
+
+    def _lived(self, histories: Sequence[History]) -> None:
+        self._histories = histories
+        if self.lived == self.experiment.evolution.generations:
+            return
+        while not self._stopping and (early := self._woke + self.seconds - time.monotonic()) > 0:
+            self._stirred.wait(early)
+            self._stirred.clear()
+        self._going.wait()
+        self._woke = time.monotonic()
+        if self._stopping:
+            raise _StoppedError
+
+
+def seconds_in(order: dict[str, Any]) -> float:
+    """The seconds a generation that a page asks for. Raises ValueError."""
+    seconds = order.get("seconds", 0)
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds <= SLOWEST:
+        raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {SLOWEST:g}")
+    return float(seconds)
+
+
+def check_size(experiment: Experiment, runs: int) -> None:
+    """Raises ValueError for what `baldwinlab run` can do, but not while somebody waits for it."""
+    if not 1 <= runs <= MOST_RUNS:
+        raise ValueError(f"runs = {runs} must be at least 1 and at most {MOST_RUNS} for a live run")
+    generations, agents = experiment.evolution.generations, experiment.population.size
+    genomes = 4 * runs * generations * agents * len(experiment.modules) * experiment.genome_length
+    faults = (
+        (generations, MOST_GENERATIONS, "generations"),
+        (runs * agents * experiment.lifetime.steps, MOST_STEPS, "steps of all agents and runs in a generation"),
+        (genomes, MOST_MEMORY, "bytes of genomes, which are runs x generations x agents x weights x 4"),
+    )
+    for value, most, what in faults:
+        if value > most:
+            raise ValueError(f"a live run may have {most:,} {what}, and this one would have {value:,}; `baldwinlab run` does it")

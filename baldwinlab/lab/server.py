@@ -1,0 +1,71 @@
+"""The server: which routes there are, who may ask, and how a fault becomes a sentence on the page."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse
+from starlette.routing import Mount, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket
+
+from baldwinlab.lab import Lab, MissingError, inside, live, recording, share, studies
+from baldwinlab.lab.guard import Guard
+from baldwinlab.movie import MovieError
+from baldwinlab.store import StudyError
+
+STATIC = Path(__file__).parent / "static"
+
+
+def make_app(root: Path) -> Starlette:
+    """The application that serves the studies in `root`: at any depth, and nothing outside it."""
+    lab = Lab(root.resolve(), live.Live())
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        yield
+        lab.live.close()
+
+    routes = [route for part in (studies, recording, inside, live, share) for route in part.routes(lab)]
+    return Starlette(
+        routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), Mount("/", StaticFiles(directory=STATIC, html=True))],
+        lifespan=lifespan,
+        middleware=[Middleware(Guard)],
+        exception_handlers={
+            MissingError: _not_there,
+            StudyError: _refused,
+            MovieError: _refused,
+            ValueError: _refused,
+            HTTPException: _http,
+            Exception: _failed,
+        },
+    )
+
+
+def _not_there(request: Request, error: Exception) -> JSONResponse:
+    return JSONResponse({"error": str(error)}, 404)
+
+
+def _refused(request: Request, error: Exception) -> JSONResponse:
+    return JSONResponse({"error": str(error)}, 400)
+
+
+def _http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    sentence = f"there is no {request.url.path} here" if error.status_code == 404 else f"{request.url.path}: {error.detail}"
+    return JSONResponse({"error": sentence}, error.status_code)
+
+
+def _failed(request: Request, error: Exception) -> JSONResponse:
+    """What nobody foresaw, a full disk or a fault of ours. The server goes on, and writes the whole of it to its own output."""
+    return JSONResponse({"error": f"the lab failed at {request.url.path}: {error or type(error).__name__}"}, 500)
+
+
+async def _no_websocket(websocket: WebSocket) -> None:
+    await websocket.close()  # never accepted, so the handshake is answered with 403

@@ -1,0 +1,171 @@
+"""What is on the screen, to take away: a page that plays anywhere, a moving picture, a study's report."""
+
+from __future__ import annotations
+
+import base64
+import re
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from urllib.parse import parse_qsl, quote
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from baldwinlab import presets
+from baldwinlab.config import ExperimentError
+from baldwinlab.lab import Lab, MissingError, lives, studies
+from baldwinlab.lab.lives import Life
+from baldwinlab.lab.query import Query, number, text
+from baldwinlab.lab.recording import BYTES_OF_AGENT, record
+from baldwinlab.movie import Scene, write_movie_of
+from baldwinlab.replay import replay
+from baldwinlab.toml import to_toml
+from baldwinlab.version import __version__
+
+STATIC = Path(__file__).parent / "static"
+PLAYER = "replay_page.js"  # the module that a shared page begins with
+MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
+MOST_OF_A_MOVIE = 2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
+_IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w.]+\.js)(?=")')
+
+# A report is a file that anybody may have made, so it runs no scripts, reaches nothing, and counts as another page.
+REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+
+def routes(lab: Lab) -> list[BaseRoute]:
+    async def share(request: Request) -> Response:
+        return await _in_turn(lab, _shared, request.query_params)
+
+    async def movie(request: Request) -> Response:
+        return await _in_turn(lab, _movie, request.query_params)
+
+    def report(request: Request) -> FileResponse:
+        path = report_of(lab, text(request.query_params, "study"))
+        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
+
+    return [Route("/api/share", share), Route("/api/movie", movie), Route("/api/report", report)]
+
+
+async def _in_turn(lab: Lab, make: Callable[[Lab, Query], Response], query: Query) -> Response:
+    async with lab.turns:
+        return await run_in_threadpool(make, lab, query)
+
+
+def _shared(lab: Lab, query: Query) -> Response:
+    sources = _sources(query)
+    page = shared_page(lab, sources, number(query, "step", 0))
+    return _attachment(page, "text/html", f"{_file_name([lives.find(lab, given) for given in sources])}.html")
+
+
+def _movie(lab: Lab, query: Query) -> Response:
+    shown, kind = [lives.find(lab, given) for given in _sources(query)], text(query, "format")
+    return _attachment(movie_of(shown, kind), MOVIES[kind], f"{_file_name(shown)}.{kind}")
+
+
+def _sources(query: Query) -> list[dict[str, str]]:
+    """The lifetimes that are shown, a and perhaps b, each as a request for its recording says it. Raises ValueError without a."""
+    return [dict(parse_qsl(text(query, name))) for name in ("a", "b") if name == "a" or name in query]
+
+
+def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
+    """A page that plays one lifetime, or two side by side, with no server: all that it needs is in it. It opens at `step`.
+
+    Of a lifetime that is too large for one answer, it has the part that the recording has. Raises ValueError and StudyError
+    as a request for the recording does.
+    """
+    panels = [_panel(lives.find(lab, given), given) for given in sources]
+    loader = PackageLoader("baldwinlab.lab")
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page = environment.get_template("replay.html").render(
+        title=" and ".join(panel["title"] for panel in panels),
+        styles=(STATIC / "style.css").read_text("utf-8") + (STATIC / "replay_page.css").read_text("utf-8"),
+        modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(PLAYER).items()},
+        replay={"version": __version__, "step": step, "panels": panels},
+    )
+    return page.encode()
+
+
+def modules(first: str) -> dict[str, str]:
+    """A module of the page and all that it imports, by names that do not depend on where a page lies, as "lab/world.js"."""
+    found: dict[str, str] = {}
+    waiting = [first]
+    while waiting:
+        name = waiting.pop()
+        if f"lab/{name}" not in found:
+            code = (STATIC / name).read_text("utf-8")
+            found[f"lab/{name}"] = _IMPORT.sub(r"lab/\g<name>", code)
+            waiting += [imported["name"] for imported in _IMPORT.finditer(code)]
+    return found
+
+
+def _panel(life: Life, given: dict[str, str]) -> dict[str, Any]:
+    """A lifetime: its recording, deflated, and what it takes to live it again."""
+    experiment, steps = life.experiment, life.experiment.lifetime.steps
+    part = lives.span(given, steps, BYTES_OF_AGENT * experiment.population.size)
+    deflate = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)  # with no header, as a browser's "deflate-raw" reads it
+    packed = deflate.compress(record(life, part, given)) + deflate.flush()
+    seed, run, generation = life.moment
+    own = not _is_preset(life)
+    what = "experiment.toml" if own else experiment.name
+    return {
+        "title": f"{experiment.name}, run {run}, generation {generation}",
+        "recording": base64.b64encode(packed).decode(),
+        "experiment": to_toml(experiment) if own else None,
+        "commands": [
+            f"baldwinlab run {what} --seed {seed} --runs {run + 1} --out study",
+            f"baldwinlab replay study --condition {experiment.name} --run {run} --generation {generation} --out life.mp4",
+        ],
+    }
+
+
+def _is_preset(life: Life) -> bool:
+    try:
+        return presets.load(life.experiment.name) == life.experiment
+    except ExperimentError:
+        return False
+
+
+def movie_of(shown: Sequence[Life], kind: str) -> bytes:
+    """Whole lifetimes as a moving picture, side by side. Raises ValueError for other kinds than `MOVIES`, and MovieError."""
+    if kind not in MOVIES:
+        raise ValueError(f"format = {kind!r} must be one of {', '.join(MOVIES)}")
+    for experiment in (life.experiment for life in shown):
+        if experiment.population.size * experiment.lifetime.steps > MOST_OF_A_MOVIE:
+            raise ValueError(
+                f"a movie of {experiment.population.size} agents and {experiment.lifetime.steps} steps is too much for the page; "
+                "`baldwinlab replay` makes it"
+            )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"life.{kind}"
+        write_movie_of([_scene(life) for life in shown], path)
+        return path.read_bytes()
+
+
+def _scene(life: Life) -> Scene:
+    experiment, (seed, run, generation) = life.experiment, life.moment
+    trace = replay(experiment, seed, generation, run, life.past().energy)
+    return Scene(trace, experiment.world.width, experiment.world.height)
+
+
+def report_of(lab: Lab, name: str) -> Path:
+    """The report of a study. Raises MissingError where none was made, StudyError where it lies outside of what is served."""
+    path = studies.find(lab, name).directory / "report.html"
+    studies.require_inside(lab.root, path)
+    if not path.is_file():
+        raise MissingError(f"the study {name} has no report yet; `baldwinlab report` makes it")
+    return path
+
+
+def _file_name(shown: Sequence[Life]) -> str:
+    names = [f"{life.experiment.name}-run{life.moment.run}-generation{life.moment.generation}" for life in shown]
+    return re.sub(r"[^\w+.-]", "-", "-beside-".join(names))
+
+
+def _attachment(content: bytes, kind: str, name: str) -> Response:
+    return Response(content, media_type=kind, headers={"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"})

@@ -1,0 +1,115 @@
+// Box plots with every value as a point; a point can be a link. Drawn as SVG, so that points can be reached with the keyboard.
+
+import { el } from "./common.js";
+
+const SVG = "http://www.w3.org/2000/svg";
+const TOP = 10, BOTTOM = 8, LEFT = 46, SLOT = 0.34; // CSS pixels; half of a box's width as a share of its place
+
+/**
+ * @typedef {object} Group
+ * @property {string} label
+ * @property {number[]} values one a run
+ * @property {string} color
+ * @property {(index: number) => string} [describe] what a point is, for its tooltip and for screen readers
+ * @property {(index: number) => string} [href] where a point leads
+ */
+
+/**
+ * One box (median, quartiles, whiskers to the farthest value within 1.5 times the box) and all values of each group.
+ * @param {HTMLElement} root is emptied and filled; its width is followed
+ * @param {{title: string, groups: Group[], height?: number}} options
+ * @returns {{update: (groups: Group[]) => void, destroy: () => void}}
+ */
+export function boxChart(root, options) {
+  let groups = options.groups;
+  const plot = el("div", { class: "chart-plot" });
+  root.replaceChildren(el("div", { class: "chart-title" }, options.title), plot);
+  const draw = () => plot.replaceChildren(picture(options.title, groups, Math.max(root.clientWidth, 160), options.height ?? 260));
+  draw();
+  const resized = new ResizeObserver(draw);
+  resized.observe(root);
+  return {
+    update(newGroups) {
+      groups = newGroups;
+      draw();
+    },
+    destroy: () => resized.disconnect(),
+  };
+}
+
+function picture(title, groups, width, height) {
+  const slanted = (width - LEFT) / groups.length < 110;
+  const longest = Math.max(...groups.map((group) => group.label.length));
+  const bottom = BOTTOM + (slanted ? 14 + 4 * longest : 18); // about as high as the labels are
+  const highest = Math.max(1e-9, ...groups.flatMap((group) => group.values));
+  const ticks = niceTicks(highest);
+  const top = Math.max(highest, ticks.at(-1));
+  const y = (value) => height - bottom - (value / top) * (height - TOP - bottom);
+  const slot = (width - LEFT) / groups.length;
+  const drawing = svg("svg", { width, height, viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": title });
+  for (const tick of ticks) {
+    drawing.append(svg("line", { x1: LEFT, x2: width, y1: y(tick), y2: y(tick), class: "chart-grid" }));
+    drawing.append(svg("text", { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end", class: "chart-tick" }, String(tick)));
+  }
+  groups.forEach((group, number) => {
+    const middle = LEFT + slot * (number + 0.5);
+    drawing.append(label(group.label, middle, height - bottom + 16, slanted));
+    if (group.values.length) drawing.append(box(group, middle, slot, y), ...points(group, middle, slot, y));
+  });
+  return drawing;
+}
+
+function box(group, middle, slot, y) {
+  const { low, first, median, third, high } = fiveNumbers(group.values);
+  const half = Math.min(slot * SLOT, 36);
+  const line = (x1, y1, x2, y2, width = 1.5) => svg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
+  return svg("g", { "aria-hidden": "true" },
+    svg("rect", { x: middle - half, width: 2 * half, y: y(third), height: Math.max(y(first) - y(third), 0.5),
+      fill: group.color, "fill-opacity": 0.12, stroke: group.color, "stroke-width": 1.5, rx: 2 }),
+    line(middle, y(third), middle, y(high)), line(middle, y(first), middle, y(low)),
+    line(middle - half, y(median), middle + half, y(median), 3));
+}
+
+function points(group, middle, slot, y) {
+  const half = Math.min(slot * SLOT, 36) * 0.8;
+  return group.values.map((value, index) => {
+    const x = middle + half * (2 * ((index * 0.618034) % 1) - 1); // spread evenly, the same each time
+    const name = group.describe?.(index) ?? String(value);
+    const dot = svg("circle", { cx: x, cy: y(value), r: 4, fill: group.color, "fill-opacity": 0.75 }, svg("title", {}, name));
+    return group.href ? svg("a", { href: group.href(index), "aria-label": name, class: "chart-point" }, dot) : dot;
+  });
+}
+
+function label(text, x, y, slanted) {
+  const place = slanted ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` } : { "text-anchor": "middle", x, y };
+  return svg("text", { ...place, class: "chart-tick" }, text);
+}
+
+/** Median, quartiles (interpolated linearly) and the farthest values within 1.5 times their distance. */
+export function fiveNumbers(values) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const quantile = (share) => {
+    const place = share * (sorted.length - 1);
+    const below = Math.floor(place);
+    return sorted[below] + (place - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below]);
+  };
+  const [first, median, third] = [quantile(0.25), quantile(0.5), quantile(0.75)];
+  const reach = 1.5 * (third - first);
+  const near = sorted.filter((value) => value >= first - reach && value <= third + reach);
+  return { low: near[0], first, median, third, high: near.at(-1) };
+}
+
+/** From nought in steps of 1, 2 or 5 times a power of ten, about five of them, ending at or above `highest`. */
+export function niceTicks(highest) {
+  const rough = highest / 5;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
+  return Array.from({ length: Math.ceil(highest / step - 1e-9) + 1 }, (_, number) => Number((number * step).toPrecision(12)));
+}
+
+export function svg(tag, attributes, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}

@@ -1,0 +1,67 @@
+/** The paper's claims: the verdict, the measured effect beside the paper's figure, and the lifetimes to look at. */
+
+import { el, format } from "./common.js";
+
+const VERDICTS = { // its tone, and how one and several are counted
+  holds: ["good", "holds", "hold"],
+  undecided: ["", "is undecided", "are undecided"],
+  "does not hold": ["warm", "does not hold", "do not hold"],
+  "not evaluated": ["", "is not evaluated", "are not evaluated"],
+};
+const MEASURES = { best: "best agent", mean: "average agent", share: "share that eats", most: "most that any agent ate" };
+
+/**
+ * @param {object[]} claims records of claims.json
+ * @param {{id: string}} study
+ * @param {(condition: string) => number} typicalRun
+ * @param {(condition: string) => number} lastGeneration
+ */
+export function claimList(claims, study, typicalRun, lastGeneration) {
+  const section = el("section", { class: "card", "data-testid": "claims" }, el("h2", {}, "The paper's claims"));
+  if (!claims.length) {
+    section.append(el("p", { class: "soft" }, "This study has not been held against the paper. ", el("code", {}, "baldwinlab report"), " does it."));
+    return section;
+  }
+  section.append(el("p", { class: "soft" }, counted(claims)));
+  for (const claim of claims) {
+    const shown = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);
+    const lives = shown.map((condition) => ({ study: study.id, condition, run: typicalRun(condition), generation: lastGeneration(condition) }));
+    section.append(claimEntry(claim, lives));
+  }
+  return section;
+}
+
+function counted(claims) {
+  const counts = Object.entries(VERDICTS).map(([verdict, words]) => [claims.filter((claim) => claim.verdict === verdict).length, words]);
+  return `${counts.filter(([count]) => count).map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`).join(", ")}.`;
+}
+
+function claimEntry(claim, lives) {
+  return el("article", { class: "claim", "data-testid": `claim-${claim.id}` },
+    el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
+    el("dl", { class: "claim-facts" },
+      ...fact("Measured", measured(claim)),
+      ...fact("The paper", claim.paper),
+      ...(lives.length ? fact("Watch", watchLink(lives)) : [])));
+}
+
+function fact(name, ...values) {
+  return [el("dt", {}, name), el("dd", {}, ...values)];
+}
+
+function measured(claim) {
+  if (claim.effect === null) return `not evaluated: there is no run of ${claim.missing.join(", ")}`;
+  const against = claim.p === null ? claim.condition : `${claim.condition} less ${claim.comparison}`;
+  const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
+  const interval = claim.interval ? ` (95 % interval ${claim.interval.map(format).join(" to ")})` : "";
+  const p = claim.p_holm === null ? "" : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
+  const weakest = claim.comparisons.length > 1 ? `; it decides, of ${claim.comparisons.length} comparisons` : "";
+  return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
+}
+
+/** One life, or two side by side. */
+function watchLink([life, beside]) {
+  const second = beside ? Object.entries(beside).map(([key, value]) => [`b.${key}`, value]) : [];
+  const address = `#/world?${new URLSearchParams([...Object.entries(life), ...second])}`;
+  return el("a", { href: address }, beside ? `${life.condition} beside ${beside.condition}` : life.condition);
+}

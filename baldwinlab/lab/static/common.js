@@ -1,0 +1,138 @@
+/** What every view uses: elements, requests, messages, numbers. */
+
+/**
+ * An element. Attributes that begin with "on" are listeners; `null` and `false` leave an attribute out.
+ * @param {string} tag
+ * @param {Object<string, any>} [attributes]
+ * @param {...(Node|string|number|null)} children
+ * @returns {HTMLElement}
+ */
+export function el(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (name === "value" || name === "checked") made[name] = value;
+    else made.setAttribute(name, value === true ? "" : value);
+  }
+  made.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  return made;
+}
+
+/** An icon of 20 by 20 units, drawn with the colour of the text. `path` is the data of an SVG path. */
+export function icon(path) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", "0 0 20 20");
+  svg.setAttribute("class", "icon");
+  svg.setAttribute("aria-hidden", "true");
+  const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
+  line.setAttribute("d", path);
+  svg.append(line);
+  return svg;
+}
+
+/** What the server refused, in its own sentence. */
+export class Refusal extends Error {
+  constructor(sentence, status) {
+    super(sentence);
+    this.status = status;
+  }
+}
+
+/** @returns {Promise<any>} */
+export async function getJSON(path, signal) {
+  return (await request(path, { signal })).json();
+}
+
+/** @returns {Promise<any>} */
+export async function postJSON(path, body, signal) {
+  const headers = { "Content-Type": "application/json" };
+  return (await request(path, { method: "POST", headers, body: JSON.stringify(body), signal })).json();
+}
+
+/**
+ * A binary container (frames.py).
+ * @returns {Promise<{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}>}
+ */
+export async function getBinary(path, signal) {
+  return unpack(await (await request(path, { signal })).arrayBuffer());
+}
+
+const TYPES = {
+  int8: Int8Array, uint8: Uint8Array, int16: Int16Array, uint16: Uint16Array,
+  int32: Int32Array, uint32: Uint32Array, float32: Float32Array,
+};
+
+/** The header and arrays of a container; the arrays look into `buffer`, nothing is copied. */
+export function unpack(buffer) {
+  const bytes = new Uint8Array(buffer, 0, 8);
+  if (String.fromCharCode(...bytes.subarray(0, 4)) !== "BALD") throw new Error("The server sent something that is no recording.");
+  const length = new DataView(buffer).getUint32(4, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
+  const arrays = {};
+  for (const { name, dtype, shape, offset } of header.arrays) {
+    const count = shape.reduce((product, size) => product * size, 1);
+    arrays[name] = new TYPES[dtype](buffer, 8 + length + offset, count);
+  }
+  return { header, arrays };
+}
+
+/** A request that waits, with a banner, while there is no connection, and then goes on. Raises Refusal. */
+export async function request(path, options) {
+  for (;;) {
+    let answer;
+    try {
+      answer = await fetch(path, options);
+    } catch (fault) {
+      if (fault.name === "AbortError") throw fault;
+      connection(false);
+      await new Promise((resolve) => setTimeout(resolve, 1000));
+      options.signal?.throwIfAborted();
+      continue;
+    }
+    connection(true);
+    if (answer.ok) return answer;
+    throw new Refusal(await sentence(answer), answer.status);
+  }
+}
+
+async function sentence(answer) {
+  try {
+    return (await answer.json()).error;
+  } catch {
+    return `The server answered ${answer.status} ${answer.statusText}.`;
+  }
+}
+
+/** Show or hide the banner of a lost connection. */
+export function connection(there) {
+  const banner = document.getElementById("connection");
+  if (banner) banner.hidden = there;
+}
+
+/**
+ * A sentence for the reader, also read aloud by screen readers; goes by itself, or at a click.
+ * @param {string} text
+ * @param {"error"|"done"|"info"} [kind]
+ */
+export function message(text, kind = "info") {
+  const shelf = document.getElementById("messages");
+  for (const old of shelf.children) if (old.firstChild.textContent === text) old.remove();
+  const note = el("div", { class: `message ${kind}`, "data-testid": `message-${kind}` }, el("p", {}, text));
+  note.append(el("button", { type: "button", class: "quiet", "aria-label": "Dismiss", onclick: () => note.remove() }, "×"));
+  shelf.append(note);
+  setTimeout(() => note.remove(), kind === "error" ? 12000 : 6000);
+}
+
+const formats = [0, 1, 2, 3].map((digits) => new Intl.NumberFormat("en", { maximumFractionDigits: digits }));
+
+/** A number for people: 12,345; 12.3; 0.012. */
+export function format(number) {
+  if (number === null || number === undefined || Number.isNaN(number)) return "–";
+  const size = Math.abs(number);
+  if (size !== 0 && size < 0.001) return number.toExponential(1);
+  return formats[Number.isInteger(number) || size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3].format(number);
+}
+
+/** Colours that the colour-blind can tell apart (Okabe and Ito, 2008), in the order of `figures/style.py`. */
+export const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];

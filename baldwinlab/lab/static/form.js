@@ -1,0 +1,217 @@
+/** A form made from a JSON schema: groups, numbers with sliders, choices, lists. It knows nothing of experiments. */
+
+import { el } from "./common.js";
+
+/**
+ * @typedef {object} Form
+ * @property {HTMLElement} element
+ * @property {Object<string, any>} value what the form says now
+ * @property {(faults: {path: string, message: string}[]) => void} show puts each sentence next to the field that it is about
+ *
+ * @typedef {object} Place one field or group
+ * @property {HTMLElement|null} fault where its sentence goes; null: where that of what is around it goes
+ * @property {HTMLElement|null} input what is marked as wrong
+ */
+
+/**
+ * @param {Object<string, any>} schema of an object, with its `$defs`
+ * @param {Object<string, any>} start the values to begin with, whole; sliders span what is near them
+ * @param {(value: Object<string, any>) => void} onChange told after every change
+ * @returns {Form}
+ */
+export function schemaForm(schema, start, onChange) {
+  const value = structuredClone(start);
+  /** @type {Map<string, Place>} */
+  const places = new Map();
+  const form = { schema, places, changed: () => onChange(value) };
+  const fault = el("p", { class: "fault", hidden: true });
+  places.set("", { fault, input: null });
+  const element = el("div", { class: "form" }, fault, ...fieldsOf(form, schema, value, ""));
+  return { element, value, show: (faults) => showFaults(places, faults) };
+}
+
+function showFaults(places, faults) {
+  for (const { fault, input } of places.values()) {
+    if (fault) fault.textContent = "";
+    if (fault) fault.hidden = true;
+    input?.removeAttribute("aria-invalid");
+  }
+  for (const { path, message } of faults) {
+    const fault = shelf(places, path);
+    fault.textContent += `${fault.textContent ? "\n" : ""}${message}`;
+    fault.hidden = false;
+    places.get(path)?.input?.setAttribute("aria-invalid", "true");
+    for (let group = fault.closest("details"); group; group = group.parentElement.closest("details")) group.open = true;
+  }
+}
+
+/** Where the sentence about a path goes: beside its field, or at the smallest group around it. */
+function shelf(places, path) {
+  for (let around = path; around; around = around.slice(0, Math.max(0, around.lastIndexOf(".")))) {
+    const fault = places.get(around)?.fault;
+    if (fault) return fault;
+  }
+  return places.get("").fault;
+}
+
+function resolve(form, node) {
+  if (!node.$ref) return node;
+  const { $ref, ...rest } = node;
+  return { ...form.schema.$defs[$ref.split("/").pop()], ...rest };
+}
+
+function fieldsOf(form, node, holder, path) {
+  return Object.entries(node.properties).map(([name, below]) => field(form, resolve(form, below), holder, name, path ? `${path}.${name}` : name));
+}
+
+/** The element for `holder[key]`, which it keeps up to date. */
+function field(form, node, holder, key, path) {
+  if (node.type === "object") return group(form, node, holder[key], path, words(key));
+  if (node.type === "boolean") return labelled(form, node, path, words(key), [checkbox(form, holder, key)]);
+  if (node.enum) return labelled(form, node, path, words(key), [choice(form, node, holder, key)]);
+  if (node.prefixItems) return labelled(form, node, path, words(key), pair(form, node, holder[key], path, words(key)));
+  if (node.type === "array") return list(form, node, holder, key, path);
+  if (node.type === "string") return labelled(form, node, path, words(key), [text(form, node, holder, key)]);
+  const number = numberInput(form, node, holder, key);
+  const slider = sliderOf(form, node, holder, key, number, words(key));
+  return labelled(form, node, path, words(key), slider ? [slider, number] : [number]);
+}
+
+function group(form, node, value, path, title) {
+  const fault = el("p", { class: "fault", hidden: true });
+  form.places.set(path, { fault, input: null });
+  const hint = node.description ? el("p", { class: "hint" }, node.description) : null;
+  return el("details", { class: "form-group", "data-testid": `group-${path}` },
+    el("summary", {}, title), fault, hint, ...fieldsOf(form, node, value, path));
+}
+
+/** A field: its name, what it means, the inputs and the sentence if it is wrong. The last input carries the name. */
+function labelled(form, node, path, title, inputs) {
+  const [input, id] = [inputs.at(-1), `field-${path}`];
+  const [hint, fault] = [el("span", { class: "hint", id: `${id}-hint` }, node.description), el("p", { class: "fault", id: `${id}-fault`, hidden: true })];
+  input.id = id;
+  input.setAttribute("data-testid", id);
+  input.setAttribute("aria-describedby", `${id}-hint ${id}-fault`);
+  form.places.set(path, { fault, input });
+  return el("div", { class: "form-field" }, el("label", { for: id }, title), el("div", { class: "form-inputs" }, ...inputs),
+    fault, node.description ? hint : null);
+}
+
+/** @returns {HTMLInputElement} */
+function numberInput(form, node, holder, key) {
+  const input = el("input", {
+    type: "number",
+    min: node.minimum ?? node.exclusiveMinimum ?? null,
+    max: node.maximum ?? null,
+    step: node.type === "integer" ? 1 : "any",
+    value: holder[key],
+    required: true,
+  });
+  input.addEventListener("input", () => set(form, holder, key, input.value === "" ? "" : Number(input.value)));
+  return input;
+}
+
+/** A slider beside a number that has two limits: over all it may be or, where that is far, up to four times where it begins. */
+function sliderOf(form, node, holder, key, number, title) {
+  const low = node.minimum ?? node.exclusiveMinimum;
+  if (low === undefined || node.maximum === undefined) return null;
+  const [whole, above] = [node.type === "integer", holder[key] - low];
+  const near = above > 0 ? 4 * above : whole ? 20 : 1;
+  const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + near);
+  const step = Math.max(whole ? 1 : 0, 10 ** Math.floor(Math.log10((high - low) / 50)));
+  const first = node.minimum === undefined ? low + step : low;
+  const slider = el("input", { type: "range", min: first, max: high, step, "aria-label": `${title}, slider` });
+  slider.value = String(holder[key]);
+  slider.addEventListener("input", () => {
+    number.value = String(Number(Number(slider.value).toPrecision(6)));
+    set(form, holder, key, Number(number.value));
+  });
+  number.addEventListener("input", () => (slider.value = number.value));
+  return slider;
+}
+
+function checkbox(form, holder, key) {
+  const input = el("input", { type: "checkbox", checked: holder[key] });
+  input.addEventListener("change", () => set(form, holder, key, input.checked));
+  return input;
+}
+
+function choice(form, node, holder, key) {
+  const input = el("select", {}, ...node.enum.map((option) => el("option", { value: option }, option)));
+  input.value = holder[key];
+  input.addEventListener("change", () => set(form, holder, key, input.value));
+  return input;
+}
+
+function text(form, node, holder, key) {
+  const input = el("input", { type: "text", maxlength: node.maxLength ?? null, spellcheck: "false", value: holder[key] });
+  input.addEventListener("input", () => set(form, holder, key, input.value));
+  return input;
+}
+
+/** Some numbers in a row, as many as the schema says. */
+function pair(form, node, values, path, title) {
+  return node.prefixItems.map((item, number) => {
+    const input = numberInput(form, resolve(form, item), values, number);
+    input.setAttribute("aria-label", `${title}, ${number === 0 ? "from" : "to"}`);
+    form.places.set(`${path}.${number}`, { fault: null, input });
+    return input;
+  });
+}
+
+/** A list that grows and shrinks: of numbers in a row, or of groups. */
+function list(form, node, holder, key, path) {
+  const [item, title] = [resolve(form, node.items), words(key)];
+  const [fault, entries] = [el("p", { class: "fault", hidden: true }), el("div", { class: item.type === "object" ? "form-groups" : "form-row" })];
+  const add = el("button", { type: "button", class: "quiet", "data-testid": `add-${path}` }, item.type === "object" ? `Add a ${words(item.title)}` : "Add");
+  const draw = () => {
+    for (const old of [...form.places.keys()]) if (old.startsWith(`${path}.`)) form.places.delete(old);
+    entries.replaceChildren(...holder[key].map((_, number) => entry(form, item, holder, key, number, path, title, redraw)));
+    add.disabled = node.maxItems !== undefined && holder[key].length >= node.maxItems;
+  };
+  const redraw = (values) => {
+    set(form, holder, key, values);
+    draw();
+  };
+  add.addEventListener("click", () => redraw([...holder[key], structuredClone(holder[key].at(-1)) ?? fresh(form, item)]));
+  form.places.set(path, { fault, input: null });
+  draw();
+  return el("div", { class: "form-field", role: "group", "aria-label": title, "data-testid": `list-${path}` },
+    el("span", { class: "form-name" }, title), node.description ? el("span", { class: "hint" }, node.description) : null, entries, add, fault);
+}
+
+function entry(form, item, holder, key, number, path, title, redraw) {
+  const named = `${title} ${number + 1}`;
+  const remove = el("button", { type: "button", class: "quiet square", "aria-label": `Remove ${named}`, "data-testid": `remove-${path}.${number}` }, "×");
+  remove.addEventListener("click", () => redraw(holder[key].filter((_, other) => other !== number)));
+  if (item.type === "object") {
+    const made = group(form, item, holder[key][number], `${path}.${number}`, named);
+    made.open = true;
+    made.append(remove);
+    return made;
+  }
+  const input = numberInput(form, item, holder[key], number);
+  input.setAttribute("aria-label", named);
+  input.setAttribute("data-testid", `field-${path}.${number}`);
+  form.places.set(`${path}.${number}`, { fault: null, input });
+  return el("span", { class: "form-entry" }, input, remove);
+}
+
+/** What a new entry of a list begins as, where there is none to copy: each part's default, or the middle of its limits. */
+function fresh(form, node) {
+  const whole = resolve(form, node);
+  if (whole.default !== undefined) return structuredClone(whole.default);
+  if (whole.type === "object") return Object.fromEntries(Object.entries(whole.properties).map(([name, below]) => [name, fresh(form, below)]));
+  if (whole.prefixItems) return whole.prefixItems.map((_, number) => 100 * number);
+  return whole.minimum ?? 0;
+}
+
+function set(form, holder, key, value) {
+  holder[key] = value;
+  form.changed();
+}
+
+/** `FoodRegion` and `food_region` as "food region". */
+function words(name) {
+  return name.replace(/_/g, " ").replace(/([a-z])([A-Z])/g, "$1 $2").toLowerCase();
+}

@@ -1,0 +1,57 @@
+/** Hands on a world: wheel and pinch zoom, dragging moves, a click or tap picks. */
+
+const STILL = 5; // CSS pixels that a pointer may move and still click
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {import("./world.js").WorldView} view
+ * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void}} tell
+ */
+export function listen(canvas, view, { changed, picked, fitted }) {
+  const pointers = new Map();
+  let moved = 0;
+  const place = (event) => [event.offsetX, event.offsetY];
+
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    const lines = event.deltaMode === 1 ? 16 : 1;
+    view.zoomAt(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), ...place(event));
+    changed();
+  }, { passive: false });
+
+  canvas.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    canvas.setPointerCapture(event.pointerId);
+    if (pointers.size === 0) moved = 0;
+    pointers.set(event.pointerId, place(event));
+  });
+
+  canvas.addEventListener("pointermove", (event) => {
+    const old = pointers.get(event.pointerId);
+    if (!old) {
+      canvas.style.cursor = view.agentAt(...place(event)) === null ? "grab" : "pointer";
+      return;
+    }
+    const now = place(event);
+    const way = [now[0] - old[0], now[1] - old[1]];
+    moved += Math.hypot(...way);
+    if (pointers.size === 2) pinch(event.pointerId, old, now);
+    else if (moved > STILL) view.pan(...way);
+    pointers.set(event.pointerId, now);
+    if (moved > STILL) changed();
+  });
+
+  /** The place between two fingers stays between them. */
+  function pinch(id, old, now) {
+    const [, other] = [...pointers].find(([key]) => key !== id);
+    const apart = (from) => Math.max(1, Math.hypot(from[0] - other[0], from[1] - other[1]));
+    view.zoomAt(apart(now) / apart(old), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+    view.pan((now[0] - old[0]) / 2, (now[1] - old[1]) / 2);
+  }
+
+  canvas.addEventListener("pointerup", (event) => {
+    if (pointers.delete(event.pointerId) && moved <= STILL) picked(view.agentAt(...place(event), event.pointerType === "touch" ? 28 : 16));
+  });
+  canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
+  canvas.addEventListener("dblclick", fitted);
+}

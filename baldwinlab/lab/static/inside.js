@@ -1,0 +1,169 @@
+/** The inspector: what goes on inside one agent, while time goes on outside. */
+
+import { el, format, getBinary, icon, message } from "./common.js";
+import { drawNetwork } from "./network.js";
+import { query } from "./panel.js";
+import { Trace } from "./trace.js";
+import { FONT, LIGHT } from "./palette.js";
+
+const ACTIONS = ["turns left", "goes ahead", "turns right"];
+const MOST_LINES = 200; // weights whose way is drawn
+const ROOM = 150; // CSS pixels for a network
+
+export class Inspector {
+  /**
+   * @param {{open: (source: import("./panel.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void}} tell
+   */
+  constructor(tell) {
+    this.tell = tell;
+    this.title = el("h2", { "data-testid": "agent" });
+    this.facts = el("p", { class: "soft number" });
+    this.sensors = ["left", "front", "right"].map((side) => el("span", { class: "sensor" }, side));
+    this.action = el("span", { class: "doing" });
+    this.nets = el("canvas", { role: "img", "aria-label": "The networks, with activations and weights", "data-testid": "networks" });
+    this.traces = {
+      error: new Trace("error between the modules", tell.seek),
+      weights: new Trace("change of the weights since birth", tell.seek, 110),
+      eaten: new Trace("food eaten", tell.seek),
+    };
+    this.kin = el("div", { class: "kin", "data-testid": "kin" });
+    this.body = el("div", { class: "inside" }, el("div", { class: "row" }, ...this.sensors, this.action), el("figure", {}, this.nets),
+      ...Object.values(this.traces).map(({ root }) => root), this.kin);
+    const close = el("button", { type: "button", class: "quiet square spread", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close }, icon("M5 5l10 10M15 5L5 15"));
+    this.root = el("aside", { class: "inspector", "aria-label": "Inside an agent", hidden: true }, el("header", { class: "row" }, el("div", {}, this.title, this.facts), close), this.body);
+    this.data = null;
+  }
+
+  hide() {
+    this.root.hidden = true;
+    this.stop?.abort();
+    this.shown = this.data = null;
+  }
+
+  /** Look inside an agent of a life. Of a very long life, one answer holds a part; `first` is where it begins. */
+  async show(source, agent, first = null) {
+    const asked = `${query(source)}&agent=${agent}`;
+    this.root.hidden = false;
+    if (asked === this.shown && (first === null || first === this.first)) return;
+    Object.assign(this, { shown: asked, first: first ?? 0, source, agent });
+    this.stop?.abort();
+    this.stop = new AbortController();
+    this.title.textContent = `Agent ${agent}`;
+    this.root.classList.add("waiting");
+    try {
+      this.take(source, await getBinary(`api/inside?${asked}&first=${this.first}`, this.stop.signal));
+    } catch (fault) {
+      if (fault.name === "AbortError") return;
+      message(fault.message, "error");
+      this.tell.close();
+    }
+  }
+
+  take(source, data) {
+    this.data = data;
+    this.root.classList.remove("waiting");
+    const { header, arrays } = data;
+    const taught = Boolean(arrays.teacher);
+    this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank ${header.rank}`;
+    this.traces.error.root.hidden = !taught;
+    const steps = arrays.sample_step.at(-1);
+    const { first } = header;
+    this.traces.eaten.set([{ values: arrays.eaten, first, colour: LIGHT.food }], steps, 0, Math.max(1, arrays.eaten.at(-1)));
+    if (taught) this.traces.error.set([{ values: arrays.error, first, colour: LIGHT.chosen }], steps, 0, largest(arrays.error));
+    const count = arrays.weights.length / arrays.sample_step.length;
+    const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
+    const most = largest(changes);
+    const firstLayer = (header.layer_sizes[0] + Number(header.biases)) * header.layer_sizes[1];
+    const lines = Array.from({ length: Math.min(count, MOST_LINES) }, (_, offset) => ({
+      x: arrays.sample_step, values: changes, stride: count, offset, colour: offset < firstLayer ? LIGHT.lit : LIGHT.agent, alpha: 0.6,
+    }));
+    this.traces.weights.set(lines, steps, -most, most);
+    this.live = new Float32Array(count);
+    this.showKin(source, header);
+    this.tell.seek(null);
+  }
+
+  showKin(source, { parents, children }) {
+    const link = (agent, by) => el("button", { type: "button", class: "chip", "data-testid": by < 0 ? "parent" : "child",
+      onclick: () => this.tell.open({ ...source, generation: source.generation + by }, agent) }, `agent ${agent}`);
+    const line = (title, links, none) => el("div", {}, el("h3", {}, title), el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)));
+    const both = parents ? [...new Set(parents)] : [];
+    this.kin.replaceChildren(
+      line(both.length ? `parents, in generation ${source.generation - 1}` : "parents", both.map((agent) => link(agent, -1)), "none: its weights were drawn afresh"),
+      line(children.length ? `children, in generation ${source.generation + 1}` : "children", children.map((agent) => link(agent, 1)), "none"),
+    );
+  }
+
+  /** Everything as it is at a step. */
+  draw(step, palette) {
+    if (!this.data || this.root.hidden) return;
+    const { header, arrays } = this.data;
+    const units = header.layer_sizes.reduce((sum, size) => sum + size, 0);
+    if (step < header.first || step >= header.last) {
+      this.show(this.source, this.agent, step < this.traces.eaten.steps ? step : header.first);
+      return;
+    }
+    const row = step - header.first;
+    const active = arrays.activations.subarray(row * units, (row + 1) * units);
+    this.sensors.forEach((light, side) => light.classList.toggle("lit", active[side] > 0));
+    const outputs = active.subarray(units - 3);
+    const doing = ACTIONS[outputs.indexOf(Math.max(...outputs))];
+    if (this.action.textContent !== doing) this.action.textContent = doing;
+    this.weightsAt(step);
+    this.drawNets(active, row, units, palette);
+    const { error, weights, eaten } = this.traces;
+    if (arrays.error) error.draw(step, palette, format(arrays.error[row]));
+    weights.draw(step, palette, `moved ${format(this.moved())}`);
+    eaten.draw(step, palette, format(arrays.eaten[row]));
+  }
+
+  /** Fill `live` with the weights at a step, between the two samples it lies between. */
+  weightsAt(step) {
+    const { sample_step: at, weights } = this.data.arrays;
+    let after = at.findIndex((sampled) => sampled > step);
+    if (after <= 0) after = at.length - 1;
+    const share = Math.min(1, (step - at[after - 1]) / (at[after] - at[after - 1]));
+    const count = this.live.length;
+    for (let weight = 0; weight < count; weight++) {
+      const before = weights[(after - 1) * count + weight];
+      this.live[weight] = before + (weights[after * count + weight] - before) * share;
+    }
+  }
+
+  /** How far the weights are from those at birth. */
+  moved() {
+    const { weights } = this.data.arrays;
+    return Math.sqrt(this.live.reduce((sum, weight, at) => sum + (weight - weights[at]) ** 2, 0));
+  }
+
+  drawNets(active, row, units, palette) {
+    const { header, arrays } = this.data;
+    const nets = [{ weights: this.live, activations: active, title: "action module" }];
+    if (arrays.teacher) nets.push({ weights: arrays.teacher, activations: arrays.teacher_activations.subarray(row * units, (row + 1) * units), title: "reinforcement module: teaches, fixed for life" });
+    const dots = Math.min(devicePixelRatio || 1, 2);
+    const width = this.nets.parentElement.clientWidth;
+    const height = nets.length * (ROOM + 28);
+    if (this.nets.width !== Math.round(width * dots) || this.nets.height !== Math.round(height * dots)) {
+      Object.assign(this.nets, { width: Math.round(width * dots), height: Math.round(height * dots) });
+      this.nets.style.height = `${height}px`;
+    }
+    const pen = this.nets.getContext("2d");
+    pen.setTransform(dots, 0, 0, dots, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    nets.forEach((net, number) => {
+      const top = number * (ROOM + 28);
+      pen.fillStyle = palette.soft;
+      pen.font = `600 12px ${FONT}`;
+      pen.textAlign = "left";
+      pen.textBaseline = "alphabetic";
+      pen.fillText(net.title, 0, top + 13);
+      drawNetwork(pen, { left: 0, top: top + 20, width, height: ROOM }, { ...net, sizes: header.layer_sizes, biases: header.biases }, palette);
+    });
+  }
+}
+
+function largest(values) {
+  let most = 1e-6;
+  for (const value of values) most = Math.max(most, Math.abs(value));
+  return most;
+}

@@ -1,0 +1,88 @@
+/** What the server tells of a live run. A feed outlives the view, so a run goes on while its page shows something else. */
+
+import { connection } from "./common.js";
+
+const AGAIN = 1000; // ms until a lost connection is tried again
+const ENDS = ["done", "stopped", "failed", "gone"];
+
+/** @type {Map<string, Feed>} */
+const feeds = new Map();
+
+/** The feed of a run. Those of other runs that have ended are closed, so that the server can forget them. */
+export function feedOf(id) {
+  for (const feed of [...feeds.values()]) if (feed.id !== id && feed.ended) feed.close();
+  return feeds.get(id) ?? new Feed(id);
+}
+
+/**
+ * @typedef {{mean: number[], low?: number[], high?: number[]}} Band one entry a generation; edges where there are several runs
+ */
+export class Feed {
+  constructor(id) {
+    this.id = id;
+    /** @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number}|null} */
+    this.about = null;
+    this.state = "preparing";
+    this.message = "";
+    this.heard = () => {};
+    this.failed = () => {};
+    this.closed = false;
+    this.forget();
+    feeds.set(id, this);
+    this.connect();
+  }
+
+  forget() {
+    /** @type {Object<string, Band>} */
+    this.bands = { best: { mean: [] }, mean: { mean: [] }, share: { mean: [] } };
+  }
+
+  get lived() {
+    return this.bands.best.mean.length;
+  }
+
+  get ended() {
+    return ENDS.includes(this.state);
+  }
+
+  connect() {
+    this.socket = new WebSocket(`ws://${location.host}/api/live/${encodeURIComponent(this.id)}`);
+    this.socket.onmessage = (event) => this.hear(JSON.parse(event.data));
+    this.socket.onclose = () => {
+      if (this.closed || this.state === "gone") return;
+      connection(false);
+      this.retry = setTimeout(() => this.connect(), AGAIN);
+    };
+  }
+
+  hear(news) {
+    if (news.type === "run") {
+      connection(true);
+      this.about = news;
+      this.forget(); // all that has lived follows, also after a lost connection
+    } else if (news.type === "generations") this.add(news);
+    else if (news.type === "state") [this.state, this.message] = [news.state, news.message];
+    else this.failed(news.message);
+    if (this.state === "gone") connection(true);
+    this.heard();
+  }
+
+  add(news) {
+    for (const [name, band] of Object.entries(this.bands)) {
+      for (const [part, values] of Object.entries(news[name])) (band[part] ??= []).push(...values);
+    }
+  }
+
+  /** @param {{do: "pause"|"resume"|"stop"}|{do: "pace", seconds: number}} order */
+  send(order) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(order));
+    else this.failed("There is no connection at the moment; it is being tried again.");
+  }
+
+  close() {
+    this.closed = true;
+    clearTimeout(this.retry);
+    this.socket.close();
+    feeds.delete(this.id);
+  }
+}

@@ -1,0 +1,141 @@
+/** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
+
+import { lineChart } from "./charts.js";
+import { el, message, postJSON } from "./common.js";
+import { LiveWorld } from "./live_world.js";
+
+const WORDS = {
+  preparing: ["Getting ready", ""], running: ["Running", "good"], paused: ["Paused", "warm"],
+  done: ["Done", "good"], stopped: ["Stopped", ""], failed: ["Failed", "warm"], gone: ["Gone", "warm"],
+};
+const [BLUE, VERMILION, GREEN] = ["#0072b2", "#d55e00", "#009e73"];
+
+/**
+ * @param {HTMLElement} root is filled
+ * @param {import("./live_feed.js").Feed} feed whose run is known
+ * @param {Object<string, string>} state of the address: speed
+ * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
+ * @returns {{update: () => void, close: () => void}}
+ */
+export function livePanel(root, feed, state, navigate) {
+  const { experiment, runs, seed } = feed.about;
+  const world = new LiveWorld({ id: feed.id, runs, speed: Number(state.speed) || 100, onSpeed: (speed) => navigate({ speed }) });
+  const [badge, progress] = [el("span", { "data-testid": "live-state" }), el("progress", { "aria-label": "Generations that have lived" })];
+  const [count, fault] = [el("span", { class: "number", "data-testid": "live-count" }), el("p", { class: "fault", hidden: true, "data-testid": "live-fault" })];
+  const buttons = controls(feed, experiment, seed, navigate);
+  const [fitness, share] = [el("div", { "data-testid": "live-fitness" }), el("div", { "data-testid": "live-share" })];
+  const about = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
+  root.replaceChildren(
+    el("section", { class: "card live-head", "data-testid": "live-head" },
+      el("div", { class: "row" }, el("h1", {}, experiment.name), badge, el("span", { class: "soft" }, about), el("span", { class: "spread" }), ...buttons.elements),
+      el("div", { class: "row live-progress" }, progress, count), fault),
+    el("div", { class: "live-both" }, el("div", { class: "live-curves" }, el("section", { class: "card" }, fitness), el("section", { class: "card" }, share)), world.element));
+  const charts = curves(feed, fitness, share, runs, (generation) => world.load(generation));
+
+  const update = () => {
+    const [word, kind] = WORDS[feed.state];
+    badge.className = `badge ${kind}`;
+    badge.textContent = word;
+    progress.max = experiment.evolution.generations;
+    progress.value = feed.lived;
+    count.textContent = `${feed.lived.toLocaleString("en")} of ${experiment.evolution.generations.toLocaleString("en")} generations`;
+    fault.hidden = !feed.message;
+    fault.textContent = feed.message;
+    buttons.update();
+    charts.update();
+    world.offer(feed.lived);
+    if (feed.kept) world.keptAs(feed.kept, experiment.name);
+  };
+  update();
+  return {
+    update,
+    close() {
+      charts.close();
+      world.close();
+    },
+  };
+}
+
+/** Curves of fitness and of the share that eats; a click on one shows that generation's world. */
+function curves(feed, fitness, share, runs, pick) {
+  const x = Array.from({ length: feed.about.experiment.evolution.generations }, (_, generation) => generation);
+  const whole = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
+  const band = (label, name, color) => {
+    const { mean, low, high } = feed.bands[name];
+    return { label, color, values: whole(mean), low: whole(low), high: whole(high) };
+  };
+  const lines = () => [band("best agent", "best", BLUE), band("average agent", "mean", VERMILION)];
+  const shares = () => [band("share that eats", "share", GREEN)];
+  const options = { x, xLabel: "generation", height: 210, onPick: ({ x }) => pick(x) };
+  const over = runs > 1 ? `, mean of ${runs} runs with its 95 % band` : "";
+  const charts = [
+    lineChart(fitness, { ...options, title: `Fitness${over}`, series: lines(), yLabel: "energy eaten" }),
+    lineChart(share, { ...options, title: "Agents that eat at all", series: shares(), yLabel: "share", height: 150 }),
+  ];
+  let drawn = 0;
+  const draw = () => {
+    drawn = 0;
+    charts[0].update(x, lines());
+    charts[1].update(x, shares());
+  };
+  return {
+    update: () => (drawn ||= requestAnimationFrame(draw)), // however many messages there were since the last frame
+    close() {
+      cancelAnimationFrame(drawn);
+      for (const chart of charts) chart.destroy();
+    },
+  };
+}
+
+/** Pause or resume, stop, keep. */
+function controls(feed, experiment, seed, navigate) {
+  const pause = el("button", { type: "button", "data-testid": "pause" });
+  const stop = el("button", { type: "button", class: "danger", "data-testid": "stop" }, "Stop");
+  const keep = el("button", { type: "button", class: "primary", "data-testid": "keep", hidden: true }, "Keep as a study …");
+  const kept = el("a", { class: "button primary", "data-testid": "open-kept", hidden: true }, "Open the study");
+  pause.addEventListener("click", () => feed.send({ do: feed.state === "paused" ? "resume" : "pause" }));
+  stop.addEventListener("click", () => feed.send({ do: "stop" }));
+  keep.addEventListener("click", () =>
+    askName(`live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`, async (name) => {
+      feed.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
+      message(`Kept as the study ${feed.kept}.`, "done");
+      feed.heard();
+    }));
+  const update = () => {
+    pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
+    pause.hidden = stop.hidden = feed.ended;
+    keep.hidden = Boolean(feed.kept) || !["done", "stopped"].includes(feed.state) || !feed.lived;
+    kept.hidden = !feed.kept;
+    if (feed.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.kept })}`;
+  };
+  return { elements: [pause, stop, keep, kept], update };
+}
+
+/** A dialog that asks for a study's name until `keep` takes it. */
+function askName(proposed, keep) {
+  const name = el("input", { value: proposed, spellcheck: "false", maxlength: 100, "data-testid": "keep-name" });
+  const fault = el("p", { class: "fault", hidden: true, role: "alert", "data-testid": "keep-fault" });
+  const done = el("button", { type: "submit", class: "primary", "data-testid": "keep-do" }, "Keep");
+  const cancel = el("button", { type: "button", class: "quiet", onclick: () => dialog.close() }, "Cancel");
+  const form = el("form", { class: "live-keep" },
+    el("h2", {}, "Keep this run as a study"),
+    el("label", { class: "field" }, el("span", {}, "Name, below the folder that this lab shows"), name), fault,
+    el("div", { class: "row" }, el("span", { class: "spread" }), cancel, done));
+  const dialog = el("dialog", {}, form);
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    done.disabled = true;
+    try {
+      await keep(name.value.trim());
+      dialog.close();
+    } catch (refusal) {
+      fault.textContent = refusal.message;
+      fault.hidden = false;
+    }
+    done.disabled = false;
+  });
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  name.select();
+}

@@ -1,0 +1,91 @@
+/** A feed-forward network: units filled as they are active, lines by the sign and size of their weights. */
+
+import { FONT } from "./palette.js";
+
+const SENSORS = ["left", "front", "right"];
+const ACTIONS = ["left", "ahead", "right"];
+
+/**
+ * Draw a network into a box, in CSS pixels.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {{left: number, top: number, width: number, height: number}} box
+ * @param {{sizes: number[], biases: boolean, weights: ArrayLike<number>|null, activations: ArrayLike<number>}} net the activations
+ *   of all units, sensors first
+ * @param {object} palette of world.js
+ */
+export function drawNetwork(pen, box, net, palette) {
+  const places = unitPlaces(net.sizes, box);
+  if (net.weights) drawWeights(pen, places, net, palette);
+  drawUnits(pen, places, net, palette);
+  label(pen, places[0], SENSORS, "right", -11, palette);
+  label(pen, places.at(-1), ACTIONS, "left", 11, palette);
+}
+
+function unitPlaces(sizes, { left, top, width, height }) {
+  const [inner, room] = [left + 46, width - 94];
+  return sizes.map((count, layer) => {
+    const x = inner + (room * layer) / (sizes.length - 1);
+    const apart = Math.min(height / count, count <= 4 ? 30 : 14.5);
+    return Array.from({ length: count }, (_, unit) => [x, top + height / 2 + (unit - (count - 1) / 2) * apart]);
+  });
+}
+
+function drawWeights(pen, places, { sizes, biases, weights }, palette) {
+  const mostLines = 800; // of a large network, only the first are drawn
+  let [at, lines] = [0, 0];
+  for (let layer = 0; layer + 1 < sizes.length; layer++) {
+    for (let from = 0; from < sizes[layer]; from++) {
+      for (let to = 0; to < sizes[layer + 1] && lines < mostLines; to++, lines++) {
+        const weight = weights[at + from * sizes[layer + 1] + to];
+        pen.strokeStyle = weight < 0 ? palette.chosen : palette.agent;
+        pen.globalAlpha = Math.min(0.85, 0.1 + Math.abs(weight) * 0.3);
+        pen.lineWidth = Math.min(4, 0.4 + Math.abs(weight) * 0.9);
+        pen.beginPath();
+        pen.moveTo(...places[layer][from]);
+        pen.lineTo(...places[layer + 1][to]);
+        pen.stroke();
+      }
+    }
+    at += (sizes[layer] + Number(biases)) * sizes[layer + 1];
+  }
+  pen.globalAlpha = 1;
+}
+
+function drawUnits(pen, places, { activations }, palette) {
+  const winner = strongest(activations, places.at(-1).length);
+  let unit = 0;
+  places.forEach((layer, number) => {
+    const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 4.8;
+    layer.forEach(([x, y], place) => {
+      const active = activations[unit++];
+      const last = number === places.length - 1;
+      pen.beginPath();
+      pen.arc(x, y, radius, 0, 2 * Math.PI);
+      pen.fillStyle = palette.map;
+      pen.fill();
+      pen.fillStyle = number === 0 ? palette.lit : palette.agent;
+      pen.globalAlpha = Math.min(1, Math.max(0, active));
+      pen.fill();
+      pen.globalAlpha = 1;
+      pen.lineWidth = last && place === winner ? 2.5 : 1.2;
+      pen.strokeStyle = last && place === winner ? palette.text : palette.soft;
+      pen.stroke();
+    });
+  });
+}
+
+/** The first of the largest outputs: that is the action. */
+function strongest(activations, outputs) {
+  const first = activations.length - outputs;
+  let best = 0;
+  for (let output = 1; output < outputs; output++) if (activations[first + output] > activations[first + best]) best = output;
+  return best;
+}
+
+function label(pen, layer, texts, align, aside, palette) {
+  pen.fillStyle = palette.soft;
+  pen.font = `11px ${FONT}`;
+  pen.textAlign = align;
+  pen.textBaseline = "middle";
+  layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + aside, y));
+}

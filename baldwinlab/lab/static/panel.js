@@ -1,0 +1,174 @@
+/** One world on the World tab: which life is shown, and the canvas it is drawn on. */
+
+import { el, getBinary, icon } from "./common.js";
+import { listen } from "./gestures.js";
+import { Lifetime, Recording } from "./recording.js";
+import { WorldView } from "./world.js";
+
+export const PRESETS = "@presets"; // in place of a study: the conditions that come with baldwinlab
+const PART = 1_300_000; // agent-steps fetched at once, about 17 MB
+
+/** @typedef {{study: string, condition: string, run: number, generation: number}} Source */
+
+/** What /api/recording and its like are asked for. */
+export function query({ study, condition, run, generation }) {
+  const from = study === PRESETS ? { preset: condition } : { study, condition };
+  return new URLSearchParams({ ...from, run, generation });
+}
+
+export class Panel {
+  /**
+   * @param {string} name "a" or "b"
+   * @param {object[]} studies as /api/studies lists them, without those that cannot be read
+   * @param {{invalidate: () => void, chosen: (source: Source) => void, loaded: () => void, failed: (fault: Error) => void,
+   *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void}} tell
+   */
+  constructor(name, studies, tell) {
+    Object.assign(this, { name, studies, tell, life: null, source: null });
+    this.canvas = el("canvas", { tabindex: 0, role: "img", "data-testid": `world-${name}`, "aria-label": "The world" });
+    this.busy = el("div", { class: "busy", hidden: true }, "Living it again …");
+    this.note = el("div", { class: "count number", "data-testid": `eaten-${name}` });
+    this.stage = el("div", { class: "stage" }, this.canvas, this.busy);
+    this.root = el("section", { class: "panel", "aria-label": name === "a" ? "World" : "World beside it" }, this.makePickers(), this.stage);
+    this.view = new WorldView(this.canvas);
+    listen(this.canvas, this.view, { changed: tell.moved, picked: tell.picked, fitted: tell.fitted });
+    this.sized = new ResizeObserver(() => {
+      this.view.resize();
+      tell.invalidate();
+    });
+    this.sized.observe(this.stage);
+  }
+
+  makePickers() {
+    const select = (label, key) => el("select", { "aria-label": label, "data-testid": `${key}-${this.name}`, onchange: () => this.pickedFromLists(key) });
+    this.lists = { study: select("Study", "study"), condition: select("Condition", "condition"), run: select("Run", "run") };
+    const titled = this.studies.map(({ id }) => el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id));
+    this.lists.study.append(...titled);
+    const generation = { min: 0, step: 1, "aria-label": "Generation" };
+    const go = (text) => this.goTo(Number(text));
+    this.number = el("input", { ...generation, type: "number", class: "generation-number", "data-testid": `generation-${this.name}`, onchange: () => go(this.number.value) });
+    this.slide = el("input", { ...generation, type: "range", class: "generation-slide", oninput: () => go(this.slide.value) });
+    const by = (way, path, label) => el("button", { type: "button", class: "quiet square", "aria-label": label, title: label, onclick: () => this.goTo(this.source.generation + way) }, icon(path));
+    return el("div", { class: "pickers" },
+      this.lists.study, this.lists.condition,
+      el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
+      el("div", { class: "generation" }, el("span", { class: "soft" }, "generation"), by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
+        this.number, by(1, "M8 5l5 5-5 5", "Next generation ( ] )"), this.slide), this.note);
+  }
+
+  get conditions() {
+    return this.studies.find(({ id }) => id === this.source?.study)?.conditions ?? [];
+  }
+
+  get condition() {
+    return this.conditions.find(({ name }) => name === this.source.condition);
+  }
+
+  /** Another study or condition keeps what of the rest is there in it as well. */
+  pickedFromLists(changed) {
+    const wanted = { ...this.source, study: this.lists.study.value };
+    if (changed !== "study") wanted.condition = this.lists.condition.value;
+    if (changed === "run") wanted.run = Number(this.lists.run.value);
+    this.choose(nearest(this.studies, wanted));
+    this.tell.chosen(this.source);
+  }
+
+  goTo(generation) {
+    const last = (this.condition?.generations ?? 1) - 1;
+    const within = Math.min(Math.max(0, Math.round(generation) || 0), last);
+    if (within === this.source.generation) return this.showSource();
+    this.choose({ ...this.source, generation: within });
+    this.tell.chosen(this.source);
+  }
+
+  /** Show a life; the one before stays in sight until it is there. @param {Source} source */
+  choose(source) {
+    if (this.source && String(query(source)) === String(query(this.source))) return;
+    this.source = source;
+    this.showSource();
+    this.coming?.close();
+    const agents = this.condition?.agents;
+    const started = performance.now();
+    this.coming = new Lifetime((part, signal) => this.fetchPart(source, part, agents, signal), () => {
+      if (this.coming?.parts.size) {
+        this.life?.close();
+        [this.life, this.coming] = [this.coming, null];
+        this.root.dataset.ready = String(Math.round(performance.now() - started)); // ms, for tests and benchmarks
+        this.tell.loaded();
+      }
+      this.busy.hidden = !this.coming;
+      this.tell.invalidate();
+    }, (fault) => {
+      this.coming = null;
+      this.busy.hidden = true;
+      this.tell.failed(fault);
+    });
+    setTimeout(() => (this.busy.hidden = !this.coming), 150);
+  }
+
+  async fetchPart(source, part, agents, signal) {
+    const asked = query(source);
+    const steps = this.condition?.steps;
+    const span = part ?? (agents && steps ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART / agents))) } : null);
+    if (span) for (const [key, value] of Object.entries(span)) asked.set(key, value);
+    return new Recording(await getBinary(`api/recording?${asked}`, signal));
+  }
+
+  showSource() {
+    const { study, condition, run, generation } = this.source;
+    const options = (list, values) => {
+      const same = list.options.length === values.length && values.every((value, at) => list.options[at].value === String(value));
+      if (!same) list.replaceChildren(...values.map((value) => el("option", { value }, value)));
+    };
+    this.lists.study.hidden = this.studies.length < 2;
+    options(this.lists.condition, this.conditions.map(({ name }) => name));
+    options(this.lists.run, this.condition?.runs ?? []);
+    Object.assign(this.lists.study, { value: study });
+    Object.assign(this.lists.condition, { value: condition });
+    Object.assign(this.lists.run, { value: String(run) });
+    for (const input of [this.number, this.slide]) {
+      input.max = (this.condition?.generations ?? 1) - 1;
+      input.value = generation;
+    }
+  }
+
+  /** @returns {{there: boolean, ready: boolean}} whether the moment has come from the server, and whether all of it is drawn */
+  draw(time, look) {
+    const recording = this.life?.at(Math.floor(time)) ?? null;
+    const moment = recording ? Math.min(time, recording.steps - 1) : 0;
+    const ready = this.view.draw(recording, moment, look);
+    if (recording) this.showCount(recording, Math.floor(moment));
+    return { there: recording !== null || !this.life, ready };
+  }
+
+  showCount(recording, step) {
+    let [items, fed] = [0, 0];
+    for (let agent = 0; agent < recording.agents; agent++) {
+      const eaten = recording.eatenBefore(step + 1, agent);
+      items += eaten;
+      if (eaten) fed += 1;
+    }
+    const text = `${items.toLocaleString("en")} eaten · ${fed} of ${recording.agents} ate`;
+    if (this.note.textContent !== text) this.note.textContent = text;
+  }
+
+  close() {
+    this.sized.disconnect();
+    this.life?.close();
+    this.coming?.close();
+    this.root.remove();
+  }
+}
+
+/** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
+export function nearest(studies, { study, condition, run, generation }, strict = false) {
+  const found = studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
+  if (!found) throw new Error(`There is no study ${study} here. There are: ${studies.map(({ id }) => id).join(", ")}.`);
+  const inside = found.conditions.find(({ name }) => name === condition);
+  if (strict && condition !== undefined && !inside) throw new Error(`The study ${found.id} has no finished runs of ${condition}.`);
+  const one = inside ?? found.conditions.find(({ name }) => name === "evo+self-taught/B") ?? found.conditions[0];
+  const [last, asked] = [one.generations - 1, Number(generation ?? one.generations - 1)];
+  if (strict && !(Number.isInteger(asked) && asked >= 0 && asked <= last)) throw new Error(`${one.name} has no generation ${generation}: its generations are 0 to ${last}.`);
+  if (strict && run !== undefined && !one.runs.includes(Number(run))) throw new Error(`The study ${found.id} has no run ${run} of ${one.name}.`);
+  return { study: found.id, condition: one.name, run: one.runs.includes(Number(run)) ? Number(run) : one.runs[0], generation: Math.min(asked, last) };
+}

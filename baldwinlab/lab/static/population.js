@@ -1,0 +1,50 @@
+/** All agents of a world at a glance: what each has eaten so far. A click looks inside one. */
+
+import { el } from "./common.js";
+
+const SHOWN = 40; // agents with a line of their own
+const EVERY = 120; // ms between two looks
+
+export class Population {
+  /** @param {(agent: number) => void} pick */
+  constructor(pick) {
+    this.pick = pick;
+    this.list = el("div", { class: "agents" });
+    this.facts = el("p", { class: "soft number" });
+    this.root = el("aside", { class: "population", "aria-label": "All agents", "data-testid": "population" },
+      el("header", {}, el("h2", {}, "Agents"), this.facts), this.list);
+    this.lines = [];
+    this.drawn = 0;
+  }
+
+  /** Show who has eaten how much before the step after this one. */
+  draw(recording, step) {
+    const now = performance.now();
+    const most = recording.arrays.eaten.subarray(-recording.agents);
+    if (!this.root.clientWidth || (recording === this.recording && (step === this.step || now - this.drawn < EVERY))) return;
+    if (recording !== this.recording) this.begin(recording, most);
+    Object.assign(this, { recording, step, drawn: now });
+    this.lines.forEach(({ agent, bar, number, line }) => {
+      const eaten = recording.eatenBefore(step + 1, agent);
+      if (number.textContent === String(eaten)) return;
+      number.textContent = eaten;
+      bar.style.transform = `scaleX(${eaten / this.best})`;
+      line.classList.toggle("fed", eaten > 0);
+    });
+  }
+
+  /** Lines for the agents, in their order; of a crowd, for those that eat most in their lives. */
+  begin(recording, whole) {
+    this.best = Math.max(1, ...[...whole]);
+    const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
+    const shown = agents.length <= SHOWN ? agents : agents.sort((one, other) => whole[other] - whole[one]).slice(0, SHOWN);
+    this.facts.textContent = agents.length <= SHOWN ? "items eaten so far; choose one to look inside" : `the ${SHOWN} that eat most, of ${agents.length.toLocaleString("en")}`;
+    this.lines = shown.map((agent) => {
+      const [bar, number] = [el("i", {}), el("b", { class: "number" })];
+      const line = el("button", { type: "button", class: "agent-line", "data-testid": `agent-${agent}`, onclick: () => this.pick(agent) },
+        el("span", { class: "number" }, agent), el("span", { class: "gauge" }, bar), number);
+      return { agent, bar, number, line };
+    });
+    this.list.replaceChildren(...this.lines.map(({ line }) => line));
+  }
+}

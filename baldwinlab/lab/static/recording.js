@@ -1,0 +1,131 @@
+/** A lifetime as it was recorded, and where its parts come from. Needs no page. */
+
+const KEYFRAME_EVERY = 256; // moves of items between two kept places of all items
+const KEPT = 4; // parts of a long life held at once
+
+/** Steps `first` up to, and without, `last` of a lifetime: the container of /api/recording. */
+export class Recording {
+  /** @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container */
+  constructor({ header, arrays }) {
+    this.header = header;
+    this.arrays = arrays;
+    ({ first: this.first, last: this.last, steps: this.steps, agents: this.agents, items: this.items } = header);
+    this.places = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
+    this.moved = 0; // moves that `places` has made
+    this.keyframes = [{ x: arrays.item_x, y: arrays.item_y }];
+    this.meals = mealsOf(this);
+  }
+
+  /** Where the items lie at a step, {x, y}; the same two arrays are filled at every call. */
+  itemsAt(step) {
+    const wanted = firstAfter(this.arrays.move_step, step);
+    const key = Math.min(Math.floor(wanted / KEYFRAME_EVERY), this.keyframes.length - 1);
+    if (wanted < this.moved || this.moved < key * KEYFRAME_EVERY) {
+      this.places.x.set(this.keyframes[key].x);
+      this.places.y.set(this.keyframes[key].y);
+      this.moved = key * KEYFRAME_EVERY;
+    }
+    const { move_item, move_x, move_y } = this.arrays;
+    while (this.moved < wanted) {
+      this.places.x[move_item[this.moved]] = move_x[this.moved];
+      this.places.y[move_item[this.moved]] = move_y[this.moved];
+      this.moved += 1;
+      if (this.moved === this.keyframes.length * KEYFRAME_EVERY) {
+        this.keyframes.push({ x: this.places.x.slice(), y: this.places.y.slice() });
+      }
+    }
+    return this.places;
+  }
+
+  /** Items that an agent has eaten before a step. */
+  eatenBefore(step, agent) {
+    const row = Math.min(step, this.last) - this.first - 1;
+    return row < 0 ? 0 : this.arrays.eaten[row * this.agents + agent];
+  }
+}
+
+/** How many moves happen at or before a step: `move_step` rises. */
+function firstAfter(moveStep, step) {
+  let [low, high] = [0, moveStep.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (moveStep[middle] <= step) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Items that all agents together eat in each step. */
+function mealsOf({ agents, first, arrays: { eaten } }) {
+  const meals = new Uint16Array(eaten.length / agents);
+  let before = null;
+  for (let row = 0; row < meals.length; row++) {
+    let sum = 0;
+    for (let at = row * agents; at < (row + 1) * agents; at++) sum += eaten[at];
+    meals[row] = sum - (before ?? (first ? sum : 0)); // what was eaten before the first step of a part is not known
+    before = sum;
+  }
+  return meals;
+}
+
+/** A whole lifetime, in one part or, where that would be too large, in parts that are fetched as they are needed. */
+export class Lifetime {
+  /**
+   * @param {(part: {first: number, last: number}|null, signal: AbortSignal) => Promise<Recording>} fetchPart null: what one answer holds
+   * @param {() => void} changed called when a part has come
+   * @param {(fault: Error) => void} failed called when none will
+   */
+  constructor(fetchPart, changed, failed) {
+    Object.assign(this, { fetchPart, changed, failed });
+    this.parts = new Map(); // by number, the part used last at the end
+    this.length = 0; // steps in a part; 0 until the first has come
+    this.coming = null;
+    this.stop = new AbortController();
+    this.fetch(0);
+  }
+
+  /** The part that holds a step, or null while it is on its way. The one after it is fetched in time. */
+  at(step) {
+    if (!this.length) return null;
+    const number = Math.floor(step / this.length);
+    const part = this.parts.get(number);
+    if (!part) {
+      this.fetch(number);
+      return null;
+    }
+    if (this.parts.size > 1) {
+      this.parts.delete(number);
+      this.parts.set(number, part);
+    }
+    if (part.last < part.steps && step - part.first > this.length / 2) this.fetch(number + 1);
+    return part;
+  }
+
+  async fetch(number) {
+    if (this.coming !== null || this.parts.has(number) || this.failedOnce) return;
+    this.coming = number;
+    try {
+      const first = number * this.length;
+      const part = this.length ? { first, last: Math.min(first + this.length, this.steps) } : null;
+      const recording = await this.fetchPart(part, this.stop.signal);
+      this.length ||= recording.last - recording.first;
+      this.steps = recording.steps;
+      this.header = recording.header;
+      this.parts.set(number, recording);
+      if (this.parts.size > KEPT) this.parts.delete(this.parts.keys().next().value);
+    } catch (fault) {
+      if (fault.name === "AbortError") return;
+      this.failedOnce = true;
+      this.failed(fault);
+    } finally {
+      this.coming = null;
+    }
+    this.changed();
+  }
+
+  /** Forget everything, and what is on its way. */
+  close() {
+    this.stop.abort();
+    this.parts.clear();
+  }
+}

@@ -1,0 +1,121 @@
+/** The share menu: what is on the screen as a link, a page that plays anywhere, a picture or a movie. */
+
+import { el, icon, message, request } from "./common.js";
+import { address } from "./main.js";
+
+const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
+const CAPTION = 30; // CSS pixels under each world in a picture
+
+/**
+ * Puts a button with a menu into `root`.
+ * @param {HTMLElement} root
+ * @param {() => {panels: {source: string, canvas: HTMLCanvasElement}[], step: number}} getState what is shown now; a source is
+ *   the query of /api/recording
+ * @returns {{close: () => void}}
+ */
+export function mountShare(root, getState) {
+  const menu = el("div", { popover: "auto", id: "share-menu", class: "share-menu", role: "dialog", "aria-label": "Share", "data-testid": "share-menu" });
+  const button = el("button", { type: "button", popovertarget: "share-menu", "data-testid": "share" }, icon(SHARE), "Share");
+  menu.addEventListener("toggle", (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)));
+  menu.addEventListener("keydown", (event) => event.stopPropagation()); // keys of the menu do not steer the world
+  root.append(button, menu);
+  return {
+    close() {
+      button.remove();
+      menu.remove();
+    },
+  };
+}
+
+function entries(getState) {
+  const made = (kind, more) => () => fetchFile(kind, { ...sources(getState()), ...more() });
+  return [
+    linkRow(),
+    saver("Page that plays anywhere", ".html, needs no server", "share-html", made("share", () => ({ step: getState().step }))),
+    saver("Picture", ".png of this moment", "share-png", () => picture(getState())),
+    saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", made("movie", () => ({ format: "mp4" }))),
+    saver("Movie for slides and mail", ".gif, the same", "share-gif", made("movie", () => ({ format: "gif" }))),
+  ];
+}
+
+function sources({ panels }) {
+  return Object.fromEntries(panels.map(({ source }, place) => ["ab"[place], source]));
+}
+
+function linkRow() {
+  const link = el("input", { readonly: true, "aria-label": "Link to what is shown", "data-testid": "share-link", value: address(), onfocus: () => link.select() });
+  const copy = async () => {
+    link.value = address();
+    try {
+      await navigator.clipboard.writeText(link.value);
+      message("The link is copied. It opens exactly this, on this machine.", "done");
+    } catch {
+      link.focus(); // a browser that forbids it: the link is chosen, ready to be copied by hand
+    }
+  };
+  return el("div", { class: "share-link" }, link, el("button", { type: "button", class: "primary", "data-testid": "share-copy", onclick: copy }, "Copy link"));
+}
+
+/** An entry that makes a file and saves it; while it does, it says so. */
+function saver(title, what, testid, make) {
+  const hint = el("span", { class: "soft" }, what);
+  const save = async () => {
+    button.disabled = true;
+    hint.textContent = "making it …";
+    try {
+      const { blob, name } = await make();
+      download(blob, name);
+      message(`Saved as ${name}.`, "done");
+    } catch (fault) {
+      message(fault.message, "error");
+    }
+    button.disabled = false;
+    hint.textContent = what;
+  };
+  const button = el("button", { type: "button", class: "share-entry", "data-testid": testid, onclick: save }, el("span", {}, title), hint);
+  return button;
+}
+
+/** A file that the server makes, under the name that it gives. */
+async function fetchFile(kind, query) {
+  const answer = await request(`api/${kind}?${new URLSearchParams(query)}`, {});
+  const name = decodeURIComponent(answer.headers.get("Content-Disposition").split("''")[1]);
+  return { blob: await answer.blob(), name };
+}
+
+/** The worlds as they are drawn now, side by side, with what they are under each. */
+async function picture({ panels, step }) {
+  const dots = Math.min(devicePixelRatio || 1, 2); // as many as the worlds are drawn with
+  const width = panels.reduce((sum, { canvas }) => sum + canvas.width, 0);
+  const height = Math.max(...panels.map(({ canvas }) => canvas.height));
+  const sheet = el("canvas", { width, height: height + CAPTION * dots });
+  const pen = sheet.getContext("2d");
+  const style = getComputedStyle(document.body);
+  pen.fillStyle = style.backgroundColor;
+  pen.fillRect(0, 0, sheet.width, sheet.height);
+  pen.fillStyle = style.color;
+  pen.font = `${13 * dots}px system-ui, sans-serif`;
+  pen.textBaseline = "middle";
+  let left = 0;
+  for (const { canvas, source } of panels) {
+    pen.drawImage(canvas, left, 0);
+    pen.fillText(`${titleOf(source)}, step ${step}`, left + 12 * dots, height + (CAPTION * dots) / 2, canvas.width - 24 * dots);
+    left += canvas.width;
+  }
+  const blob = await new Promise((resolve) => sheet.toBlob(resolve, "image/png"));
+  const name = `${panels.map(({ source }) => titleOf(source)).join(" beside ")} step ${step}.png`;
+  return { blob, name: name.replace(/[^\w+.]+/g, "-") };
+}
+
+/** Such as: evo/A, run 3, generation 90. */
+function titleOf(source) {
+  const query = new URLSearchParams(source);
+  const what = query.get("condition") ?? query.get("preset") ?? "live";
+  return `${what}, run ${query.get("run") ?? 0}, generation ${query.get("generation")}`;
+}
+
+function download(blob, name) {
+  const address = URL.createObjectURL(blob);
+  el("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 60_000); // the browser has taken it by then
+}

@@ -1,0 +1,73 @@
+/** The timeline: a slider over a lifetime, with what was eaten when. */
+
+import { el } from "./common.js";
+
+/**
+ * @typedef {object} Track
+ * @property {import("./recording.js").Lifetime} life
+ * @property {string} colour
+ * @property {number|null} chosen an agent whose meals are marked
+ */
+export class Timeline {
+  /** @param {(step: number) => void} seek */
+  constructor(seek) {
+    this.canvas = el("canvas", { "aria-hidden": "true" });
+    this.slider = el("input", {
+      type: "range", min: 0, max: 1, step: 1, value: 0, "aria-label": "Step", "data-testid": "timeline",
+      oninput: () => seek(Number(this.slider.value)),
+    });
+    this.root = el("div", { class: "timeline" }, this.canvas, this.slider);
+    this.key = [];
+  }
+
+  setLast(last) {
+    this.slider.max = last;
+  }
+
+  /** Move the slider to a step. */
+  show(step) {
+    if (this.slider.valueAsNumber !== step) this.slider.value = step;
+  }
+
+  /** Draw the meals, one row a track; nothing is done where nothing has changed. */
+  draw(tracks, palette) {
+    const dots = Math.min(devicePixelRatio || 1, 2);
+    const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
+    const key = [width, height, palette, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
+    if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return;
+    this.key = key;
+    this.canvas.width = Math.max(1, width);
+    this.canvas.height = Math.max(1, height);
+    const pen = this.canvas.getContext("2d");
+    const row = height / tracks.length;
+    tracks.forEach((track, number) => drawTrack(pen, track, palette, { top: number * row, width, row, dots }));
+  }
+}
+
+function drawTrack(pen, { life, colour, chosen }, palette, { top, width, row, dots }) {
+  const wide = 3 * dots;
+  const bars = new Float32Array(Math.ceil(width / wide));
+  const own = new Set();
+  for (const part of life.parts.values()) {
+    const place = (step) => Math.floor(((step / part.steps) * width) / wide);
+    part.meals.forEach((count, at) => (bars[place(part.first + at)] += count));
+    for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
+      if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen)) own.add(place(step - 1));
+    }
+  }
+  const most = Math.max(4, ...bars);
+  const room = row - 4 * dots;
+  pen.fillStyle = palette.edge;
+  pen.globalAlpha = 0.6;
+  pen.fillRect(0, top + row - dots, width, dots);
+  bars.forEach((count, at) => {
+    if (!count) return;
+    const high = Math.max(2 * dots, Math.sqrt(count / most) * room * (own.size ? 0.72 : 1));
+    pen.globalAlpha = 0.75;
+    pen.fillStyle = colour;
+    pen.fillRect(at * wide, top + row - dots - high, wide - dots, high);
+  });
+  pen.globalAlpha = 1;
+  pen.fillStyle = palette.chosen;
+  for (const at of own) pen.fillRect(at * wide, top + dots, wide - dots, 5 * dots);
+}

@@ -1,0 +1,84 @@
+/** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
+
+import { el, format } from "./common.js";
+import { FONT } from "./palette.js";
+
+const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
+
+/** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number}} Line */
+
+export class Trace {
+  /** @param {string} title @param {(step: number) => void} seek */
+  constructor(title, seek, height = 84) {
+    this.value = el("span", { class: "number" });
+    this.canvas = el("canvas", { style: `height:${height}px`, role: "img", "aria-label": title });
+    this.root = el("figure", { class: "trace" }, el("figcaption", {}, el("h3", {}, title), this.value), this.canvas);
+    this.canvas.addEventListener("click", (event) => {
+      const share = (event.offsetX - MARGIN.left) / (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
+      seek(Math.round(Math.min(1, Math.max(0, share)) * this.steps));
+    });
+    this.still = document.createElement("canvas");
+    this.key = "";
+    this.set([], 1, 0, 1);
+  }
+
+  /** @param {Line[]} lines over steps 0 to `steps`, between two values */
+  set(lines, steps, low, high) {
+    Object.assign(this, { lines, steps, low, high: high > low ? high : low + 1, key: "" });
+  }
+
+  draw(step, palette, text) {
+    const dots = Math.min(devicePixelRatio || 1, 2);
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    if (!width) return;
+    const key = `${width} ${height} ${dots} ${palette.map}`;
+    if (key !== this.key) this.drawStill(width, height, dots, palette);
+    this.key = key;
+    const pen = this.canvas.getContext("2d");
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.drawImage(this.still, 0, 0);
+    pen.fillStyle = palette.text;
+    pen.globalAlpha = 0.65;
+    pen.fillRect(Math.round(this.placeX(step, width) * dots), MARGIN.top * dots, Math.max(1, dots), (height - MARGIN.top - MARGIN.bottom) * dots);
+    pen.globalAlpha = 1;
+    if (this.value.textContent !== text) this.value.textContent = text;
+  }
+
+  placeX(step, width) {
+    return MARGIN.left + (step / this.steps) * (width - MARGIN.left - MARGIN.right);
+  }
+
+  drawStill(width, height, dots, palette) {
+    for (const canvas of [this.canvas, this.still]) {
+      canvas.width = width * dots;
+      canvas.height = height * dots;
+    }
+    const pen = this.still.getContext("2d");
+    pen.setTransform(dots, 0, 0, dots, 0, 0);
+    const placeY = (value) => MARGIN.top + (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
+    pen.font = `10.5px ${FONT}`;
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    const edges = this.low < 0 ? [this.low, 0, this.high] : [this.low, this.high];
+    for (const value of edges) {
+      pen.fillStyle = palette.soft;
+      pen.fillText(format(Math.abs(value) >= 10 ? Math.round(value) : value), MARGIN.left - 5, placeY(value));
+      pen.fillStyle = palette.grid;
+      pen.fillRect(MARGIN.left, placeY(value) - 0.5, width - MARGIN.left - MARGIN.right, 1);
+    }
+    for (const line of this.lines) this.drawLine(pen, line, width, placeY);
+  }
+
+  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 }, width, placeY) {
+    const count = Math.floor((values.length - offset - 1) / stride) + 1;
+    const every = Math.max(1, Math.floor(count / (2 * width)));
+    pen.strokeStyle = colour;
+    pen.globalAlpha = alpha;
+    pen.lineWidth = 1.2;
+    pen.beginPath();
+    for (let at = 0; at < count; at += every) pen.lineTo(this.placeX(x ? x[at] : first + at, width), placeY(values[offset + at * stride]));
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+}

@@ -1,0 +1,100 @@
+/** The paths that agents have taken, drawn from the arrays themselves. */
+
+const BANDS = [0.12, 0.22, 0.36, 0.55]; // from the oldest quarter of a recent trail to the newest
+const RECENT = 220; // steps
+const RECENT_SEGMENTS = 9000; // in a frame, so that many agents leave shorter trails
+const CROWD = 300; // agents beyond which trails are short, and drawn from every fourth place
+const LIFE_SEGMENTS = 24000; // added in a frame
+
+/** Paths of all agents over the last steps, fading; `pen` is the context, in units of the world. */
+export function drawRecent(pen, recording, step, colour, width) {
+  const crowd = recording.agents > CROWD;
+  const length = crowd ? 16 : Math.min(RECENT, Math.floor(RECENT_SEGMENTS / recording.agents));
+  const row = step - recording.first;
+  pen.strokeStyle = colour;
+  pen.lineWidth = width;
+  for (let band = 0; band < BANDS.length; band++) {
+    const from = Math.max(0, row - Math.round((length * (BANDS.length - band)) / BANDS.length));
+    const to = row - Math.round((length * (BANDS.length - band - 1)) / BANDS.length);
+    if (to <= from) continue;
+    pen.globalAlpha = BANDS[band];
+    pen.beginPath();
+    for (let agent = 0; agent < recording.agents; agent++) trace(pen, recording, agent, from, to, crowd ? 4 : 1);
+    pen.stroke();
+  }
+  pen.globalAlpha = 1;
+}
+
+/** The path of one agent, from the beginning of the recording to a step. */
+export function drawOwn(pen, recording, step, agent, colour, width) {
+  pen.strokeStyle = colour;
+  pen.lineWidth = width;
+  pen.globalAlpha = 0.75;
+  pen.beginPath();
+  trace(pen, recording, agent, 0, step - recording.first);
+  pen.stroke();
+  pen.globalAlpha = 1;
+}
+
+/** Adds rows `from` to `to` of an agent's path, every so-many-th; where it crosses the edge of the torus, the line is broken. */
+function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
+  const [halfWidth, halfHeight] = [world.width / 2, world.height / 2];
+  let at = from * agents + agent;
+  let [oldX, oldY] = [x[at], y[at]];
+  pen.moveTo(oldX, oldY);
+  for (let row = from + every; row <= to; row += every) {
+    at += agents * every;
+    const [newX, newY] = [x[at], y[at]];
+    if (Math.abs(newX - oldX) > halfWidth || Math.abs(newY - oldY) > halfHeight) pen.moveTo(newX, newY);
+    else pen.lineTo(newX, newY);
+    oldX = newX;
+    oldY = newY;
+  }
+}
+
+/** Whole paths, on a layer of their own that only grows while time goes on and the camera stands still. */
+export class LifeTrails {
+  constructor() {
+    this.layer = null;
+    this.key = [];
+    this.drawn = 0; // rows
+  }
+
+  /**
+   * Draw the paths up to a step onto `canvas`, as far as they are ready.
+   * @returns {boolean} whether they are; else more is there at the next frame
+   */
+  draw(pen, canvas, transform, recording, step, colour, width) {
+    const row = step - recording.first;
+    const key = [recording, canvas.width, canvas.height, colour, ...transform];
+    this.layer ??= document.createElement("canvas");
+    if (row < this.drawn || key.some((value, number) => value !== this.key[number])) {
+      this.layer.width = canvas.width;
+      this.layer.height = canvas.height;
+      this.drawn = 0;
+      this.key = key;
+    }
+    const to = Math.min(row, this.drawn + Math.max(1, Math.floor(LIFE_SEGMENTS / recording.agents)));
+    if (to > this.drawn) this.extend(transform, recording, to, colour, width);
+    pen.save();
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.drawImage(this.layer, 0, 0);
+    pen.restore();
+    return this.drawn >= row;
+  }
+
+  extend(transform, recording, to, colour, width) {
+    const pen = this.layer.getContext("2d");
+    pen.setTransform(transform[0], 0, 0, transform[0], transform[1], transform[2]);
+    pen.strokeStyle = colour;
+    pen.globalAlpha = 0.3;
+    pen.lineWidth = width;
+    pen.lineJoin = "round";
+    for (let agent = 0; agent < recording.agents; agent++) {
+      pen.beginPath();
+      trace(pen, recording, agent, this.drawn, to);
+      pen.stroke();
+    }
+    this.drawn = to;
+  }
+}

@@ -1,0 +1,81 @@
+/** The Live run tab: what is to run on one side, what runs on the other. */
+
+import { el, getJSON, message } from "./common.js";
+import { feedOf } from "./live_feed.js";
+import { livePanel } from "./live_panel.js";
+import { setup } from "./live_setup.js";
+import { DARK, LIGHT, WorldView } from "./world.js";
+
+/** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
+export function mount(root, state, navigate) {
+  const stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
+  const side = el("div", { class: "live-side" });
+  const both = el("div", { class: "live" }, side, stage);
+  root.append(both);
+  const aborted = new AbortController();
+  let [feed, panel] = [null, null];
+  let shown = null; // the id of the run that is shown; "" for none
+
+  const leave = () => {
+    if (feed) feed.heard = feed.failed = () => {};
+    panel?.close();
+    [feed, panel] = [null, null];
+  };
+  const hear = () => {
+    if (panel) panel.update();
+    else if (feed.about) panel = livePanel(stage, feed, state, navigate);
+    else if (feed.state === "gone") empty(stage, "This live run is over", feed.message, aborted.signal);
+  };
+  const update = (next) => {
+    state = next;
+    const id = next.id ?? "";
+    if (id === shown) return;
+    shown = id;
+    both.classList.toggle("shown", id !== "");
+    leave();
+    if (!id) return empty(stage, "Watch evolution happen", "Choose a preset, change what you like, and start.", aborted.signal);
+    feed = feedOf(id);
+    [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
+    hear();
+  };
+  const listener = {
+    started(id) {
+      navigate({ id }, false);
+      root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
+    },
+    paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
+    valid: (experiment) => preview(stage, experiment),
+  };
+
+  setup(state, navigate, listener, aborted.signal)
+    .then((form) => side.replaceChildren(form))
+    .catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  update(state);
+  return {
+    update,
+    unmount() {
+      aborted.abort();
+      leave();
+    },
+  };
+}
+
+/** Where no run is shown: why, and which ones live. */
+async function empty(stage, title, sentence, signal) {
+  const others = el("ul", { class: "live-others" });
+  const map = el("canvas", { class: "live-preview", hidden: true, role: "img", "aria-label": "The map: where agents are born, and where food lies" });
+  stage.replaceChildren(el("section", { class: "card empty", "data-testid": "live-empty" }, el("h1", {}, title), el("p", {}, sentence), map, others));
+  const { runs } = await getJSON("/api/live", signal);
+  others.replaceChildren(...runs.map((run) => el("li", {}, el("a", { href: `#/live?id=${run.id}` },
+    `${run.experiment.name}, ${run.lived} of ${run.experiment.evolution.generations} generations, ${run.state}`))));
+}
+
+/** The map of what would be started, where no run is shown. */
+function preview(stage, { world }) {
+  const map = stage.querySelector(".live-preview");
+  if (!map) return;
+  map.hidden = false;
+  const view = new WorldView(map);
+  view.world = world;
+  view.draw(null, 0, { palette: matchMedia("(prefers-color-scheme: dark)").matches ? DARK : LIGHT });
+}

@@ -1,0 +1,206 @@
+/** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
+
+import { drawAgents } from "./agents.js";
+import { drawSight } from "./sight.js";
+import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
+
+export { DARK, LIGHT } from "./palette.js";
+
+const TURN = (9 * Math.PI) / 180;
+
+/**
+ * @typedef {object} Look
+ * @property {typeof import("./palette.js").LIGHT} palette
+ * @property {number|null} [chosen] the agent that is looked at
+ * @property {"off"|"recent"|"life"} [trails]
+ * @property {boolean} [sight] whether discs and sectors are drawn
+ */
+export class WorldView {
+  /** @param {HTMLCanvasElement} canvas as large as its box on the page */
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.pen = canvas.getContext("2d", { alpha: false });
+    this.camera = { x: 0.5, y: 0.5, zoom: 1 }; // the centre, as a share of the map; 1: the whole map fits
+    this.world = { width: 640, height: 640 };
+    this.life = new LifeTrails();
+    this.count = 0;
+    this.resize();
+  }
+
+  /** Take up the size of the canvas on the page. */
+  resize() {
+    this.dots = Math.min(globalThis.devicePixelRatio || 1, 2);
+    this.width = this.canvas.clientWidth || this.canvas.width;
+    this.height = this.canvas.clientHeight || this.canvas.height;
+    this.canvas.width = Math.max(1, Math.round(this.width * this.dots));
+    this.canvas.height = Math.max(1, Math.round(this.height * this.dots));
+  }
+
+  /** CSS pixels a unit of length. */
+  get scale() {
+    const margin = Math.min(28, this.width * 0.03) * 2;
+    return this.camera.zoom * Math.max(0.001, Math.min((this.width - margin) / this.world.width, (this.height - margin) / this.world.height));
+  }
+
+  /** Where the corner of the map lies, in CSS pixels. */
+  get origin() {
+    const { x, y } = this.camera;
+    return [this.width / 2 - x * this.world.width * this.scale, this.height / 2 - y * this.world.height * this.scale];
+  }
+
+  /** Move by CSS pixels. */
+  pan(dx, dy) {
+    this.look(this.camera.x - dx / (this.world.width * this.scale), this.camera.y - dy / (this.world.height * this.scale), this.camera.zoom);
+  }
+
+  /** Zoom by a factor; the place under (px, py) stays where it is. */
+  zoomAt(factor, px, py) {
+    const before = this.toWorld(px, py);
+    this.look(this.camera.x, this.camera.y, this.camera.zoom * factor);
+    const after = this.toWorld(px, py);
+    const [x, y] = [(before[0] - after[0]) / this.world.width, (before[1] - after[1]) / this.world.height];
+    this.look(this.camera.x + x, this.camera.y + y, this.camera.zoom);
+  }
+
+  look(x, y, zoom) {
+    const within = Math.min(24, Math.max(1, zoom));
+    const slack = within === 1 ? 0 : 0.5; // the whole map stays in the middle
+    const clamp = (value) => Math.min(0.5 + slack, Math.max(0.5 - slack, value));
+    this.camera = { x: clamp(x), y: clamp(y), zoom: within };
+  }
+
+  toWorld(px, py) {
+    const [left, top] = this.origin;
+    return [(px - left) / this.scale, (py - top) / this.scale];
+  }
+
+  /** The agent drawn nearest to a place on the canvas, in CSS pixels, or null. */
+  agentAt(px, py, reach = 18) {
+    const [x, y] = this.toWorld(px, py);
+    let [found, nearest] = [null, Math.max(reach / this.scale, 6) ** 2];
+    for (let agent = 0; agent < this.count; agent++) {
+      const distance = (this.x[agent] - x) ** 2 + (this.y[agent] - y) ** 2;
+      if (distance < nearest) [found, nearest] = [agent, distance];
+    }
+    return found;
+  }
+
+  /**
+   * @param {import("./recording.js").Recording|null} recording null: the map alone
+   * @param {number} time a step, or a moment between two
+   * @param {Look} look
+   * @returns {boolean} whether all is drawn; else draw again
+   */
+  draw(recording, time, look) {
+    const { pen, dots } = this;
+    if (recording) this.world = recording.header.world;
+    const scale = this.scale;
+    const [left, top] = this.origin;
+    const transform = [scale * dots, left * dots, top * dots];
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.fillStyle = look.palette.ground;
+    pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.setTransform(transform[0], 0, 0, transform[0], transform[1], transform[2]);
+    pen.lineJoin = "round";
+    this.drawMap(look.palette, scale);
+    if (!recording) return true;
+    pen.save();
+    pen.beginPath();
+    pen.rect(0, 0, this.world.width, this.world.height);
+    pen.clip();
+    const step = Math.min(Math.floor(time), recording.last - 1);
+    this.place(recording, step, time - step);
+    const ready = this.drawTrails(transform, recording, step, look, scale);
+    if (look.sight !== false) drawSight(this, recording, step, look);
+    this.drawFood(recording.itemsAt(step), look.palette, scale);
+    drawAgents(this, recording, step, look);
+    pen.restore();
+    this.drawEdge(look.palette, scale);
+    return ready;
+  }
+
+  drawMap(palette, scale) {
+    const { pen, world } = this;
+    pen.fillStyle = palette.map;
+    pen.fillRect(0, 0, world.width, world.height);
+    const apart = Math.min(world.width, world.height) / 8;
+    pen.strokeStyle = palette.grid;
+    pen.lineWidth = 1 / scale;
+    pen.beginPath();
+    for (let x = apart; x < world.width; x += apart) pen.rect(x, 0, 0, world.height);
+    for (let y = apart; y < world.height; y += apart) pen.rect(0, y, world.width, 0);
+    pen.stroke();
+    for (const { x, y } of world.food ?? []) {
+      pen.globalAlpha = 0.07;
+      pen.fillStyle = palette.region;
+      pen.fillRect(x[0], y[0], x[1] - x[0], y[1] - y[0]);
+      pen.globalAlpha = 0.35;
+      pen.strokeStyle = palette.region;
+      pen.strokeRect(x[0], y[0], x[1] - x[0], y[1] - y[0]);
+    }
+    if (world.start) {
+      pen.globalAlpha = 0.6;
+      pen.strokeStyle = palette.edge;
+      pen.setLineDash([4 / scale, 4 / scale]);
+      pen.beginPath();
+      pen.arc(world.start.x, world.start.y, world.start.radius, 0, 2 * Math.PI);
+      pen.stroke();
+      pen.setLineDash([]);
+    }
+    pen.globalAlpha = 1;
+  }
+
+  drawEdge(palette, scale) {
+    const { pen, world } = this;
+    pen.strokeStyle = palette.edge;
+    pen.lineWidth = 1.5 / scale;
+    pen.strokeRect(0, 0, world.width, world.height);
+  }
+
+  /** Where every agent is at a moment: on the straight line from this step's place to the next one's. */
+  place({ agents, first, last, arrays: { x, y, heading } }, step, share) {
+    if (this.count !== agents) {
+      this.count = agents;
+      for (const name of ["x", "y", "angle"]) this[name] = new Float32Array(agents);
+    }
+    const { width, height } = this.world;
+    const at = (step - first) * agents;
+    const then = step + 1 < last ? at + agents : at;
+    for (let agent = 0; agent < agents; agent++) {
+      const [here, there] = [at + agent, then + agent];
+      this.x[agent] = along(x[here], x[there], share, width);
+      this.y[agent] = along(y[here], y[there], share, height);
+      this.angle[agent] = along(heading[here], heading[there], share, 40) * TURN;
+    }
+  }
+
+  drawTrails(transform, recording, step, look, scale) {
+    const { palette, trails = "recent", chosen } = look;
+    const width = Math.max(1.1 / scale, 0.9);
+    let ready = true;
+    if (trails === "life") ready = this.life.draw(this.pen, this.canvas, transform, recording, step, palette.trail, width);
+    else if (trails === "recent") drawRecent(this.pen, recording, step, palette.trail, width);
+    if (trails !== "off" && chosen != null && chosen < this.count) drawOwn(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
+    return ready;
+  }
+
+  drawFood(places, palette, scale) {
+    const { pen } = this;
+    const radius = Math.max(3.4, 2.2 / scale);
+    pen.fillStyle = palette.food;
+    for (let item = 0; item < places.x.length; item++) {
+      pen.beginPath(); // one by one, which takes half the time of one path of all
+      pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
+      pen.fill();
+    }
+  }
+}
+
+/** From one number to another the shorter way round a circle of that size. */
+function along(from, to, share, size) {
+  let way = to - from;
+  if (way > size / 2) way -= size;
+  else if (way < -size / 2) way += size;
+  const found = from + way * share;
+  return found < 0 ? found + size : found >= size ? found - size : found;
+}

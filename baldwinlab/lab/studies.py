@@ -1,0 +1,197 @@
+"""Which studies there are, and what they hold, as the page asks for it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import BaseRoute, Route
+
+from baldwinlab import presets
+from baldwinlab.analysis import fitness
+from baldwinlab.config import Experiment
+from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab.query import text
+from baldwinlab.report import typical_run
+from baldwinlab.store import Study, StudyError
+from baldwinlab.study import open_conditions
+
+
+def routes(lab: Lab) -> list[BaseRoute]:
+    def studies(request: Request) -> JSONResponse:
+        return JSONResponse({"studies": [summary(lab, name) for name in names(lab.root)]})
+
+    def experiment(request: Request) -> JSONResponse:
+        study = find(lab, text(request.query_params, "study"))
+        return JSONResponse(condition(study, text(request.query_params, "condition")).to_dict())
+
+    async def results(request: Request) -> Response:
+        async with lab.turns:
+            raw = await run_in_threadpool(results_of, lab, text(request.query_params, "study"))
+        return Response(raw, media_type="application/json")
+
+    def all_presets(request: Request) -> JSONResponse:
+        return JSONResponse({"presets": _presets(), "schema": Experiment.model_json_schema()})
+
+    def preset(request: Request) -> JSONResponse:
+        return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
+
+    endpoints = {"studies": studies, "experiment": experiment, "results": results, "presets": all_presets, "preset": preset}
+    return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
+
+
+def names(root: Path) -> Iterator[str]:
+    """The studies below a folder, each as its path from there; "." is the folder itself. Links to folders are not followed."""
+    for folder, below, files in os.walk(root):
+        if "study.toml" in files:
+            yield Path(folder).relative_to(root).as_posix()
+        below[:] = sorted(name for name in below if name != "runs" and not name.startswith("."))
+
+
+def find(lab: Lab, name: str) -> Study:
+    """The study of that name. Raises MissingError where there is none, StudyError where it lies outside or cannot be read."""
+    path = lab.root / name / "study.toml"
+    try:
+        written = path.stat().st_mtime_ns
+    except (OSError, ValueError):  # ValueError: no file can have such a name
+        raise MissingError(f"there is no study {name!r} in {lab.root}") from None
+    for place in (path.parent, path, path.parent / "runs"):
+        require_inside(lab.root, place)
+    return _opened(lab.root, path.parent.resolve(), written)
+
+
+@lru_cache(maxsize=16)
+def _opened(root: Path, directory: Path, written: int) -> Study:
+    """A study of thousands of conditions takes seconds to open, and what it is never changes once `study.toml` is written."""
+    try:
+        study = Study(directory)
+    except (TypeError, ValueError) as error:  # TOML, but of other things than a study's
+        raise StudyError(f"{directory} cannot be read: {error}") from None
+    for name in study.experiments:
+        require_inside(root, directory / "runs" / name)
+    return study
+
+
+def require_inside(root: Path, path: Path) -> None:
+    """Raises StudyError where a path, its links followed, leads out of the folder that is served."""
+    if not path.resolve().is_relative_to(root):
+        raise StudyError(f"{path} lies outside of {root}, the folder that this lab shows")
+
+
+def condition(study: Study, name: str) -> Experiment:
+    """Raises MissingError for a condition that the study has not."""
+    if name not in study.experiments:
+        raise MissingError(_sentence(study, name))
+    return study.experiments[name]
+
+
+def _sentence(study: Study, name: str) -> str:
+    try:
+        study.experiment(name)
+    except StudyError as error:
+        return str(error)
+    raise AssertionError("only asked of a condition that there is not")
+
+
+def require_run(lab: Lab, study: Study, name: str, run: int) -> None:
+    """Raises MissingError where no such run is stored."""
+    runs = study.runs(name)
+    if run not in runs:
+        stored = f"stored are {len(runs)}, from {runs[0]} to {runs[-1]}" if runs else "none is stored yet"
+        raise MissingError(f"{study.directory} has no run {run} of {name}; {stored}")
+    require_inside(lab.root, study.path(name, run))
+
+
+def summary(lab: Lab, name: str) -> dict[str, Any]:
+    """What the page lists of a study: its conditions and their runs, or why it cannot be read."""
+    try:
+        study = find(lab, name)
+    except StudyError as error:
+        return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
+    conditions = [
+        {
+            "name": experiment.name,
+            "runs": study.runs(experiment.name),
+            "generations": experiment.evolution.generations,
+            "agents": experiment.population.size,
+            "steps": experiment.lifetime.steps,
+        }
+        for experiment in study.experiments.values()
+    ]
+    report = (study.directory / "report.html").is_file()
+    return {"id": name, "seed": study.seed, "conditions": conditions, "report": report, "problem": None}
+
+
+def _presets() -> list[dict[str, str]]:
+    return [
+        {"name": f"{name}/{place}", "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}"}
+        for kind in ("conditions", "controls")
+        for name in presets.names(kind)
+        for place in presets.names("maps")
+    ]
+
+
+def load_preset(name: str) -> Experiment:
+    """Raises MissingError for a name that is not listed; also for that of a file, which `presets.load` would read."""
+    known = [preset["name"] for preset in _presets()]
+    if name not in known:
+        raise MissingError(f"there is no preset {name!r}; there are {', '.join(known)}")
+    return presets.load(name)
+
+
+def results_of(lab: Lab, name: str) -> bytes:
+    """Curves, final values and claims of a study, as JSON: null where a number does not exist.
+
+    Every condition that has a run is in it. Raises StudyError as `find` does, and for a record or claims that are damaged.
+    """
+    study = find(lab, name)
+    stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
+    claims = study.directory / "claims.json"
+    for path in (*stored, claims):
+        require_inside(lab.root, path)
+    written = tuple((path, path.stat().st_mtime_ns) for path in (*stored, claims) if path.exists())
+    return lab.answers.get(("results", study.directory, written), lambda: json.dumps(_results(study, claims)).encode())
+
+
+def _results(study: Study, claims: Path) -> dict[str, Any]:
+    found = [name for name in study.experiments if study.runs(name)]
+    empty: dict[str, Any] = {name: {} for name in ("curves", "final", "typical_run")}
+    answer = {"conditions": found, "generation": [], **empty, "claims": _claims(claims)}
+    if not found:
+        return answer
+    data = open_conditions(study, found)
+    answer["generation"] = data["generation"].values.tolist()
+    for measure, values in fitness.MEASURES.items():
+        of_measure = dict(zip(("mean", "low", "high"), fitness.interval_of_mean(values(data)), strict=True))
+        final = fitness.final(data, measure)
+        for name in found:
+            curve = {part: _plain(array.sel(condition=name)) for part, array in of_measure.items()}
+            answer["curves"].setdefault(name, {})[measure] = curve
+            answer["final"].setdefault(name, {})[measure] = _plain(final.sel(condition=name, run=study.runs(name)))
+    answer["typical_run"] = {name: typical_run(data, name) for name in found}
+    return answer
+
+
+def _plain(values: xr.DataArray) -> list[float | None]:
+    return [None if value != value else value for value in values.values.tolist()]
+
+
+def _claims(path: Path) -> list[dict[str, Any]]:
+    """What the report found of the paper's claims, if one has been made."""
+    try:
+        found = json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path} cannot be read: {error}; `baldwinlab report` makes it again") from None
+    if not isinstance(found, list):
+        raise StudyError(f"{path} holds no list of claims; `baldwinlab report` makes it again")
+    return found

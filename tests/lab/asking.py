@@ -1,0 +1,35 @@
+"""Questions to a lab, and its answers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import httpx
+import numpy.typing as npt
+
+from baldwinlab.lab import frames
+
+SMALL = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
+
+
+def ask(address: str, path: str, **query: Any) -> httpx.Response:
+    return httpx.get(f"{address}/api/{path}", params=query, timeout=60)
+
+
+def data(address: str, path: str, **query: Any) -> Any:
+    answer = ask(address, path, **query)
+    assert answer.status_code == 200, answer.text
+    return answer.json()
+
+
+def arrays(address: str, path: str, **query: Any) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    answer = ask(address, path, **query)
+    assert answer.status_code == 200, answer.text
+    return frames.unpack(answer.content)
+
+
+def refusal(address: str, path: str, status: int, **query: Any) -> str:
+    """The sentence with which a question is refused."""
+    answer = ask(address, path, **query)
+    assert answer.status_code == status, answer.text
+    return str(answer.json()["error"])

@@ -1,0 +1,65 @@
+"""A real server over a small study, and a page that lets no fault pass."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import uvicorn
+from playwright.sync_api import Browser, Page
+
+from baldwinlab.lab.server import make_app
+from tests.small import small_study
+
+
+@dataclass(frozen=True)
+class LabServer:
+    """A server that runs: `root` holds one study of two conditions and two runs, called `small`."""
+
+    root: Path
+    port: int
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+
+@contextmanager
+def serving(root: Path) -> Iterator[LabServer]:
+    """A server in a thread, on a free port of loopback."""
+    server = uvicorn.Server(uvicorn.Config(make_app(root), host="127.0.0.1", port=0, log_level="error", lifespan="on"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        while not server.started:
+            assert thread.is_alive(), "the server did not start"
+            time.sleep(0.01)
+        yield LabServer(root, server.servers[0].sockets[0].getsockname()[1])
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+@pytest.fixture(scope="package")
+def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    root = tmp_path_factory.mktemp("lab")
+    small_study(root / "small", runs=2)
+    with serving(root) as server:
+        yield server
+
+
+@pytest.fixture
+def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+    """A page that is not yet opened; its test fails if the page writes an error to the console or does not catch one."""
+    context = browser.new_context(base_url=lab_server.address, viewport={"width": 1280, "height": 800})
+    opened, faults = context.new_page(), list[str]()
+    opened.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+    opened.on("pageerror", lambda error: faults.append(str(error)))
+    yield opened
+    context.close()
+    assert not faults

@@ -1,0 +1,104 @@
+"""Inside an agent is what the engine did, and who its kin are in the record."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.lab import frames
+from baldwinlab.lab.inside import look_inside
+from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.replay import replay
+from baldwinlab.store import Study
+from tests.lab.asking import SMALL, arrays, refusal
+from tests.lab.conftest import LabServer
+from tests.small import small
+
+
+def sigmoid(z: np.ndarray) -> np.ndarray:
+    return np.asarray(1 / (1 + np.exp(-z)))
+
+
+def test_weights_go_from_birth_to_death_and_food_is_what_was_eaten(lab_server: LabServer) -> None:
+    study = Study(lab_server.root / "small")
+    trace = replay(study.experiment("evo+self-taught/A"), study.seed, 2, 1)
+    for agent in (0, 19):
+        header, found = arrays(lab_server.address, "inside", **SMALL, agent=agent)
+        assert np.array_equal(found["weights"][0], trace.weight_birth[agent, 0])
+        assert np.array_equal(found["weights"][-1], trace.weight_death[agent, 0])
+        assert np.array_equal(found["teacher"], trace.weight_birth[agent, 1])
+        assert found["sample_step"][[0, -1]].tolist() == [0, 300]
+        assert len(found["sample_step"]) == len(found["weights"]) == 201
+        assert np.array_equal(found["activations"][:, -3:], trace.output[:, agent])
+        assert np.array_equal(found["activations"][:, :3], trace.sensor[:, agent])
+        assert np.array_equal(found["eaten"], trace.eaten[:, agent].cumsum())
+        assert header["food"] == trace.eaten[:, agent].sum()
+        eaten = trace.eaten.sum("step")
+        assert header["rank"] == 1 + int((eaten > eaten[agent]).sum())
+
+
+def test_the_teacher_answers_as_a_network_of_its_weights_does(lab_server: LabServer) -> None:
+    _, found = arrays(lab_server.address, "inside", **SMALL, agent=3)
+    assert found["activations"][:, :3].any(), "it never sensed anything"
+    first, second = found["teacher"][:30].reshape(3, 10), found["teacher"][30:].reshape(10, 3)
+    hidden = sigmoid(found["activations"][:, :3] @ first)
+    output = sigmoid(hidden @ second)
+    assert np.allclose(found["teacher_activations"], np.hstack([found["activations"][:, :3], hidden, output]), atol=1e-6)
+    difference = found["activations"][:, -3:] - output
+    assert np.allclose(found["error"], np.sqrt((difference**2).mean(axis=1)), atol=1e-6)
+
+
+def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_server: LabServer) -> None:
+    _, found = arrays(lab_server.address, "inside", **(SMALL | {"condition": "evo/A"}), agent=3)
+    assert not {"teacher", "teacher_activations", "error"} & set(found)
+    assert (found["weights"] == found["weights"][0]).all()
+    first = found["weights"][0, :30].reshape(3, 10)
+    assert np.allclose(found["activations"][:, 3:13], sigmoid(found["activations"][:, :3] @ first), atol=1e-6)
+    study = Study(lab_server.root / "small")
+    trace = replay(study.experiment("evo/A"), study.seed, 2, 1)
+    assert np.array_equal(found["activations"][:, -3:], trace.output[:, 3])
+
+
+def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> None:
+    parents = Study(lab_server.root / "small").read("evo+self-taught/A", 1).parents.values
+    for agent in range(0, 20, 5):
+        for generation in range(3):
+            header, _ = arrays(lab_server.address, "inside", **(SMALL | {"generation": generation}), agent=agent, last=1)
+            assert header["parents"] == (parents[generation, agent].tolist() if generation else None)
+            after = parents[generation + 1] if generation < 2 else np.empty((0, 2))
+            assert header["children"] == np.flatnonzero((after == agent).any(axis=1)).tolist()
+
+
+def test_who_inherits_nothing_has_neither() -> None:
+    experiment, moment = small("self-taught/A"), Moment(1, 0, 0)
+    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    header, _ = frames.unpack(look_inside(life, Span(0, 1), 0))
+    assert header["parents"] is None
+    assert header["children"] == []
+
+
+def test_a_part_of_a_life_is_that_part_but_weights_are_of_all_of_it(lab_server: LabServer) -> None:
+    _, whole = arrays(lab_server.address, "inside", **SMALL, agent=5)
+    header, part = arrays(lab_server.address, "inside", **SMALL, agent=5, first=100, last=150)
+    assert (header["first"], header["last"]) == (100, 150)
+    for name in ("activations", "teacher_activations", "error", "eaten"):
+        assert np.array_equal(part[name], whole[name][100:150])
+    assert np.array_equal(part["weights"], whole["weights"])
+
+
+def test_biases_are_driven_too() -> None:
+    experiment = small().replace(network={"biases": True, "hidden": [4, 2]})
+    moment = Moment(1, 0, 0)
+    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    header, found = frames.unpack(look_inside(life, Span(0, 300), 2))
+    assert header["layer_sizes"] == [3, 4, 2, 3]
+    assert header["biases"]
+    assert found["activations"].shape == (300, 12)
+    assert np.array_equal(found["activations"][:, -3:], replay(experiment, 1).output[:, 2])
+
+
+@pytest.mark.parametrize("agent", [20, 10**6])
+def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int) -> None:
+    sentence = refusal(lab_server.address, "inside", 404, **SMALL, agent=agent)
+    assert sentence == f"evo+self-taught/A has no agent {agent}: its agents are 0 to 19"

@@ -1,0 +1,341 @@
+"""A live run shows its generations as they live, obeys, is kept as the study it is, and is freed when nobody watches."""
+
+from __future__ import annotations
+
+import gc
+import json
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from weakref import ref
+
+import httpx
+import numpy as np
+import pytest
+import xarray as xr
+from websockets.sync.client import ClientConnection, connect
+
+from baldwinlab.analysis import fitness
+from baldwinlab.config import Experiment
+from baldwinlab.lab import MissingError
+from baldwinlab.lab.live import Live, faults
+from baldwinlab.lab.live_run import LiveRun, check_size
+from baldwinlab.replay import replay
+from baldwinlab.simulate import simulate
+from baldwinlab.store import Study, StudyError
+from baldwinlab.study import open_study
+from tests.lab.asking import data
+from tests.lab.conftest import LabServer, serving
+from tests.small import contents, small, small_study
+
+LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
+BRISK = 0.02  # seconds a generation: it can be stopped on the way
+
+
+def wait_until(what: Callable[[], bool]) -> None:
+    until = time.monotonic() + 60
+    while not what():
+        assert time.monotonic() < until, "it did not come about"
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def live() -> Iterator[Live]:
+    runs = Live()
+    yield runs
+    runs.close()
+
+
+def ended(run: LiveRun) -> LiveRun:
+    wait_until(lambda: run.ended)
+    return run
+
+
+def stopped(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
+    run = live.start(experiment, seed=3, runs=runs, seconds=BRISK)
+    wait_until(lambda: run.lived >= 3)
+    run.stop()
+    return ended(run)
+
+
+def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(live: Live, tmp_path: Path) -> None:
+    run = ended(live.start(small(), seed=5, runs=3))
+    assert run.state == "done"
+    live.keep(run.id, tmp_path, "kept/one")
+    asked = small_study(tmp_path / "asked", [small()], runs=3, seed=5)
+    assert contents(tmp_path / "kept/one") == contents(asked.directory)
+    assert Study(tmp_path / "kept/one").experiments == asked.experiments
+
+
+@pytest.mark.parametrize("every", [1, 2, 100])
+def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(live: Live, tmp_path: Path, every: int) -> None:
+    run = stopped(live, small("evo/A").replace(**LONG, record={"genome_every": every}))
+    assert run.state == "stopped"
+    live.keep(run.id, tmp_path, "short")
+    study = Study(tmp_path / "short")
+    kept = study.experiment("evo/A")
+    assert kept == run.experiment.replace(evolution={"generations": run.lived})
+    for number in range(2):
+        xr.testing.assert_identical(study.read("evo/A", number), simulate(kept, 3, number))
+
+
+@pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high"])])
+def test_the_measures_of_a_live_run_are_those_of_the_analysis(live: Live, tmp_path: Path, runs: int, parts: list[str]) -> None:
+    run = ended(live.start(small(), seed=5, runs=runs))
+    live.keep(run.id, tmp_path, "kept")
+    study = open_study(tmp_path / "kept").isel(condition=0)
+    measures = run.measures(1, 3)
+    assert list(measures) == ["best", "mean", "share"]
+    for name, band in measures.items():
+        assert list(band) == parts
+        for edge, expected in zip(band.values(), fitness.interval_of_mean(fitness.MEASURES[name](study)), strict=False):
+            assert np.allclose(edge, expected.values[1:3])
+
+
+def test_a_live_run_pauses_between_two_generations_and_goes_on(live: Live) -> None:
+    run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=BRISK)
+    wait_until(lambda: run.lived > 0)
+    run.pause()
+    assert run.state == "paused"
+    time.sleep(3 * BRISK)
+    before = run.lived
+    time.sleep(5 * BRISK)
+    assert run.lived <= before + 1
+    run.resume()
+    wait_until(lambda: run.lived > before + 2)
+    assert run.state == "running"
+
+
+def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
+    run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=60)
+    wait_until(lambda: run.lived == 1)
+    run.obey({"do": "pace", "seconds": 0})
+    assert ended(run).state == "done"
+    with pytest.raises(ValueError, match="seconds = 'soon' must be a number from 0 to 60"):
+        run.obey({"do": "pace", "seconds": "soon"})
+
+
+def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
+    run = stopped(live, small().replace(**LONG))
+    experiment, seed, number, energy = live.recording_source(run.id, 1, 2)
+    trace = replay(experiment, seed, 2, number, energy)
+    assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
+    with pytest.raises(ValueError, match=f"generation {run.lived} .* has not lived: {run.lived} have"):
+        live.recording_source(run.id, 0, run.lived)
+    with pytest.raises(ValueError, match="run = 2 must be at least 0 and less than 2"):
+        live.recording_source(run.id, 2, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("", "cannot be a study's name"),
+        ("../outside", "cannot be a study's name"),
+        ("/tmp/outside", "cannot be a study's name"),
+        ("a\\b", "cannot be a study's name"),
+        ("study.toml", "cannot be a study's name"),
+        ("some/runs/here", "no folder may be called runs"),
+        ("a" * 101, "at most 100"),
+        ("link/outside", "leads out of"),
+        ("taken", "exists already"),
+    ],
+)
+def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(live: Live, tmp_path: Path, name: str, sentence: str) -> None:
+    root = tmp_path / "root"
+    (root / "taken").mkdir(parents=True)
+    (root / "link").symlink_to(tmp_path)
+    run = ended(live.start(small().replace(evolution={"generations": 1}), seed=0, runs=1))
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(StudyError, match=sentence):
+        live.keep(run.id, root, name)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_live_run_is_not_kept_while_it_lives(live: Live, tmp_path: Path) -> None:
+    run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    with pytest.raises(StudyError, match="only one that is done or stopped can be kept"):
+        live.keep(run.id, tmp_path, "kept")
+
+
+def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
+    runs = [live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK) for _ in range(4)]
+    with pytest.raises(ValueError, match="4 live runs live already, which is the most; stop one of them first"):
+        live.start(small(), seed=0, runs=1)
+    runs[0].stop()
+    ended(runs[0])
+    live.start(small(), seed=0, runs=1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "runs", "sentence"),
+    [
+        ({}, 0, "runs = 0 must be at least 1 and at most 50"),
+        ({}, 51, "runs = 51 must be at least 1 and at most 50"),
+        ({"evolution": {"generations": 10_001}}, 1, "10,000 generations, and this one would have 10,001"),
+        ({"lifetime": {"steps": 100_000_000}}, 1, "steps of all agents and runs"),
+        ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of genomes"),
+    ],
+)
+def test_what_is_too_large_to_watch_is_refused(changes: dict[str, Any], runs: int, sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence):
+        check_size(Experiment().replace(**changes, world={"start": {"radius": 0}}), runs)
+
+
+def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
+    live = Live(grace=0.05)
+    run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    with live.watched(run.id):
+        with live.watched(run.id):
+            time.sleep(0.1)
+        time.sleep(0.1)
+        assert live.run(run.id) is run  # one of the two still watches
+    wait_until(lambda: live.all() == [])
+    assert ended(run).state == "stopped"
+    with pytest.raises(MissingError, match="there is no live run"):
+        live.run(run.id)
+    left = ref(run)
+    del run
+    wait_until(lambda: gc.collect() >= 0 and left() is None)
+
+
+def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
+    live = Live(grace=0.2)
+    run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
+    for _ in range(4):
+        with live.watched(run.id):
+            pass
+        time.sleep(0.1)
+    with live.watched(run.id):
+        time.sleep(0.3)
+        assert not run.ended
+    live.close()
+
+
+def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*arguments: object) -> None:
+        raise MemoryError("no room")
+
+    monkeypatch.setattr("baldwinlab.lab.live_run.simulate_block", fail)
+    run = ended(live.start(small(), seed=0, runs=1))
+    assert (run.state, run.message) == ("failed", "the live run failed: no room")
+
+
+def test_every_fault_of_an_experiment_is_told_with_the_field_it_is_about() -> None:
+    tree = small().to_dict()
+    tree["senses"]["visual_radius"] = 400
+    assert faults(tree)[0]["path"] == "senses.visual_radius"
+    tree["world"]["food"][0]["count"] = -1
+    tree["lifetime"]["steps"] = "many"
+    found = {fault["path"]: fault["message"] for fault in faults(tree)}
+    assert found["world.food.0.count"] == "world.food.0.count = -1: input should be greater than or equal to 0"
+    assert set(found) == {"world.food.0.count", "lifetime.steps"}
+    assert faults(small().to_dict()) == []
+    assert faults(3)[0]["path"] == ""
+
+
+# What a page sees
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    with serving(tmp_path_factory.mktemp("kept")) as opened:
+        yield opened
+
+
+def post(server: LabServer, path: str, body: Any) -> tuple[int, Any]:
+    """The status and the answer; a body that is text goes as it is."""
+    answer = httpx.post(f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body), timeout=60)
+    return answer.status_code, answer.json()
+
+
+def begin(server: LabServer, **order: Any) -> str:
+    status, answer = post(server, "live", {"experiment": small().to_dict(), "runs": 2, "seed": 5, **order})
+    assert status == 201, answer
+    return str(answer["id"])
+
+
+def watching(server: LabServer, id: str) -> ClientConnection:
+    return connect(f"ws://127.0.0.1:{server.port}/api/live/{id}")
+
+
+def hear(session: ClientConnection) -> dict[str, Any]:
+    message: dict[str, Any] = json.loads(session.recv(timeout=60))
+    return message
+
+
+def heard(session: ClientConnection, until: str, first: int = 0) -> tuple[list[float], list[str]]:
+    """The best of every generation from `first` on, and the states, up to a state."""
+    best: list[float] = []
+    states: list[str] = []
+    while until not in states:
+        message = hear(session)
+        if message["type"] == "generations":
+            assert message["first"] == len(best) + first
+            best += message["best"]["mean"]
+        elif message["type"] == "state":
+            states.append(message["state"])
+    return best, states
+
+
+def test_two_pages_and_one_that_comes_later_get_the_same_generations(server: LabServer) -> None:
+    id = begin(server)
+    with watching(server, id) as one, watching(server, id) as other:
+        assert hear(one)["experiment"] == small().to_dict()
+        both = [heard(one, "done")[0], heard(other, "done")[0]]
+    with watching(server, id) as late:
+        best, states = heard(late, "done")
+    assert both == [best, best]
+    assert states == ["done"]
+    runs = [simulate(small(), 5, run).energy.max("agent").values for run in (0, 1)]
+    assert np.allclose(best, np.mean(runs, axis=0))
+
+
+def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServer) -> None:
+    id = begin(server, experiment=small().replace(**LONG).to_dict(), seconds=BRISK)
+    with watching(server, id) as session:
+        lived = len(heard(session, "running")[0])
+        for order, state in (("pause", "paused"), ("resume", "running"), ("stop", "stopped")):
+            session.send(json.dumps({"do": order}))
+            best, states = heard(session, state, lived)
+            assert states == [state]
+            lived += len(best)
+    assert post(server, f"live/{id}/keep", {"name": "mine"}) == (201, {"study": "mine"})
+    assert Study(server.root / "mine").runs(small().name) == [0, 1]
+    status, answer = post(server, f"live/{id}/keep", {"name": "mine"})
+    assert (status, "exists already" in answer["error"]) == (400, True)
+
+
+@pytest.mark.parametrize(
+    ("body", "sentence"),
+    [
+        ({"experiment": {"lifetime": {"steps": 0}}}, "lifetime.steps = 0: input should be greater than or equal to 1"),
+        ({"experiment": {}, "runs": "two"}, "runs = 'two' must be a whole number"),
+        ({"experiment": {}, "seed": -1}, "seed = -1 must be at least 0 and less than 2147483648"),
+        ({"experiment": {}, "seconds": 1e9}, "seconds = 1000000000.0 must be a number from 0 to 60"),
+        ("{", "/api/live takes a JSON object"),
+    ],
+)
+def test_what_cannot_be_started_is_refused_with_a_sentence(server: LabServer, body: Any, sentence: str) -> None:
+    assert post(server, "live", body) == (400, {"error": sentence})
+
+
+def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(server: LabServer) -> None:
+    with watching(server, begin(server)) as session:
+        heard(session, "done")
+        session.send(json.dumps({"do": "explode"}))
+        assert hear(session)["message"] == "a live run is told to pause, resume, stop or pace, not 'explode'"
+
+
+def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
+    assert post(server, "live/none/keep", {"name": "x"})[0] == 404
+    with watching(server, "none") as session:
+        assert hear(session)["state"] == "gone"
+
+
+def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
+    id = begin(server)
+    assert id in [run["id"] for run in data(server.address, "live")["runs"]]
+    assert post(server, "validate", {"experiment": small().to_dict()}) == (200, {"errors": []})
+    _, answer = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
+    assert [error["path"] for error in answer["errors"]] == ["motor.noise"]

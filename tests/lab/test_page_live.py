@@ -1,0 +1,211 @@
+"""The Live run tab, in a real browser: what the form says is what lives, and what lives is what is seen."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+from playwright.sync_api import Page, WebSocketRoute, expect
+
+from baldwinlab.presets import load
+from baldwinlab.store import Study
+from tests.lab.asking import data
+from tests.lab.conftest import LabServer
+
+QUICK = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 4}
+LONG = QUICK | {"evolution.generations": 300}
+
+
+def address(changes: dict[str, Any], **more: Any) -> str:
+    state = {"preset": "evo+self-taught/A", "runs": 2, "set": json.dumps(changes), **more}
+    return "/#/live?" + "&".join(f"{name}={quote(str(value), safe='')}" for name, value in state.items())
+
+
+def begin(page: Page, changes: dict[str, Any], **more: Any) -> None:
+    page.goto(address(changes, **more))
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("live-head")).to_be_visible()
+
+
+def lived(page: Page) -> int:
+    return int((page.get_by_test_id("live-count").text_content() or "").split()[0])
+
+
+def wait_for(page: Page, what: Callable[[], bool]) -> None:
+    for _ in range(400):
+        if what():
+            return
+        page.wait_for_timeout(25)
+    pytest.fail("it did not come about")
+
+
+def state_is(page: Page, word: str) -> None:
+    expect(page.get_by_test_id("live-state")).to_have_text(word, timeout=20_000)
+
+
+def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(page: Page, lab_server: LabServer) -> None:
+    begin(page, LONG)
+    wait_for(page, lambda: lived(page) >= 3)
+    expect(page.get_by_test_id("live-caption")).to_contain_text(re.compile(r"Generation \d+, step \d+ of 300"))
+    page.get_by_test_id("pause").click()
+    state_is(page, "Paused")
+    page.wait_for_timeout(200)
+    before = lived(page)
+    page.wait_for_timeout(400)
+    assert lived(page) == before
+    page.get_by_test_id("pause").click()
+    wait_for(page, lambda: lived(page) > before)
+    page.get_by_test_id("stop").click()
+    state_is(page, "Stopped")
+    page.get_by_test_id("keep").click()
+    page.get_by_test_id("keep-name").fill("kept/mine")
+    page.get_by_test_id("keep-do").click()
+    page.get_by_test_id("open-kept").click()
+    expect(page.get_by_test_id("results")).to_be_visible()
+    assert "study=kept" in page.url
+    expect(page.get_by_test_id("curves")).to_contain_text("evo+self-taught/A")
+    study = Study(lab_server.root / "kept/mine")
+    assert study.runs("evo+self-taught/A") == [0, 1]
+    generations = study.experiment("evo+self-taught/A").evolution.generations
+    asked = load("evo+self-taught/A").replace(lifetime={"steps": 300}, world={"start": {"x": 400}})
+    assert study.experiment("evo+self-taught/A") == asked.replace(evolution={"generations": generations})
+
+
+def test_a_value_out_of_range_shows_the_configs_sentence_beside_its_field(page: Page) -> None:
+    page.goto(address({}))
+    start = page.get_by_test_id("start")
+    page.get_by_test_id("group-learning").locator("summary").click()
+    rate = page.get_by_test_id("field-learning.rate")
+    rate.fill("11")
+    sentence = page.get_by_text("learning.rate = 11: input should be less than or equal to 10")
+    expect(sentence).to_be_visible()
+    expect(rate).to_have_attribute("aria-invalid", "true")
+    expect(start).to_be_disabled()
+    rate.fill("0.5")
+    expect(sentence).to_have_count(0)
+    expect(start).to_be_enabled()
+
+
+def test_a_fault_of_a_whole_part_opens_its_group(page: Page) -> None:
+    page.goto(address({"world.start.x": 700}))
+    group = page.get_by_test_id("group-world").first
+    expect(group).to_have_attribute("open", "")
+    expect(group).to_contain_text("start (700, 160) must lie on the map of 640 x 640")
+
+
+def test_what_is_too_large_is_refused_beside_the_button(page: Page) -> None:
+    other = page.context.new_page()  # whose console may show that the server refused something
+    other.goto(address({}))
+    other.get_by_test_id("setup-runs").fill("51")
+    other.get_by_test_id("start").click()
+    expect(other.get_by_test_id("setup-fault")).to_have_text("runs = 51 must be at least 1 and at most 50 for a live run")
+
+
+def test_a_name_that_is_taken_can_be_chosen_again(page: Page) -> None:
+    other = page.context.new_page()
+    begin(other, QUICK, pace="0")
+    other.get_by_test_id("keep").click()
+    other.get_by_test_id("keep-name").fill("small")
+    other.get_by_test_id("keep-do").click()
+    expect(other.get_by_test_id("keep-fault")).to_contain_text("small exists already")
+    other.get_by_test_id("keep-name").fill("another")
+    other.get_by_test_id("keep-do").click()
+    expect(other.get_by_test_id("open-kept")).to_be_visible()
+
+
+def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_server: LabServer) -> None:
+    page.goto(address(QUICK))
+    for group in ("network", "learning", "evolution", "world"):
+        page.get_by_test_id(f"group-{group}").locator("summary").first.click()
+    page.get_by_test_id("field-name").fill("mine")
+    page.get_by_test_id("add-network.hidden").click()
+    page.get_by_test_id("field-network.hidden.1").fill("7")
+    page.get_by_test_id("remove-network.hidden.0").click()
+    page.get_by_test_id("field-network.biases").check()
+    page.get_by_test_id("field-evolution.selection").select_option("rank")
+    page.get_by_label("rate, slider", exact=True).fill("0.03")
+    page.get_by_test_id("add-world.food").click()
+    page.get_by_test_id("field-world.food.1.count").fill("3")
+    page.get_by_test_id("remove-world.food.0").click()
+    page.get_by_test_id("start").click()
+    state_is(page, "Done")
+    found = next(run for run in data(lab_server.address, "live")["runs"] if run["id"] in page.url)["experiment"]
+    assert found["name"] == "mine"
+    assert found["network"] == {"hidden": [7], "biases": True}
+    assert found["evolution"]["selection"] == "rank"
+    assert found["learning"]["rate"] == 0.03
+    assert [region["count"] for region in found["world"]["food"]] == [3]
+    page.reload()  # the address says it all
+    expect(page.get_by_test_id("field-network.hidden.0")).to_have_value("7")
+    state_is(page, "Done")
+
+
+def test_a_page_that_was_cut_off_gets_all_generations_again(page: Page) -> None:
+    sockets: list[WebSocketRoute] = []
+
+    def pass_on(socket: WebSocketRoute) -> None:
+        socket.connect_to_server()
+        sockets.append(socket)
+
+    page.route_web_socket("**/api/live/*", pass_on)
+    begin(page, LONG)
+    wait_for(page, lambda: lived(page) >= 3)
+    sockets[0].close()
+    expect(page.get_by_test_id("connection")).to_be_visible()
+    before = lived(page)
+    wait_for(page, lambda: len(sockets) == 2 and lived(page) > before)
+    expect(page.get_by_test_id("connection")).to_be_hidden()
+    page.get_by_test_id("stop").click()
+    state_is(page, "Stopped")
+
+
+def test_another_view_does_not_end_a_live_run_and_two_pages_share_it(page: Page) -> None:
+    begin(page, LONG)
+    wait_for(page, lambda: lived(page) >= 2)
+    where, before = page.url, lived(page)
+    page.get_by_test_id("tab-results").click()
+    expect(page.get_by_test_id("results")).to_be_visible()
+    page.goto(where)
+    wait_for(page, lambda: lived(page) > before)
+    other = page.context.new_page()
+    other.goto(where)
+    wait_for(other, lambda: lived(other) > before)
+    other.get_by_test_id("stop").click()
+    state_is(page, "Stopped")
+    assert lived(page) == lived(other)
+
+
+def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
+    begin(page, LONG, pace="5")
+    state_is(page, "Running")
+    page.get_by_test_id("pace").select_option("0")
+    state_is(page, "Done")
+
+
+def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> None:
+    begin(page, QUICK | {"evolution.generations": 2, "lifetime.steps": 5000}, pace="0", speed="20")
+    state_is(page, "Done")
+    plot = page.get_by_test_id("live-fitness").locator(".u-over")
+    for x, generation in ((2, 0), (-3, 1), (2, 0)):
+        box = plot.bounding_box()
+        assert box
+        plot.click(position={"x": x % box["width"], "y": box["height"] / 2})
+        expect(page.get_by_test_id("live-caption")).to_contain_text(f"Generation {generation}, ")
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_tab_fits_the_screen(page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 800})
+    begin(page, QUICK, pace="0")
+    state_is(page, "Done")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate("document.getElementById('view').scrollWidth") <= width
+
+
+def test_a_run_that_is_gone_is_named(page: Page) -> None:
+    page.goto("/#/live?id=0000")
+    expect(page.get_by_test_id("live-empty")).to_contain_text("there is no live run '0000'")

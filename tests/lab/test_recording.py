@@ -1,0 +1,158 @@
+"""A recording is the replay of the same life, to the bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import xarray as xr
+
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.lab import frames, lives, recording
+from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.presets import load
+from baldwinlab.replay import replay
+from baldwinlab.store import Study
+from tests.lab.asking import SMALL, arrays, refusal
+from tests.lab.conftest import LabServer, serving
+from tests.small import small, small_study
+
+
+def trace_of(server: LabServer, condition: str, run: int, generation: int) -> xr.Dataset:
+    study = Study(server.root / "small")
+    return replay(study.experiment(condition), study.seed, generation, run, study.read(condition, run).energy)
+
+
+def items(found: dict[str, npt.NDArray[Any]], first: int, last: int) -> npt.NDArray[np.float32]:
+    """Where the items lie, [step, (x, y), item], as the page works it out."""
+    place, places = np.stack([found["item_x"], found["item_y"]]), []
+    for step in range(first, last):
+        for move in np.flatnonzero(found["move_step"] == step):
+            place[:, found["move_item"][move]] = found["move_x"][move], found["move_y"][move]
+        places.append(place.copy())
+    return np.array(places)
+
+
+def require_same(found: dict[str, npt.NDArray[Any]], trace: xr.Dataset, first: int, last: int) -> None:
+    part = trace.isel(step=slice(first, last))
+    assert np.array_equal(found["x"], part.x)
+    assert np.array_equal(found["y"], part.y)
+    assert np.array_equal(found["heading"] * np.float32(9), part.heading)
+    assert np.array_equal(found["action"], part.action)
+    assert np.array_equal(found["sensor"], (part.sensor.values * [1, 2, 4]).sum(axis=-1))
+    assert np.array_equal(found["eaten"], trace.eaten.cumsum("step").isel(step=slice(first, last)))
+    assert np.array_equal(items(found, first, last), np.stack([part.item_x, part.item_y], axis=1))
+
+
+@pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
+@pytest.mark.parametrize("generation", [0, 2])
+def test_a_recording_of_a_stored_run_is_its_replay(lab_server: LabServer, condition: str, generation: int) -> None:
+    trace = trace_of(lab_server, condition, 1, generation)
+    query = {"study": "small", "condition": condition, "run": 1, "generation": generation}
+    header, found = arrays(lab_server.address, "recording", **query)
+    require_same(found, trace, 0, 300)
+    assert trace.eaten.sum() > 0
+    assert found["move_step"].size == trace.eaten[:-1].sum()
+    assert header["source"] == {name: str(value) for name, value in query.items()}
+    assert (header["condition"], header["run"], header["generation"], header["seed"]) == (condition, 1, generation, 5)
+    assert (header["first"], header["last"], header["steps"], header["agents"], header["items"]) == (0, 300, 300, 20, 50)
+    assert header["learns"] == (condition != "evo/A")
+    assert header["layer_sizes"] == [3, 10, 3]
+    assert header["world"]["food"][0]["x"] == [400, 560]
+
+
+def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
+    header, found = arrays(lab_server.address, "recording", **SMALL, first=120, last=170)
+    assert (header["first"], header["last"], header["steps"]) == (120, 170, 300)
+    require_same(found, trace_of(lab_server, "evo+self-taught/A", 1, 2), 120, 170)
+
+
+def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
+    _, found = arrays(lab_server.address, "recording", preset="evo+self-taught/A", seed=3, run=1, generation=1, last=400)
+    require_same(found, replay(load("evo+self-taught/A"), 3, 1, 1), 0, 400)
+
+
+def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
+    sparse = small().replace(record={"genome_every": 100})
+    study = small_study(tmp_path / "small", [sparse], runs=1)
+    with serving(tmp_path) as server:
+        _, found = arrays(server.address, "recording", study="small", condition=sparse.name, run=0, generation=1)
+    require_same(found, replay(sparse, study.seed, 1, 0), 0, 300)
+
+
+def test_a_world_without_food_is_recorded() -> None:
+    life = life_of(small().replace(world={"food": []}))
+    header, found = frames.unpack(recording.record(life, Span(0, 10), {}))
+    assert header["items"] == 0
+    assert found["move_step"].size == 0
+    assert not found["eaten"].any()
+
+
+def life_of(experiment: Any) -> Life:
+    moment = Moment(0, 0, 0)
+    return Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+
+
+def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert lives.span({}, 5000, recording.BYTES_OF_AGENT * 20) == Span(0, 5000)
+    large = recording.BYTES_OF_AGENT * 1000
+    parts = [lives.span({}, 5000, large)]
+    while parts[-1].last < 5000:
+        parts.append(lives.span({"first": str(parts[-1].last)}, 5000, large))
+    assert max(last - first for first, last in parts) * large <= lives.MOST_BYTES
+    assert len(parts) == 3
+    assert lives.span({}, 100_000_000, 20) == Span(0, lives.MOST_STEPS)
+    assert lives.span({}, 5000, 10**9) == Span(0, 1)
+    monkeypatch.setattr(lives, "MOST_BYTES", 100 * recording.BYTES_OF_AGENT * 20)
+    header, found = arrays(lab_server.address, "recording", **SMALL, first=7)
+    assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
+
+
+@pytest.mark.parametrize(
+    ("change", "status", "sentence"),
+    [
+        ({"study": "other"}, 404, "there is no study 'other' in {root}"),
+        ({"condition": "evo/C"}, 404, "{root}/small has no condition 'evo/C'; it has evo/A, evo+self-taught/A"),
+        ({"run": 2}, 404, "{root}/small has no run 2 of evo+self-taught/A; stored are 2, from 0 to 1"),
+        ({"generation": 3}, 404, "evo+self-taught/A has no generation 3: its generations are 0 to 2"),
+        ({"run": "-1"}, 400, "run = '-1' must be a whole number of at least 0"),
+        ({"first": 20, "last": 10}, 400, "first = 20 and last = 10 must be in order and at most 300, the steps of a life"),
+        ({"last": 301}, 400, "first = 0 and last = 301 must be in order and at most 300, the steps of a life"),
+    ],
+)
+def test_what_is_not_there_is_said_in_a_sentence(
+    lab_server: LabServer, change: dict[str, Any], status: int, sentence: str
+) -> None:
+    assert refusal(lab_server.address, "recording", status, **(SMALL | change)) == sentence.format(root=lab_server.root)
+
+
+def test_a_request_that_lacks_something_is_told_what(lab_server: LabServer) -> None:
+    for missing in ("generation", "run", "condition"):
+        query = {name: value for name, value in SMALL.items() if name != missing}
+        assert refusal(lab_server.address, "recording", 400, **query) == f"{missing} is missing from the request"
+    assert refusal(lab_server.address, "recording", 400, generation=0) == "preset is missing from the request"
+    sentence = refusal(lab_server.address, "recording", 400, preset="evo/A", seed=2**31, generation=0)
+    assert sentence == "seed = 2147483648 must be at least 0 and less than 2147483648"
+
+
+def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:
+    path = lab_server.root / "small" / "runs" / "evo" / "A" / "experiment.toml"
+    assert path.exists()
+    assert refusal(lab_server.address, "recording", 404, preset=str(path), generation=0).startswith("there is no preset")
+    assert refusal(lab_server.address, "preset", 404, name=str(path)).startswith("there is no preset")
+
+
+def test_a_damaged_record_is_named(tmp_path: Path) -> None:
+    study = small_study(tmp_path / "small", [small()], runs=1)
+    path = study.path("evo+self-taught/A", 0)
+    raw = bytearray(path.read_bytes())
+    raw[-5] ^= 1
+    path.write_bytes(raw)
+    with serving(tmp_path) as server:
+        for ask_for in ("recording", "inside"):
+            sentence = refusal(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
+            assert sentence == f"{path} is damaged: its checksum does not fit its content"
+        assert "is damaged" in refusal(server.address, "results", 400, study="small")

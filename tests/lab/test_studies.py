@@ -1,0 +1,140 @@
+"""Which studies there are, and what came of them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from baldwinlab.analysis import claims, fitness
+from baldwinlab.config import Experiment
+from baldwinlab.lab import Lab, studies
+from baldwinlab.lab.live import Live
+from baldwinlab.report import typical_run
+from baldwinlab.simulate import simulate
+from baldwinlab.store import create
+from baldwinlab.study import open_study
+from tests.lab.asking import data, refusal
+from tests.lab.conftest import LabServer, serving
+from tests.small import small
+
+
+def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
+    (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
+    sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
+    conditions = [{"name": name, **sizes} for name in ("evo/A", "evo+self-taught/A")]
+    assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}
+
+
+def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
+    create(tmp_path, [small()], 1)
+    create(tmp_path / "readings" / "deep", [small()], 2)
+    assert list(studies.names(tmp_path)) == [".", "readings/deep"]
+    lab = Lab(tmp_path, Live())
+    assert studies.find(lab, ".").seed == 1
+    assert studies.find(lab, "readings/deep").seed == 2
+
+
+def test_a_folder_that_is_not_there_yet_holds_no_studies(tmp_path: Path) -> None:
+    assert list(studies.names(tmp_path / "results")) == []
+
+
+def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -> None:
+    create(tmp_path / "sound", [small()], 1)
+    (tmp_path / "torn").mkdir()
+    (tmp_path / "torn" / "study.toml").write_text("format = 1\nseed")
+    (tmp_path / "odd").mkdir()
+    (tmp_path / "odd" / "study.toml").write_text("format = 1\nseed = 1\nconditions = 3")
+    create(tmp_path / "lacking", [small()], 1)
+    shutil.rmtree(tmp_path / "lacking" / "runs")
+    with serving(tmp_path) as server:
+        found = {study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]}
+        assert found["sound"] is None
+        assert found["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
+        assert found["odd"].startswith(f"{tmp_path}/odd cannot be read: ")
+        assert found["lacking"].startswith(f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: ")
+        query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
+        assert refusal(server.address, "recording", 400, **query) == found["torn"]
+        assert refusal(server.address, "results", 400, study="torn") == found["torn"]
+
+
+def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
+    lab = Lab(tmp_path, Live())
+    create(tmp_path / "it", [small()], 1)
+    assert studies.find(lab, "it").seed == 1
+    shutil.rmtree(tmp_path / "it")
+    create(tmp_path / "it", [small()], 2)
+    assert studies.find(lab, "it").seed == 2
+
+
+def test_the_experiment_of_a_condition_is_served_whole(lab_server: LabServer) -> None:
+    found = data(lab_server.address, "experiment", study="small", condition="evo+self-taught/A")
+    assert Experiment.model_validate(found) == small("evo+self-taught/A")
+    assert "has no condition 'evo'" in refusal(lab_server.address, "experiment", 404, study="small", condition="evo")
+
+
+def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> None:
+    found = data(lab_server.address, "presets")
+    names = [preset["name"] for preset in found["presets"]]
+    assert {"evo/A", "self-taught/B"} <= set(names)
+    assert all(preset["description"] for preset in found["presets"])
+    assert found["schema"]["properties"].keys() == Experiment.model_fields.keys()
+    assert data(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
+    assert refusal(lab_server.address, "preset", 404, name="evo/C").startswith("there is no preset 'evo/C'; there are evo/A,")
+
+
+@pytest.mark.parametrize("measure", ["best", "mean", "share"])
+def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) -> None:
+    study = open_study(lab_server.root / "small")
+    found = data(lab_server.address, "results", study="small")
+    assert found["conditions"] == ["evo/A", "evo+self-taught/A"]
+    assert found["generation"] == [0, 1, 2]
+    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
+    for name in found["conditions"]:
+        curve = found["curves"][name][measure]
+        for part, values in (("mean", average), ("low", low), ("high", high)):
+            assert np.array_equal(curve[part], values.sel(condition=name))
+        assert found["final"][name][measure] == fitness.final(study, measure).sel(condition=name).values.tolist()
+        assert found["typical_run"][name] == typical_run(study, name)
+
+
+def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(tmp_path: Path) -> None:
+    short = small("evo/A").replace(name="short", evolution={"generations": 2})
+    study = create(tmp_path / "it", [small("evo/A"), short, small()], 5)
+    for experiment in (small("evo/A"), short):
+        study.write(experiment.name, 0, simulate(experiment, 5, 0))
+    with serving(tmp_path) as server:
+        found = data(server.address, "results", study="it")
+    assert found["conditions"] == ["evo/A", "short"]
+    assert found["curves"]["short"]["mean"]["mean"][2] is None
+    assert found["curves"]["evo/A"]["mean"]["low"] == [None] * 3
+    assert len(found["final"]["short"]["mean"]) == 1
+    assert found["final"]["short"]["mean"][0] is not None
+
+
+def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
+    create(tmp_path / "it", [small()], 1)
+    with serving(tmp_path) as server:
+        found = data(server.address, "results", study="it")
+        query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}
+        sentence = refusal(server.address, "recording", 404, **query)
+    assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; none is stored yet"
+    names = ("curves", "final", "typical_run")
+    assert found == {"conditions": [], "generation": [], **{name: {} for name in names}, "claims": []}
+
+
+def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(lab_server: LabServer, tmp_path: Path) -> None:
+    shutil.copytree(lab_server.root / "small", tmp_path / "it")
+    study = open_study(tmp_path / "it")
+    with serving(tmp_path) as server:
+        assert data(server.address, "results", study="it")["claims"] == []
+        claims.write(claims.evaluate(study), study, tmp_path / "it")
+        written = json.loads((tmp_path / "it" / "claims.json").read_text())
+        assert data(server.address, "results", study="it")["claims"] == written != []
+        (tmp_path / "it" / "claims.json").write_text("[{")
+        sentence = refusal(server.address, "results", 400, study="it")
+        assert sentence.startswith(f"{tmp_path}/it/claims.json cannot be read: ")
+        assert sentence.endswith("; `baldwinlab report` makes it again")

@@ -1,0 +1,107 @@
+"""The command `baldwinlab lab`."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import psutil
+import pytest
+
+from baldwinlab import cli
+from baldwinlab.cli import lab
+from baldwinlab.presets import load
+from tests.small import small_study
+
+
+def complaint(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
+    """What the command says when it refuses, with exit code 2."""
+    monkeypatch.setattr(sys, "argv", ["baldwinlab", "lab", "--no-browser", *arguments])
+    with pytest.raises(SystemExit) as exit:
+        cli.main()
+    assert exit.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_a_port_in_use_is_named(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    with lab.listening(0) as taken:
+        port = taken.getsockname()[1]
+        said = complaint(["--port", str(port)], capsys, monkeypatch)
+    assert said == f"baldwinlab: port {port} is in use, perhaps by another lab; choose another with --port\n"
+
+
+def test_a_port_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    said = complaint(["--port", "65536"], capsys, monkeypatch)
+    assert said == "baldwinlab: --port 65536 must be at least 0 and at most 65535\n"
+
+
+def test_a_folder_that_is_not_there_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = complaint([str(tmp_path / "none")], capsys, monkeypatch)
+    assert said.startswith(f"baldwinlab: {tmp_path / 'none'}: there is no such folder")
+
+
+def test_without_its_extra_it_says_how_to_get_it(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lab, "find_spec", lambda name: None)
+    said = complaint([], capsys, monkeypatch)
+    assert said == "baldwinlab: the lab needs the extra 'lab': pip install 'baldwinlab[lab]'\n"
+
+
+def test_it_listens_on_loopback_only() -> None:
+    with lab.listening(0) as listener:
+        assert listener.getsockname()[0] == "127.0.0.1"
+
+
+def test_the_browser_is_opened_unless_told_otherwise(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    served: list[socket.socket] = []
+    monkeypatch.setattr(lab, "_serve", lambda directory, listener: served.append(listener))
+    lab.lab(tmp_path, port=0, browser=False)
+    assert (len(served), opened) == (1, [])
+    lab.lab(tmp_path, port=0)
+    assert len(served) == 2
+    assert opened[0].startswith("http://127.0.0.1:")
+
+
+@contextmanager
+def opened(root: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """The command at work in a process of its own, and the address of its page."""
+    command = [sys.executable, "-m", "baldwinlab", "lab", str(root), "--port", "0", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        said = next(line for line in process.stdout if "is open at" in line)
+        try:
+            yield process, said.split("is open at ")[1].split()[0]
+        finally:
+            process.terminate()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process")
+def test_ctrl_c_closes_it(tmp_path: Path) -> None:
+    with opened(tmp_path) as (process, address), httpx.Client() as client:
+        assert client.get(f"{address}api/studies").json() == {"studies": []}  # and its connection stays open
+        process.send_signal(signal.SIGINT)
+        rest, complaints = process.communicate(timeout=30)
+    assert (process.returncode, rest, complaints) == (0, "the lab is closed\n", "")
+
+
+def test_a_day_of_playing_does_not_grow_its_memory(tmp_path: Path) -> None:
+    """Once as much is kept as may be, recordings of 150 MB in all come and go."""
+    crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
+    small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
+    with opened(tmp_path) as (process, address):
+        used = []
+        for last in range(988, 1000):
+            query = f"study=crowd&condition=evo/A&run=0&generation=0&last={last}"
+            assert len(httpx.get(f"{address}api/recording?{query}", timeout=60).content) > 25e6
+            used.append(psutil.Process(process.pid).memory_info().rss)
+    assert used[-1] - used[5] < 60e6
