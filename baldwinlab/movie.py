@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,15 +26,37 @@ class MovieError(Exception):
     """A moving picture that cannot be made."""
 
 
+class Scene(NamedTuple):
+    """A trace, and the size of the map in which it happened."""
+
+    trace: xr.Dataset
+    width: float
+    height: float
+
+
 def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> None:
     """Write `trace` to a .gif, or to a .mp4, which needs the extra `video`. Raises MovieError where that is missing."""
-    steps = trace.sizes["step"]
+    write_movie_of([Scene(trace, width, height)], path)
+
+
+def write_movie_of(scenes: Sequence[Scene], path: Path) -> None:
+    """As `write_movie`, of scenes side by side and in step; one that ends before the others stands still."""
+    steps = max(scene.trace.sizes["step"] for scene in scenes)
     shown = range(0, steps, max(1, math.ceil(steps / (LONGEST * FRAMES_PER_SECOND))))
-    frames = (_frame(trace, step, width, height) for step in shown)
+    frames = (_beside([_frame(*scene, min(step, scene.trace.sizes["step"] - 1)) for scene in scenes]) for step in shown)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
         (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
         write_atomically(path, draft.read_bytes())
+
+
+def _beside(images: Sequence[Image.Image]) -> Image.Image:
+    whole = Image.new("RGB", (sum(image.width for image in images), max(image.height for image in images)), BACKGROUND)
+    left = 0
+    for image in images:
+        whole.paste(image, (left, 0))
+        left += image.width
+    return whole
 
 
 def _write_gif(frames: Iterator[Image.Image], path: Path) -> None:
@@ -58,7 +81,7 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     writer.close()
 
 
-def _frame(trace: xr.Dataset, step: int, width: float, height: float) -> Image.Image:
+def _frame(trace: xr.Dataset, width: float, height: float, step: int) -> Image.Image:
     scale = SIZE * SCALE / max(width, height)
     size = (round(width * scale / SCALE / 2) * 2, round(height * scale / SCALE / 2) * 2)  # video wants even numbers
     image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), BACKGROUND)

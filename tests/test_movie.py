@@ -10,7 +10,7 @@ import imageio_ffmpeg
 import pytest
 from PIL import Image
 
-from baldwinlab.movie import MovieError, write_movie
+from baldwinlab.movie import MovieError, Scene, write_movie, write_movie_of
 from baldwinlab.replay import replay
 from tests.small import small
 
@@ -28,6 +28,14 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     frames = imageio_ffmpeg.read_frames(str(path))
     assert next(frames)["size"] == (640, 640)
     assert sum(1 for _ in frames) == 300
+
+
+def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_path: Path) -> None:
+    long, short = (replay(small().replace(lifetime={"steps": steps}), seed=1) for steps in (40, 15))
+    write_movie_of([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
+    with Image.open(tmp_path / "lives.gif") as movie:
+        assert movie.size == (1280, 640)
+        assert getattr(movie, "n_frames", 1) > 30
 
 
 def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:

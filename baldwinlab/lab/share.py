@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,7 +23,7 @@ from baldwinlab.lab import Lab, MissingError, lives, studies
 from baldwinlab.lab.lives import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.recording import BYTES_OF_AGENT, record
-from baldwinlab.movie import write_movie
+from baldwinlab.movie import Scene, write_movie_of
 from baldwinlab.replay import replay
 from baldwinlab.toml import to_toml
 from baldwinlab.version import __version__
@@ -58,19 +58,19 @@ async def _in_turn(lab: Lab, make: Callable[[Lab, Query], Response], query: Quer
 
 
 def _shared(lab: Lab, query: Query) -> Response:
-    sources = [source(query, name) for name in ("a", "b") if name == "a" or name in query]
-    named = "-beside-".join(_file_name(lives.find(lab, given)) for given in sources)
-    return _attachment(shared_page(lab, sources, number(query, "step", 0)), "text/html", f"{named}.html")
+    sources = _sources(query)
+    page = shared_page(lab, sources, number(query, "step", 0))
+    return _attachment(page, "text/html", f"{_file_name([lives.find(lab, given) for given in sources])}.html")
 
 
 def _movie(lab: Lab, query: Query) -> Response:
-    life, kind = lives.find(lab, source(query, "a")), text(query, "format")
-    return _attachment(movie_of(life, kind), MOVIES[kind], f"{_file_name(life)}.{kind}")
+    shown, kind = [lives.find(lab, given) for given in _sources(query)], text(query, "format")
+    return _attachment(movie_of(shown, kind), MOVIES[kind], f"{_file_name(shown)}.{kind}")
 
 
-def source(query: Query, name: str) -> dict[str, str]:
-    """The lifetime that a panel shows, as a request for its recording says it. Raises ValueError where it is missing."""
-    return dict(parse_qsl(text(query, name)))
+def _sources(query: Query) -> list[dict[str, str]]:
+    """The lifetimes that are shown, a and perhaps b, each as a request for its recording says it. Raises ValueError without a."""
+    return [dict(parse_qsl(text(query, name))) for name in ("a", "b") if name == "a" or name in query]
 
 
 def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
@@ -131,21 +131,26 @@ def _is_preset(life: Life) -> bool:
         return False
 
 
-def movie_of(life: Life, kind: str) -> bytes:
-    """A whole lifetime as a moving picture. Raises ValueError for other kinds than `MOVIES`, and MovieError."""
-    experiment, (seed, run, generation) = life.experiment, life.moment
+def movie_of(shown: Sequence[Life], kind: str) -> bytes:
+    """Whole lifetimes as a moving picture, side by side. Raises ValueError for other kinds than `MOVIES`, and MovieError."""
     if kind not in MOVIES:
         raise ValueError(f"format = {kind!r} must be one of {', '.join(MOVIES)}")
-    if experiment.population.size * experiment.lifetime.steps > MOST_OF_A_MOVIE:
-        raise ValueError(
-            f"a movie of {experiment.population.size} agents and {experiment.lifetime.steps} steps is too much for the page; "
-            "`baldwinlab replay` makes it"
-        )
-    trace = replay(experiment, seed, generation, run, life.past().energy)
+    for experiment in (life.experiment for life in shown):
+        if experiment.population.size * experiment.lifetime.steps > MOST_OF_A_MOVIE:
+            raise ValueError(
+                f"a movie of {experiment.population.size} agents and {experiment.lifetime.steps} steps is too much for the page; "
+                "`baldwinlab replay` makes it"
+            )
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"life.{kind}"
-        write_movie(trace, experiment.world.width, experiment.world.height, path)
+        write_movie_of([_scene(life) for life in shown], path)
         return path.read_bytes()
+
+
+def _scene(life: Life) -> Scene:
+    experiment, (seed, run, generation) = life.experiment, life.moment
+    trace = replay(experiment, seed, generation, run, life.past().energy)
+    return Scene(trace, experiment.world.width, experiment.world.height)
 
 
 def report_of(lab: Lab, name: str) -> Path:
@@ -157,9 +162,9 @@ def report_of(lab: Lab, name: str) -> Path:
     return path
 
 
-def _file_name(life: Life) -> str:
-    _, run, generation = life.moment
-    return re.sub(r"[^\w+.-]", "-", f"{life.experiment.name}-run{run}-generation{generation}")
+def _file_name(shown: Sequence[Life]) -> str:
+    names = [f"{life.experiment.name}-run{life.moment.run}-generation{life.moment.generation}" for life in shown]
+    return re.sub(r"[^\w+.-]", "-", "-beside-".join(names))
 
 
 def _attachment(content: bytes, kind: str, name: str) -> Response:

@@ -58,18 +58,26 @@ def names(root: Path) -> Iterator[str]:
 
 def find(lab: Lab, name: str) -> Study:
     """The study of that name. Raises MissingError where there is none, StudyError where it lies outside or cannot be read."""
-    directory = lab.root / name
-    if "\0" in name or not (directory / "study.toml").is_file():
-        raise MissingError(f"there is no study {name!r} in {lab.root}")
-    for path in (directory, directory / "study.toml", directory / "runs"):
-        require_inside(lab.root, path)
-    return _opened(directory.resolve(), (directory / "study.toml").stat().st_mtime_ns)
+    path = lab.root / name / "study.toml"
+    try:
+        written = path.stat().st_mtime_ns
+    except (OSError, ValueError):  # ValueError: no file can have such a name
+        raise MissingError(f"there is no study {name!r} in {lab.root}") from None
+    for place in (path.parent, path, path.parent / "runs"):
+        require_inside(lab.root, place)
+    return _opened(lab.root, path.parent.resolve(), written)
 
 
 @lru_cache(maxsize=16)
-def _opened(directory: Path, written: int) -> Study:
+def _opened(root: Path, directory: Path, written: int) -> Study:
     """A study of thousands of conditions takes seconds to open, and what it is never changes once `study.toml` is written."""
-    return Study(directory)
+    try:
+        study = Study(directory)
+    except (TypeError, ValueError) as error:  # TOML, but of other things than a study's
+        raise StudyError(f"{directory} cannot be read: {error}") from None
+    for name in study.experiments:
+        require_inside(root, directory / "runs" / name)
+    return study
 
 
 def require_inside(root: Path, path: Path) -> None:

@@ -133,7 +133,22 @@ def test_a_study_outside_of_the_folder_is_refused(walled: Path, study: str) -> N
             answer = ask(server.address, path, **(SMALL | {"study": named}))
             assert answer.status_code == 400
             assert "lies outside of" in answer.json()["error"]
-        assert refusal(server.address, "recording", 404, **(SMALL | {"study": "own\0"})).startswith("there is no study")
+
+
+def test_a_condition_whose_name_leads_outside_is_refused(walled: Path) -> None:
+    (walled / "sly" / "runs").mkdir(parents=True)
+    name = "../../../outside/runs/evo/A"
+    (walled / "sly" / "study.toml").write_text(f'format = 1\nseed = 5\nconditions = ["{name}"]')
+    with serving(walled) as server:
+        query = {"study": "sly", "condition": name, "run": 0, "generation": 0}
+        assert "lies outside of" in refusal(server.address, "recording", 400, **query)
+        (problem,) = [study["problem"] for study in data(server.address, "studies")["studies"] if study["id"] == "sly"]
+        assert "lies outside of" in problem
+
+
+def test_a_name_that_no_file_can_have_is_no_study(lab_server: LabServer) -> None:
+    for name in ("a" * 5000, "\0", "small/study.toml", "small/runs"):
+        assert refusal(lab_server.address, "results", 404, study=name).startswith("there is no study")
 
 
 def test_a_record_outside_of_the_folder_is_refused_and_the_others_served(walled: Path) -> None:

@@ -101,12 +101,13 @@ def test_a_preset_is_named_and_not_written_out(lab_server: LabServer) -> None:
     assert panel["commands"][0] == "baldwinlab run evo/A --seed 3 --runs 3 --out study"
 
 
-def test_a_lifetime_becomes_a_movie_with_a_name_of_its_own(lab_server: LabServer, tmp_path: Path) -> None:
-    answer = ask(lab_server.address, "movie", a=LIFE, format="gif")
-    assert "evo%2Bself-taught-A-run1-generation2.gif" in answer.headers["content-disposition"]
+def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(lab_server: LabServer, tmp_path: Path) -> None:
+    answer = ask(lab_server.address, "movie", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"}), format="gif")
+    name = "evo%2Bself-taught-A-run1-generation2-beside-evo-A-run1-generation2.gif"
+    assert answer.headers["content-disposition"].endswith(f"''{name}")
     (tmp_path / "life.gif").write_bytes(answer.content)
     with Image.open(tmp_path / "life.gif") as movie:
-        assert movie.size == (640, 640)
+        assert movie.size == (1280, 640)
 
 
 def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:

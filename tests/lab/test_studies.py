@@ -25,14 +25,8 @@ from tests.small import small
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
     (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
-    names = ["evo/A", "evo+self-taught/A"]
-    assert found == {
-        "id": "small",
-        "seed": 5,
-        "conditions": [{"name": name, **sizes} for name in names],
-        "problem": None,
-        "report": False,
-    }
+    conditions = [{"name": name, **sizes} for name in ("evo/A", "evo+self-taught/A")]
+    assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}
 
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
@@ -52,12 +46,15 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
     create(tmp_path / "sound", [small()], 1)
     (tmp_path / "torn").mkdir()
     (tmp_path / "torn" / "study.toml").write_text("format = 1\nseed")
+    (tmp_path / "odd").mkdir()
+    (tmp_path / "odd" / "study.toml").write_text("format = 1\nseed = 1\nconditions = 3")
     create(tmp_path / "lacking", [small()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
     with serving(tmp_path) as server:
         found = {study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]}
         assert found["sound"] is None
         assert found["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
+        assert found["odd"].startswith(f"{tmp_path}/odd cannot be read: ")
         assert found["lacking"].startswith(f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: ")
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
         assert refusal(server.address, "recording", 400, **query) == found["torn"]

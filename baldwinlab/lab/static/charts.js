@@ -130,7 +130,11 @@ function settings(plot, series, hidden, options, showValues) {
       series: [3 * number + 2, 3 * number + 3],
       fill: `${one.color ?? look(number).color}2e`,
     })),
-    cursor: { drag: { x: false, y: false }, y: false, points: { show: (chart, column) => column % 3 === 1 && cursorPoint(chart, column) } },
+    cursor: {
+      drag: { x: false, y: false, click() {} }, // uPlot would take a click near an edge, where its cursor snaps, for a drag
+      y: false,
+      points: { show: (chart, column) => column % 3 === 1 && cursorPoint(chart, column) },
+    },
     hooks: { setCursor: [(chart) => showValues(chart.cursor.idx)] },
   };
 }

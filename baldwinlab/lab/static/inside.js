@@ -4,9 +4,10 @@ import { el, format, getBinary, icon, message } from "./common.js";
 import { drawNetwork } from "./network.js";
 import { query } from "./panel.js";
 import { Trace } from "./trace.js";
-import { FONT, LIGHT } from "./world.js";
+import { FONT, LIGHT } from "./palette.js";
 
 const ACTIONS = ["turns left", "goes ahead", "turns right"];
+const MOST_LINES = 200; // weights whose way is drawn
 const ROOM = 150; // CSS pixels for a network
 
 export class Inspector {
@@ -22,7 +23,7 @@ export class Inspector {
     this.nets = el("canvas", { role: "img", "aria-label": "The networks, with activations and weights", "data-testid": "networks" });
     this.traces = {
       error: new Trace("error between the modules", tell.seek),
-      weights: new Trace("weights of the action module", tell.seek, 120),
+      weights: new Trace("change of the weights since birth", tell.seek, 110),
       eaten: new Trace("food eaten", tell.seek),
     };
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
@@ -39,18 +40,18 @@ export class Inspector {
     this.shown = this.data = null;
   }
 
-  /** Look inside an agent of a life. */
-  async show(source, agent) {
+  /** Look inside an agent of a life. Of a very long life, one answer holds a part; `first` is where it begins. */
+  async show(source, agent, first = null) {
     const asked = `${query(source)}&agent=${agent}`;
     this.root.hidden = false;
-    if (asked === this.shown) return;
-    this.shown = asked;
+    if (asked === this.shown && (first === null || first === this.first)) return;
+    Object.assign(this, { shown: asked, first: first ?? 0, source, agent });
     this.stop?.abort();
     this.stop = new AbortController();
     this.title.textContent = `Agent ${agent}`;
     this.root.classList.add("waiting");
     try {
-      this.take(source, await getBinary(`api/inside?${asked}`, this.stop.signal));
+      this.take(source, await getBinary(`api/inside?${asked}&first=${this.first}`, this.stop.signal));
     } catch (fault) {
       if (fault.name === "AbortError") return;
       message(fault.message, "error");
@@ -66,20 +67,20 @@ export class Inspector {
     this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank ${header.rank}`;
     this.traces.error.root.hidden = !taught;
     const steps = arrays.sample_step.at(-1);
-    this.fill(this.traces.eaten, steps, [{ values: arrays.eaten, colour: LIGHT.food }], 0, Math.max(1, arrays.eaten.at(-1)));
-    if (taught) this.fill(this.traces.error, steps, [{ values: arrays.error, colour: LIGHT.chosen, alpha: 0.85 }], 0, largest(arrays.error));
+    const { first } = header;
+    this.traces.eaten.set([{ values: arrays.eaten, first, colour: LIGHT.food }], steps, 0, Math.max(1, arrays.eaten.at(-1)));
+    if (taught) this.traces.error.set([{ values: arrays.error, first, colour: LIGHT.chosen }], steps, 0, largest(arrays.error));
     const count = arrays.weights.length / arrays.sample_step.length;
-    const most = largest(arrays.weights);
-    const shown = Math.min(count, 200);
-    const lines = Array.from({ length: shown }, (_, offset) => ({ x: arrays.sample_step, values: arrays.weights, stride: count, offset, colour: offset < header.layer_sizes[0] * header.layer_sizes[1] ? "#0072b2" : "#cc79a7", alpha: 0.5 }));
-    this.fill(this.traces.weights, steps, lines, -most, most);
+    const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
+    const most = largest(changes);
+    const firstLayer = (header.layer_sizes[0] + Number(header.biases)) * header.layer_sizes[1];
+    const lines = Array.from({ length: Math.min(count, MOST_LINES) }, (_, offset) => ({
+      x: arrays.sample_step, values: changes, stride: count, offset, colour: offset < firstLayer ? LIGHT.lit : LIGHT.agent, alpha: 0.6,
+    }));
+    this.traces.weights.set(lines, steps, -most, most);
     this.live = new Float32Array(count);
     this.showKin(source, header);
     this.tell.seek(null);
-  }
-
-  fill(trace, steps, lines, low, high) {
-    trace.set(lines, steps, low, high);
   }
 
   showKin(source, { parents, children }) {
@@ -88,10 +89,9 @@ export class Inspector {
     const line = (title, links, none) => el("div", {}, el("h3", {}, title), el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)));
     const both = parents ? [...new Set(parents)] : [];
     this.kin.replaceChildren(
-      line(`parents, in generation ${source.generation - 1}`, both.map((agent) => link(agent, -1)), "none: its weights were drawn afresh"),
-      line(`children, in generation ${source.generation + 1}`, children.map((agent) => link(agent, 1)), "none"),
+      line(both.length ? `parents, in generation ${source.generation - 1}` : "parents", both.map((agent) => link(agent, -1)), "none: its weights were drawn afresh"),
+      line(children.length ? `children, in generation ${source.generation + 1}` : "children", children.map((agent) => link(agent, 1)), "none"),
     );
-    if (source.generation === 0) this.kin.firstChild.firstChild.textContent = "parents";
   }
 
   /** Everything as it is at a step. */
@@ -99,7 +99,11 @@ export class Inspector {
     if (!this.data || this.root.hidden) return;
     const { header, arrays } = this.data;
     const units = header.layer_sizes.reduce((sum, size) => sum + size, 0);
-    const row = Math.min(Math.max(step - (header.first ?? 0), 0), arrays.eaten.length - 1);
+    if (step < header.first || step >= header.last) {
+      this.show(this.source, this.agent, step < this.traces.eaten.steps ? step : header.first);
+      return;
+    }
+    const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
     this.sensors.forEach((light, side) => light.classList.toggle("lit", active[side] > 0));
     const outputs = active.subarray(units - 3);
@@ -109,7 +113,7 @@ export class Inspector {
     this.drawNets(active, row, units, palette);
     const { error, weights, eaten } = this.traces;
     if (arrays.error) error.draw(step, palette, format(arrays.error[row]));
-    weights.draw(step, palette, `moved by ${format(this.moved())}`);
+    weights.draw(step, palette, `moved ${format(this.moved())}`);
     eaten.draw(step, palette, format(arrays.eaten[row]));
   }
 

@@ -1,6 +1,6 @@
 /** A feed-forward network: units filled as they are active, lines by the sign and size of their weights. */
 
-import { FONT } from "./world.js";
+import { FONT } from "./palette.js";
 
 const SENSORS = ["left", "front", "right"];
 const ACTIONS = ["left", "ahead", "right"];

@@ -88,7 +88,8 @@ function about({ version, panels }) {
 
 /** Space plays and pauses; the arrows go a step, with shift ten. Controls that have the focus keep their own keys. */
 function steer(event, player) {
-  if (event.target.closest("input, select, button, summary") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const own = event.target.matches("input, select") || (event.key === " " && event.target.matches("button, summary"));
+  if (own || event.ctrlKey || event.metaKey || event.altKey) return;
   const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
   if (event.key === " ") player.toggle();
   else if (by) player.step(event.shiftKey ? 10 * by : by);

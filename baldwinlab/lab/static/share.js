@@ -28,16 +28,18 @@ export function mountShare(root, getState) {
 }
 
 function entries(getState) {
-  const { panels } = getState();
-  const sides = panels.length > 1 ? [", left", ", right"] : [""];
-  const movies = ["mp4", "gif"].flatMap((format) => sides.map((side, place) =>
-    saver(`Movie${side}`, `.${format}, the whole life in at most 20 s`, `share-${format}${place ? "-b" : ""}`, () => fetchFile("movie", { a: getState().panels[place].source, format }))));
+  const made = (kind, more) => () => fetchFile(kind, { ...sources(getState()), ...more() });
   return [
     linkRow(),
-    saver("Page that plays anywhere", ".html, needs no server and no network", "share-html", () => fetchFile("share", pageQuery(getState()))),
+    saver("Page that plays anywhere", ".html, needs no server", "share-html", made("share", () => ({ step: getState().step }))),
     saver("Picture", ".png of this moment", "share-png", () => picture(getState())),
-    ...movies,
+    saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", made("movie", () => ({ format: "mp4" }))),
+    saver("Movie for slides and mail", ".gif, the same", "share-gif", made("movie", () => ({ format: "gif" }))),
   ];
+}
+
+function sources({ panels }) {
+  return Object.fromEntries(panels.map(({ source }, place) => ["ab"[place], source]));
 }
 
 function linkRow() {
@@ -72,11 +74,6 @@ function saver(title, what, testid, make) {
   };
   const button = el("button", { type: "button", class: "share-entry", "data-testid": testid, onclick: save }, el("span", {}, title), hint);
   return button;
-}
-
-function pageQuery({ panels, step }) {
-  const sources = panels.map(({ source }, place) => ["ab"[place], source]);
-  return { ...Object.fromEntries(sources), step };
 }
 
 /** A file that the server makes, under the name that it gives. */

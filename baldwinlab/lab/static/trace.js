@@ -1,11 +1,11 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
 import { el, format } from "./common.js";
-import { FONT } from "./world.js";
+import { FONT } from "./palette.js";
 
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
 
-/** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, stride?: number, offset?: number, colour: string, alpha?: number}} Line */
+/** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number}} Line */
 
 export class Trace {
   /** @param {string} title @param {(step: number) => void} seek */
@@ -70,14 +70,14 @@ export class Trace {
     for (const line of this.lines) this.drawLine(pen, line, width, placeY);
   }
 
-  drawLine(pen, { x, values, stride = 1, offset = 0, colour, alpha = 1 }, width, placeY) {
+  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 }, width, placeY) {
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
     const every = Math.max(1, Math.floor(count / (2 * width)));
     pen.strokeStyle = colour;
     pen.globalAlpha = alpha;
     pen.lineWidth = 1.2;
     pen.beginPath();
-    for (let at = 0; at < count; at += every) pen.lineTo(this.placeX(x ? x[at] : at, width), placeY(values[offset + at * stride]));
+    for (let at = 0; at < count; at += every) pen.lineTo(this.placeX(x ? x[at] : first + at, width), placeY(values[offset + at * stride]));
     pen.stroke();
     pen.globalAlpha = 1;
   }

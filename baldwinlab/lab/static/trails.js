@@ -2,12 +2,14 @@
 
 const BANDS = [0.12, 0.22, 0.36, 0.55]; // from the oldest quarter of a recent trail to the newest
 const RECENT = 220; // steps
-const RECENT_SEGMENTS = 9000; // in a frame, so that a thousand agents leave short trails
+const RECENT_SEGMENTS = 9000; // in a frame, so that many agents leave shorter trails
+const CROWD = 300; // agents beyond which trails are short, and drawn from every fourth place
 const LIFE_SEGMENTS = 24000; // added in a frame
 
 /** Paths of all agents over the last steps, fading; `pen` is the context, in units of the world. */
 export function drawRecent(pen, recording, step, colour, width) {
-  const length = Math.min(RECENT, Math.max(8, Math.floor(RECENT_SEGMENTS / recording.agents)));
+  const crowd = recording.agents > CROWD;
+  const length = crowd ? 16 : Math.min(RECENT, Math.floor(RECENT_SEGMENTS / recording.agents));
   const row = step - recording.first;
   pen.strokeStyle = colour;
   pen.lineWidth = width;
@@ -17,7 +19,7 @@ export function drawRecent(pen, recording, step, colour, width) {
     if (to <= from) continue;
     pen.globalAlpha = BANDS[band];
     pen.beginPath();
-    for (let agent = 0; agent < recording.agents; agent++) trace(pen, recording, agent, from, to);
+    for (let agent = 0; agent < recording.agents; agent++) trace(pen, recording, agent, from, to, crowd ? 4 : 1);
     pen.stroke();
   }
   pen.globalAlpha = 1;
@@ -34,14 +36,14 @@ export function drawOwn(pen, recording, step, agent, colour, width) {
   pen.globalAlpha = 1;
 }
 
-/** Adds rows `from` to `to` of an agent's path; where it crosses the edge of the torus, the line is broken. */
-function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to) {
+/** Adds rows `from` to `to` of an agent's path, every so-many-th; where it crosses the edge of the torus, the line is broken. */
+function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
   const [halfWidth, halfHeight] = [world.width / 2, world.height / 2];
   let at = from * agents + agent;
   let [oldX, oldY] = [x[at], y[at]];
   pen.moveTo(oldX, oldY);
-  for (let row = from + 1; row <= to; row++) {
-    at += agents;
+  for (let row = from + every; row <= to; row += every) {
+    at += agents * every;
     const [newX, newY] = [x[at], y[at]];
     if (Math.abs(newX - oldX) > halfWidth || Math.abs(newY - oldY) > halfHeight) pen.moveTo(newX, newY);
     else pen.lineTo(newX, newY);

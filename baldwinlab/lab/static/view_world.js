@@ -7,7 +7,7 @@ import { Player, SPEEDS } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
 import { Timeline } from "./timeline.js";
-import { DARK, LIGHT } from "./world.js";
+import { DARK, LIGHT } from "./palette.js";
 
 const PATHS = {
   play: "M6 4l10 6-10 6z", pause: "M7 4v12M13 4v12", back: "M12 5l-6 5 6 5zM15 5v10", on: "M8 5l6 5-6 5zM5 5v10",

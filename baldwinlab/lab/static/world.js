@@ -1,28 +1,16 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
+import { drawAgents } from "./agents.js";
 import { drawSight } from "./sight.js";
 import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
 
-const TURN = (9 * Math.PI) / 180;
-const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body, and which way it heads
-export const FONT = '"Inter", "Segoe UI", Roboto, "Helvetica Neue", Arial, system-ui, sans-serif';
-const MANY = 60; // agents beyond which only some show how much they ate
-const FLASH = 24; // steps for which a meal is seen
+export { DARK, LIGHT } from "./palette.js";
 
-export const LIGHT = {
-  ground: "#eceff3", map: "#ffffff", grid: "#eef1f4", edge: "#c3cbd5", region: "#009e73", text: "#17202a", soft: "#55616f",
-  food: "#009e73", agent: "#0072b2", hungry: "#ffffff", outline: "#56616e", trail: "#0072b2", chosen: "#d55e00",
-  sight: "#0072b2", lit: "#e69f00", flash: "#e69f00",
-};
-export const DARK = {
-  ground: "#0b0f13", map: "#141b22", grid: "#1a222b", edge: "#36424f", region: "#22b78a", text: "#e7edf3", soft: "#9aa8b6",
-  food: "#22b78a", agent: "#56b4e9", hungry: "#141b22", outline: "#8796a5", trail: "#56b4e9", chosen: "#ff8a3d",
-  sight: "#56b4e9", lit: "#f0b429", flash: "#ffd166",
-};
+const TURN = (9 * Math.PI) / 180;
 
 /**
  * @typedef {object} Look
- * @property {typeof LIGHT} palette
+ * @property {typeof import("./palette.js").LIGHT} palette
  * @property {number|null} [chosen] the agent that is looked at
  * @property {"off"|"recent"|"life"} [trails]
  * @property {boolean} [sight] whether discs and sectors are drawn
@@ -125,7 +113,7 @@ export class WorldView {
     const ready = this.drawTrails(transform, recording, step, look, scale);
     if (look.sight !== false) drawSight(this, recording, step, look);
     this.drawFood(recording.itemsAt(step), look.palette, scale);
-    this.drawAgents(recording, step, look, scale);
+    drawAgents(this, recording, step, look);
     pen.restore();
     this.drawEdge(look.palette, scale);
     return ready;
@@ -200,76 +188,10 @@ export class WorldView {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
     pen.fillStyle = palette.food;
-    pen.beginPath();
     for (let item = 0; item < places.x.length; item++) {
-      pen.moveTo(places.x[item] + radius, places.y[item]);
+      pen.beginPath(); // one by one, which takes half the time of one path of all
       pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
-    }
-    pen.fill();
-  }
-
-  /** Who has eaten is filled, who has not is hollow; a meal flashes; the chosen one has a ring. */
-  drawAgents(recording, step, { palette, chosen }, scale) {
-    const { pen, count } = this;
-    const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
-    this.drawFlashes(recording, step, palette, scale, size);
-    for (const fed of [false, true]) {
-      pen.beginPath();
-      for (let agent = 0; agent < count; agent++) {
-        if (recording.eatenBefore(step + 1, agent) > 0 === fed) this.dart(this.x[agent], this.y[agent], this.angle[agent], size);
-      }
-      pen.fillStyle = fed ? palette.agent : palette.hungry;
-      pen.strokeStyle = fed ? palette.map : palette.outline;
-      pen.lineWidth = (fed ? 0.8 : 1.4) / scale;
       pen.fill();
-      pen.stroke();
-    }
-    if (chosen != null && chosen < count) this.drawChosen(chosen, palette, scale, size);
-    if (scale > 1.7 && (count <= MANY || scale > 5)) this.drawCounts(recording, step, palette, scale);
-  }
-
-  dart(x, y, angle, size) {
-    const { pen } = this;
-    const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
-    pen.moveTo(x + DART[0][0] * cos, y + DART[0][0] * sin);
-    for (let corner = 1; corner < 4; corner++) {
-      const [along, aside] = DART[corner];
-      pen.lineTo(x + along * cos - aside * sin, y + along * sin + aside * cos);
-    }
-    pen.closePath();
-  }
-
-  drawFlashes(recording, step, palette, scale, size) {
-    const { pen, count } = this;
-    pen.beginPath();
-    for (let agent = 0; agent < count; agent++) {
-      if (recording.eatenBefore(step + 1, agent) === recording.eatenBefore(Math.max(recording.first, step + 1 - FLASH), agent)) continue;
-      pen.moveTo(this.x[agent] + 9.5 * size, this.y[agent]);
-      pen.arc(this.x[agent], this.y[agent], 9.5 * size, 0, 2 * Math.PI);
-    }
-    pen.fillStyle = palette.flash;
-    pen.globalAlpha = 0.4;
-    pen.fill();
-    pen.globalAlpha = 1;
-  }
-
-  drawChosen(agent, palette, scale, size) {
-    const { pen } = this;
-    pen.strokeStyle = palette.chosen;
-    pen.lineWidth = 2 / scale;
-    pen.beginPath();
-    pen.arc(this.x[agent], this.y[agent], 11 * size, 0, 2 * Math.PI);
-    pen.stroke();
-  }
-
-  drawCounts(recording, step, palette, scale) {
-    const { pen } = this;
-    pen.fillStyle = palette.text;
-    pen.font = `600 ${11 / scale}px ${FONT}`;
-    pen.textBaseline = "middle";
-    for (let agent = 0; agent < this.count; agent++) {
-      const eaten = recording.eatenBefore(step + 1, agent);
-      if (eaten) pen.fillText(String(eaten), this.x[agent] + 9, this.y[agent] - 7);
     }
   }
 }

@@ -1,0 +1,75 @@
+/** Agents: a dart that points where each heads, filled once it has eaten; a meal flashes; the chosen one has a ring. */
+
+import { FONT } from "./palette.js";
+
+const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body
+const HOLLOW = [[3.1, 0], [-2.9, 2.8], [-1.1, 0], [-2.9, -2.8]]; // what is left of one inside its outline
+const FLASH = 24; // steps for which a meal is seen
+const MANY = 60; // agents beyond which outlines are not stroked, and numbers not shown unless they are far apart
+
+/** Each agent is a path of its own: one path of a thousand takes several times as long. @param {import("./world.js").WorldView} view */
+export function drawAgents(view, recording, step, { palette, chosen }) {
+  const { scale, count } = view;
+  const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
+  drawFlashes(view, recording, step, palette, size);
+  for (const fed of [false, true]) drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, palette, size);
+  if (chosen != null && chosen < count) drawChosen(view, chosen, palette, size);
+  if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step, palette);
+}
+
+function drawSome({ pen, x, y, angle, count, scale }, wanted, fed, palette, size) {
+  const crowd = count > MANY;
+  pen.lineWidth = (fed ? 0.8 : 1.4) / scale;
+  pen.strokeStyle = fed ? palette.map : palette.outline;
+  for (let agent = 0; agent < count; agent++) {
+    if (!wanted(agent)) continue;
+    pen.fillStyle = fed ? palette.agent : crowd ? palette.outline : palette.hungry;
+    shape(pen, DART, x[agent], y[agent], angle[agent], size);
+    pen.fill();
+    if (!crowd) pen.stroke();
+    else if (!fed) {
+      pen.fillStyle = palette.hungry;
+      shape(pen, HOLLOW, x[agent], y[agent], angle[agent], size);
+      pen.fill();
+    }
+  }
+}
+
+function shape(pen, corners, x, y, angle, size) {
+  const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
+  pen.beginPath();
+  for (const [along, aside] of corners) pen.lineTo(x + along * cos - aside * sin, y + along * sin + aside * cos);
+  pen.closePath();
+}
+
+function drawFlashes({ pen, x, y, count }, recording, step, palette, size) {
+  const before = Math.max(recording.first, step + 1 - FLASH);
+  pen.fillStyle = palette.flash;
+  pen.globalAlpha = 0.4;
+  for (let agent = 0; agent < count; agent++) {
+    if (recording.eatenBefore(step + 1, agent) === recording.eatenBefore(before, agent)) continue;
+    pen.beginPath();
+    pen.arc(x[agent], y[agent], 9.5 * size, 0, 2 * Math.PI);
+    pen.fill();
+  }
+  pen.globalAlpha = 1;
+}
+
+function drawChosen({ pen, x, y, scale }, agent, palette, size) {
+  pen.strokeStyle = palette.chosen;
+  pen.lineWidth = 2 / scale;
+  pen.beginPath();
+  pen.arc(x[agent], y[agent], 11 * size, 0, 2 * Math.PI);
+  pen.stroke();
+}
+
+function drawCounts({ pen, x, y, count, scale }, recording, step, palette) {
+  pen.fillStyle = palette.text;
+  pen.font = `600 ${11 / scale}px ${FONT}`;
+  pen.textAlign = "left";
+  pen.textBaseline = "middle";
+  for (let agent = 0; agent < count; agent++) {
+    const eaten = recording.eatenBefore(step + 1, agent);
+    if (eaten) pen.fillText(String(eaten), x[agent] + 9, y[agent] - 7);
+  }
+}

@@ -1,0 +1,109 @@
+"""How smoothly the lab's page plays: `python -m benchmarks.lab [--seconds 5]`. Needs the extra `lab`, playwright and a Chromium.
+
+Frames a second in headless Chromium, which never draws more than 60: the median frame, and the slowest one in twenty.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import uvicorn
+from playwright.sync_api import Page, sync_playwright
+
+from baldwinlab.console import progress
+from baldwinlab.lab.server import make_app
+from baldwinlab.presets import load
+from baldwinlab.store import create
+from baldwinlab.study import missing_runs, run_study
+
+CONDITION = "evo%2Bself-taught/A"
+STEPS = 3000
+WORLDS = {20: 50, 1000: 500}  # agents, and items for them to find
+SETTINGS = {
+    "plays at 10x": "",
+    "plays at 100x": "&speed=100",
+    "whole trails": "&speed=100&trails=life",
+    "an agent open": "&agent=3",
+    "side by side": "&b.condition=evo/A",
+}
+COUNT_FRAMES = """seconds => new Promise(done => {
+  const times = [];
+  const frame = now => { times.push(now); now - times[0] < 1000 * seconds ? requestAnimationFrame(frame) : done(times); };
+  requestAnimationFrame(frame);
+})"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=5, help="for which each setting plays")
+    seconds = parser.parse_args().seconds
+    with tempfile.TemporaryDirectory() as folder:
+        for agents, items in WORLDS.items():
+            make_study(Path(folder) / str(agents), agents, items)
+        with serving(Path(folder)) as address, browsing() as page:
+            print(f"{'agents':>6}  {'':14}  {'median':>6}  {'slowest 5 %':>11}  frames a second")
+            for agents in WORLDS:
+                for name, rest in SETTINGS.items():
+                    middle, slow = frames_a_second(page, f"{address}/#/world?study={agents}&condition={CONDITION}{rest}", seconds)
+                    print(f"{agents:6}  {name:14}  {middle:6.1f}  {slow:11.1f}", flush=True)
+
+
+def frames_a_second(page: Page, address: str, seconds: float) -> tuple[float, float]:
+    page.goto("about:blank")
+    page.goto(address)
+    page.wait_for_selector("[data-ready]")
+    page.wait_for_timeout(500)
+    intervals = np.diff(page.evaluate(COUNT_FRAMES, seconds))
+    return 1000 / float(np.median(intervals)), 1000 / float(np.quantile(intervals, 0.95))
+
+
+def make_study(directory: Path, agents: int, items: int) -> None:
+    """Two conditions of one generation, whose newborns stand where the food begins."""
+    changes: dict[str, Any] = {
+        "population": {"size": agents},
+        "lifetime": {"steps": STEPS},
+        "evolution": {"generations": 1},
+    }
+    experiments = []
+    for name in ("evo/A", "evo+self-taught/A"):
+        experiment = load(name)
+        food = [region.model_copy(update={"count": items}) for region in experiment.world.food]
+        experiments.append(experiment.replace(**changes, world={"start": {"x": 400, "y": 160}, "food": food}))
+    study = create(directory, experiments, seed=0)
+    run_study(study, missing_runs(study, 1, print), 1, progress, print)
+
+
+@contextmanager
+def serving(root: Path) -> Iterator[str]:
+    server = uvicorn.Server(uvicorn.Config(make_app(root), host="127.0.0.1", port=0, log_level="error"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        while not server.started:
+            time.sleep(0.01)
+        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+@contextmanager
+def browsing() -> Iterator[Page]:
+    path = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        yield browser.new_page(viewport={"width": 1280, "height": 800})
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,142 @@
+"""The Results tab shows a study's curves, boxes and claims, and each of them leads to the lifetime behind it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from urllib.parse import parse_qsl
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.lab.asking import data
+from tests.lab.conftest import LabServer
+
+CLAIM = {
+    "id": "C1",
+    "claim": "On map A, the best agent of evo+self-taught eats more than the best agent of evo.",
+    "condition": "evo+self-taught/A",
+    "comparison": "evo/A",
+    "measure": "best",
+    "effect": 282.4,
+    "interval": [211.95, 293.2],
+    "p": 3e-9,
+    "p_holm": 2e-8,
+    "a12": 0.95,
+    "verdict": "holds",
+    "paper": "about 40 items more",
+    "missing": [],
+    "comparisons": [{}],
+}
+
+
+@pytest.fixture
+def claims(lab_server: LabServer) -> Iterator[None]:
+    path = lab_server.root / "small" / "claims.json"
+    path.write_text(json.dumps([CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}]))
+    yield
+    path.unlink()
+
+
+def hash_of(page: Page) -> dict[str, str]:
+    return dict(parse_qsl(page.url.partition("?")[2]))
+
+
+def open_results(page: Page, query: str = "study=small") -> None:
+    page.goto(f"/#/results?{query}")
+    page.get_by_test_id("curves").locator("canvas").wait_for()
+
+
+def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(page: Page, lab_server: LabServer) -> None:
+    results = data(lab_server.address, "results", study="small")
+    name = max(results["conditions"], key=lambda condition: results["curves"][condition]["best"]["mean"][1])
+    open_results(page)
+    plot = page.get_by_test_id("curves").locator(".u-over")
+    box = plot.bounding_box()
+    assert box is not None
+    plot.click(position={"x": box["width"] / 2, "y": 1})  # generation 1 of 0 to 2; the highest curve is nearest
+    expect(page.get_by_test_id("share")).to_be_visible()
+    found = hash_of(page)
+    assert found["condition"] == name
+    assert found["generation"] == "1"
+    assert found["run"] == str(results["typical_run"][name])
+
+
+def test_the_keyboard_reaches_the_same_place(page: Page) -> None:
+    open_results(page)
+    plot = page.get_by_role("group", name="What the best agent eats, generation by generation")
+    plot.press("Home")
+    plot.press("ArrowRight")
+    plot.press("Enter")
+    expect(page).to_have_url(re.compile(r"#/world\?.*generation=1"))
+
+
+def test_each_run_is_a_point_that_leads_to_its_last_generation(page: Page, lab_server: LabServer) -> None:
+    open_results(page)
+    points = page.get_by_test_id("final-best").locator("a.chart-point")
+    expect(points).to_have_count(4)
+    names = [points.nth(number).get_attribute("aria-label") for number in range(4)]
+    final = data(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"]["best"][1]
+    assert f"evo+self-taught/A, run 1: {final:.1f} items. Replay its last generation." in names
+    points.nth(3).focus()
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(r"#/world\?study=small&condition=.*&run=1&generation=2"))
+
+
+def test_measures_and_conditions_are_switched_and_the_address_keeps_them(page: Page) -> None:
+    open_results(page)
+    page.get_by_test_id("measure-share").click()
+    key = page.get_by_test_id("curves").get_by_role("button", name="evo/A")
+    key.click()
+    expect(key).to_have_attribute("aria-pressed", "false")
+    expect(page).to_have_url(re.compile(r"measure=share&hidden=evo/A"))
+    page.reload()
+    expect(key).to_have_attribute("aria-pressed", "false")
+    expect(page.get_by_test_id("measure-share")).to_have_attribute("aria-pressed", "true")
+
+
+def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_both_worlds(page: Page, claims: None) -> None:
+    open_results(page)
+    expect(page.get_by_test_id("claims")).to_contain_text("1 holds, 1 is undecided.")
+    claim = page.get_by_test_id("claim-C1")
+    expect(claim).to_contain_text("+282 (95 % interval 212 to 293), corrected p below 0.001")
+    expect(claim).to_contain_text("about 40 items more")
+    claim.get_by_role("link", name="evo+self-taught/A beside evo/A").click()
+    expect(page.get_by_test_id("world-b")).to_be_visible()
+
+
+def test_a_study_that_was_never_held_against_the_paper_says_how_it_is(page: Page) -> None:
+    open_results(page)
+    expect(page.get_by_test_id("claims")).to_contain_text("baldwinlab report")
+    expect(page.get_by_test_id("report-link")).to_have_count(0)
+
+
+def test_an_unknown_study_is_a_sentence_with_a_way_out(page: Page) -> None:
+    page.goto("/#/results?study=gone")
+    expect(page.get_by_test_id("results-empty")).to_contain_text("gone is not in this folder.")
+    page.get_by_test_id("results-study").select_option("small")
+    expect(page.get_by_test_id("curves")).to_be_visible()
+
+
+def test_a_report_opens_where_there_is_one(page: Page, lab_server: LabServer) -> None:
+    report = lab_server.root / "small" / "report.html"
+    report.write_text("<h1>The report</h1>")
+    open_results(page)
+    with page.expect_popup() as popup:
+        page.get_by_test_id("report-link").click()
+    expect(popup.value.get_by_role("heading", name="The report")).to_be_visible()
+    report.unlink()
+
+
+def test_five_numbers_and_ticks_are_those_of_the_textbook(page: Page) -> None:
+    page.goto("/#/results")
+    found = page.evaluate(
+        """async () => {
+            const { fiveNumbers, niceTicks } = await import("/box_chart.js");
+            return [fiveNumbers([9, 1, 2, 3, 4, 100]), niceTicks(437), niceTicks(0.9)];
+        }"""
+    )
+    assert found[0] == {"low": 1, "first": 2.25, "median": 3.5, "third": 7.75, "high": 9}
+    assert found[1] == [0, 100, 200, 300, 400, 500]
+    assert found[2] == [0, 0.2, 0.4, 0.6, 0.8, 1]
