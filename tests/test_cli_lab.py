@@ -7,13 +7,18 @@ import socket
 import subprocess
 import sys
 import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
+import psutil
 import pytest
 
 from baldwinlab import cli
 from baldwinlab.cli import lab
+from baldwinlab.presets import load
+from tests.small import small_study
 
 
 def complaint(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
@@ -67,15 +72,36 @@ def test_the_browser_is_opened_unless_told_otherwise(monkeypatch: pytest.MonkeyP
     assert opened[0].startswith("http://127.0.0.1:")
 
 
+@contextmanager
+def opened(root: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """The command at work in a process of its own, and the address of its page."""
+    command = [sys.executable, "-m", "baldwinlab", "lab", str(root), "--port", "0", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        said = next(line for line in process.stdout if "is open at" in line)
+        try:
+            yield process, said.split("is open at ")[1].split()[0]
+        finally:
+            process.terminate()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process")
 def test_ctrl_c_closes_it(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "baldwinlab", "lab", str(tmp_path), "--port", "0", "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    said = next(line for line in process.stdout if "is open at" in line)
-    address = said.split("is open at ")[1].split()[0]
-    with httpx.Client() as client:  # its connection stays open
-        assert client.get(f"{address}api/studies").json() == {"studies": []}
+    with opened(tmp_path) as (process, address), httpx.Client() as client:
+        assert client.get(f"{address}api/studies").json() == {"studies": []}  # and its connection stays open
         process.send_signal(signal.SIGINT)
         rest, complaints = process.communicate(timeout=30)
     assert (process.returncode, rest, complaints) == (0, "the lab is closed\n", "")
+
+
+def test_a_day_of_playing_does_not_grow_its_memory(tmp_path: Path) -> None:
+    """Once as much is kept as may be, recordings of 150 MB in all come and go."""
+    crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
+    small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
+    with opened(tmp_path) as (process, address):
+        used = []
+        for last in range(988, 1000):
+            query = f"study=crowd&condition=evo/A&run=0&generation=0&last={last}"
+            assert len(httpx.get(f"{address}api/recording?{query}", timeout=60).content) > 25e6
+            used.append(psutil.Process(process.pid).memory_info().rss)
+    assert used[-1] - used[5] < 60e6

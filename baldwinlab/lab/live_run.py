@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Sequence
 from typing import Any, Final
 from uuid import uuid4
@@ -31,7 +32,7 @@ class LiveRun:
     """Some runs of one experiment, which live on a thread of their own from the moment this is made."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: int, seconds: float = 0.0) -> None:
-        """`seconds` is the pause after every generation, so that eyes can follow; 0 for none."""
+        """A generation takes at least so many `seconds`, so that eyes can follow; 0 for as fast as it goes."""
         self.id = uuid4().hex[:8]
         self.experiment, self.seed, self.runs, self.seconds = experiment, seed, runs, seconds
         self.message = ""
@@ -39,8 +40,10 @@ class LiveRun:
         self.farewell = threading.Timer(0, lambda: None)  # frees the run when nobody has come back
         self._histories: Sequence[History] = ()
         self._ready, self._end = False, ""
-        self._going, self._stop = threading.Event(), threading.Event()
+        self._stopping = False
+        self._going, self._stirred = threading.Event(), threading.Event()  # the latter when a wait may be over
         self._going.set()
+        self._woke = time.monotonic()  # when the generation that lives now began
         self._thread = threading.Thread(target=self._live, name=f"live {self.id}", daemon=True)
         self._thread.start()
 
@@ -68,14 +71,16 @@ class LiveRun:
 
     def stop(self) -> None:
         """As `pause`, for good; all that has lived can still be seen and kept."""
-        self._stop.set()
+        self._stopping = True
         self._going.set()
+        self._stirred.set()
 
     def obey(self, order: Any) -> None:
         """Do what a page asks: {"do": "pause"}, "resume" or "stop", or {"do": "pace", "seconds": 0.1}. Raises ValueError."""
         wish = order.get("do") if isinstance(order, dict) else None
         if wish == "pace":
             self.seconds = seconds_in(order)
+            self._stirred.set()
         elif wish in ("pause", "resume", "stop"):
             getattr(self, wish)()
         else:
@@ -128,14 +133,17 @@ class LiveRun:
         self._histories = histories
         if self.lived == self.experiment.evolution.generations:
             return
-        self._stop.wait(self.seconds)
+        while not self._stopping and (early := self._woke + self.seconds - time.monotonic()) > 0:
+            self._stirred.wait(early)
+            self._stirred.clear()
         self._going.wait()
-        if self._stop.is_set():
+        self._woke = time.monotonic()
+        if self._stopping:
             raise _StoppedError
 
 
 def seconds_in(order: dict[str, Any]) -> float:
-    """The pause after a generation that a page asks for. Raises ValueError."""
+    """The seconds a generation that a page asks for. Raises ValueError."""
     seconds = order.get("seconds", 0)
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds <= SLOWEST:
         raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {SLOWEST:g}")

@@ -107,6 +107,15 @@ def test_a_live_run_pauses_between_two_generations_and_goes_on(live: Live) -> No
     assert run.state == "running"
 
 
+def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
+    run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=60)
+    wait_until(lambda: run.lived == 1)
+    run.obey({"do": "pace", "seconds": 0})
+    assert ended(run).state == "done"
+    with pytest.raises(ValueError, match="seconds = 'soon' must be a number from 0 to 60"):
+        run.obey({"do": "pace", "seconds": "soon"})
+
+
 def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
     run = stopped(live, small().replace(**LONG))
     experiment, seed, number, energy = live.recording_source(run.id, 1, 2)

@@ -179,6 +179,13 @@ def test_another_view_does_not_end_a_live_run_and_two_pages_share_it(page: Page)
     assert lived(page) == lived(other)
 
 
+def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
+    begin(page, LONG, pace="5")
+    state_is(page, "Running")
+    page.get_by_test_id("pace").select_option("0")
+    state_is(page, "Done")
+
+
 def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> None:
     begin(page, QUICK | {"evolution.generations": 2, "lifetime.steps": 5000}, pace="0", speed="20")
     state_is(page, "Done")

@@ -35,9 +35,8 @@ SPY = """async () => {
 
 def trace_of(server: LabServer, condition: str) -> xr.Dataset:
     study = Study(server.root / "small")
-    return replay(
-        study.experiment(condition), study.seed, SMALL["generation"], SMALL["run"], study.read(condition, SMALL["run"]).energy
-    )
+    energy = study.read(condition, 1).energy
+    return replay(study.experiment(condition), study.seed, generation=2, run=1, energy=energy)  # the life that SMALL names
 
 
 @pytest.fixture

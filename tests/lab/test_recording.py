@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
-import gc
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 import numpy.typing as npt
-import psutil
 import pytest
 import xarray as xr
-from starlette.applications import Starlette
 
 from baldwinlab.evolution import Moment, draw_genome
-from baldwinlab.lab import Lab, frames, lives, recording
-from baldwinlab.lab.cache import Cache
-from baldwinlab.lab.live import Live
+from baldwinlab.lab import frames, lives, recording
 from baldwinlab.lab.lives import Life, Past, Span
 from baldwinlab.presets import load
 from baldwinlab.replay import replay
@@ -163,28 +156,3 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
             sentence = refusal(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
             assert sentence == f"{path} is damaged: its checksum does not fit its content"
         assert "is damaged" in refusal(server.address, "results", 400, study="small")
-
-
-def test_a_day_of_playing_does_not_grow_memory(tmp_path: Path) -> None:
-    """Forty recordings of 1.3 MB or more, one after the other, where 4 MB are kept."""
-    crowd = load("evo/A").replace(population={"size": 2000}, lifetime={"steps": 100}, evolution={"generations": 1})
-    small_study(tmp_path / "crowd", [crowd], runs=1)
-    lab = Lab(tmp_path, Live(), answers=Cache(4 * 2**20))
-    app, process = Starlette(routes=recording.routes(lab)), psutil.Process()
-
-    def used() -> int:
-        gc.collect()  # else what is in cycles lies about for a while
-        return int(process.memory_info().rss)
-
-    async def play(lasts: range) -> None:
-        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://lab") as page:
-            for last in lasts:
-                query = {"study": "crowd", "condition": "evo/A", "run": 0, "generation": 0, "last": last}
-                answer = await page.get("/api/recording", params=query)
-                assert len(answer.content) > 1.3e6
-                assert lab.answers.size <= 4 * 2**20
-
-    asyncio.run(play(range(51, 56)))
-    before = used()
-    asyncio.run(play(range(56, 96)))
-    assert used() - before < 30e6, "half of what keeping all of them takes"

@@ -39,7 +39,8 @@ export function boxChart(root, options) {
 
 function picture(title, groups, width, height) {
   const slanted = (width - LEFT) / groups.length < 110;
-  const bottom = BOTTOM + (slanted ? 76 : 18);
+  const longest = Math.max(...groups.map((group) => group.label.length));
+  const bottom = BOTTOM + (slanted ? 14 + 4 * longest : 18); // about as high as the labels are
   const highest = Math.max(1e-9, ...groups.flatMap((group) => group.values));
   const ticks = niceTicks(highest);
   const top = Math.max(highest, ticks.at(-1));
@@ -106,7 +107,7 @@ export function niceTicks(highest) {
   return Array.from({ length: Math.ceil(highest / step - 1e-9) + 1 }, (_, number) => Number((number * step).toPrecision(12)));
 }
 
-function svg(tag, attributes, ...children) {
+export function svg(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
   element.append(...children);

@@ -1,12 +1,14 @@
 // Charts: curves with bands (uPlot), and box plots whose points are links (box_chart.js). Both follow the page's colours.
 
 import uPlot from "./vendor/uPlot.esm.js";
+import { svg } from "./box_chart.js";
 import { el } from "./common.js";
 
 export { boxChart } from "./box_chart.js";
 
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a8a8a"]; // Okabe and Ito, as in the figures
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
+const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
 
 /** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
@@ -60,15 +62,24 @@ export function lineChart(root, options) {
     showLegend();
   };
   const showLegend = () => {
-    legend.replaceChildren(...series.map((one, number) => legendEntry(one, number, hidden, toggle)));
+    const all = el("button", { type: "button", class: "chart-all", onclick: toggleAll }, hidden.size ? "Show all" : "Hide all");
+    legend.replaceChildren(...series.map((one, number) => legendEntry(one, number, hidden, toggle)), ...(series.length > MANY ? [all] : []));
   };
   const toggle = (label) => {
     if (!hidden.delete(label)) hidden.add(label);
-    series.forEach((one, number) => {
+    changeShown(series.findIndex((one) => one.label === label));
+  };
+  const toggleAll = () => {
+    if (hidden.size) hidden.clear();
+    else series.forEach((one) => hidden.add(one.label));
+    changeShown(series.length);
+  };
+  const changeShown = (pressed) => {
+    chart.batch(() => series.forEach((one, number) => {
       for (let edge = 1; edge <= 3; edge++) chart.setSeries(3 * number + edge, { show: !hidden.has(one.label) });
-    });
+    }));
     showLegend();
-    legend.querySelectorAll("button")[series.findIndex((one) => one.label === label)].focus();
+    legend.querySelectorAll("button")[pressed].focus();
     options.onHidden?.([...hidden]);
   };
   const showValues = (index) => {
@@ -128,9 +139,11 @@ function settings(plot, series, hidden, options, showValues) {
     series: [{}, ...lines],
     bands: series.map((one, number) => ({
       series: [3 * number + 2, 3 * number + 3],
-      fill: `${one.color ?? look(number).color}2e`,
+      fill: `${one.color ?? look(number).color}${series.length > MANY ? "12" : "2e"}`,
     })),
+    focus: { alpha: 0.25 },
     cursor: {
+      focus: { prox: 24, dist: (_, column, index, value, cursor) => (column % 3 === 1 ? value - cursor : Infinity) }, // lines, not edges
       drag: { x: false, y: false, click() {} }, // uPlot would take a click near an edge, where its cursor snaps, for a drag
       y: false,
       points: { show: (chart, column) => column % 3 === 1 && cursorPoint(chart, column) },
@@ -150,11 +163,15 @@ function cursorPoint(chart, column) {
 
 function legendEntry(one, number, hidden, toggle) {
   const { color, dash } = { ...look(number), ...one };
-  const line = `border-top:3px ${dash ? "dashed" : "solid"} ${color}`;
   const button = el("button", { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(one.label)) },
-    el("span", { class: "chart-swatch", style: line }), el("span", {}, one.label), el("span", { class: "chart-value" }));
+    swatch(color, dash), el("span", {}, one.label), el("span", { class: "chart-value" }));
   button.addEventListener("click", () => toggle(one.label));
   return button;
+}
+
+function swatch(color, dash = []) {
+  const line = { d: "M0 2H22", stroke: color, "stroke-width": 3, "stroke-dasharray": dash.map((length) => length * 0.8).join(" ") };
+  return svg("svg", { width: 22, height: 4, "aria-hidden": "true" }, svg("path", line));
 }
 
 function bindPick(chart, currentSeries, onPick) {
@@ -197,5 +214,6 @@ function moveCursor(event, chart, series, hidden, onPick) {
 }
 
 function brief(value) {
+  if (value === 0) return "0";
   return Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(Math.abs(value) >= 1 ? 1 : 3);
 }

@@ -10,10 +10,13 @@ const PACE = "0.1";
 /**
  * @param {Object<string, string>} state of the address: preset, set (what is changed, JSON), runs, seed, pace
  * @param {(patch: Object<string, any>) => void} navigate
- * @param {(id: string) => void} started
+ * @param {object} hear
+ * @param {(id: string) => void} hear.started a live run
+ * @param {(seconds: number) => void} hear.paced the reader wants another pace, also of what runs already
+ * @param {(experiment: Object<string, any>) => void} hear.valid what the form says, whenever it has changed and can be run
  * @param {AbortSignal} signal
  */
-export async function setup(state, navigate, started, signal) {
+export async function setup(state, navigate, hear, signal) {
   const { presets, schema } = await getJSON("/api/presets", signal);
   const chosen = presets.some(({ name }) => name === state.preset) ? state.preset : "evo+self-taught/A";
   const given = { preset: chosen, runs: number(state.runs, 5), seed: number(state.seed, 0), pace: state.pace ?? PACE };
@@ -21,7 +24,7 @@ export async function setup(state, navigate, started, signal) {
   const description = el("p", { class: "hint" });
   const fault = el("p", { class: "fault", hidden: true, "data-testid": "setup-fault" });
   const start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
-  const check = checker(signal, start);
+  const check = checker(signal, start, hear.valid);
   let form = null;
 
   const load = async (name, changes) => {
@@ -59,7 +62,10 @@ export async function setup(state, navigate, started, signal) {
     el("div", { class: "live-numbers" },
       counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
       counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
-      pacePicker(given.pace, remember("pace"))),
+      pacePicker(given.pace, (pace) => {
+        remember("pace")(pace);
+        hear.paced(Number(pace));
+      })),
     el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), reset), body, fault, start);
   element.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -67,7 +73,7 @@ export async function setup(state, navigate, started, signal) {
     fault.hidden = true;
     try {
       const order = { experiment: form.value, runs: given.runs, seed: given.seed, seconds: Number(given.pace) };
-      started((await postJSON("/api/live", order, signal)).id);
+      hear.started((await postJSON("/api/live", order, signal)).id);
     } catch (refusal) {
       if (refusal.name === "AbortError") return;
       fault.textContent = refusal.message;
@@ -81,7 +87,7 @@ export async function setup(state, navigate, started, signal) {
 }
 
 /** Asks the server, soon after the last change, what is wrong with what the form says. */
-function checker(signal, start) {
+function checker(signal, start, valid) {
   let waiting = 0;
   let turn = 0;
   return (form) => {
@@ -92,6 +98,7 @@ function checker(signal, start) {
       if (mine !== turn) return;
       form.show(errors);
       start.disabled = errors.length > 0;
+      if (!errors.length) valid(form.value);
     }, CHECK_AFTER);
   };
 }

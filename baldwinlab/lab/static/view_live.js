@@ -4,6 +4,7 @@ import { el, getJSON, message } from "./common.js";
 import { feedOf } from "./live_feed.js";
 import { livePanel } from "./live_panel.js";
 import { setup } from "./live_setup.js";
+import { DARK, LIGHT, WorldView } from "./world.js";
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
 export function mount(root, state, navigate) {
@@ -37,12 +38,16 @@ export function mount(root, state, navigate) {
     [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
     hear();
   };
-  const started = (id) => {
-    navigate({ id }, false);
-    root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
+  const listener = {
+    started(id) {
+      navigate({ id }, false);
+      root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
+    },
+    paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
+    valid: (experiment) => preview(stage, experiment),
   };
 
-  setup(state, navigate, started, aborted.signal)
+  setup(state, navigate, listener, aborted.signal)
     .then((form) => side.replaceChildren(form))
     .catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
@@ -58,8 +63,19 @@ export function mount(root, state, navigate) {
 /** Where no run is shown: why, and which ones live. */
 async function empty(stage, title, sentence, signal) {
   const others = el("ul", { class: "live-others" });
-  stage.replaceChildren(el("section", { class: "card empty", "data-testid": "live-empty" }, el("h1", {}, title), el("p", {}, sentence), others));
+  const map = el("canvas", { class: "live-preview", hidden: true, role: "img", "aria-label": "The map: where agents are born, and where food lies" });
+  stage.replaceChildren(el("section", { class: "card empty", "data-testid": "live-empty" }, el("h1", {}, title), el("p", {}, sentence), map, others));
   const { runs } = await getJSON("/api/live", signal);
   others.replaceChildren(...runs.map((run) => el("li", {}, el("a", { href: `#/live?id=${run.id}` },
     `${run.experiment.name}, ${run.lived} of ${run.experiment.evolution.generations} generations, ${run.state}`))));
+}
+
+/** The map of what would be started, where no run is shown. */
+function preview(stage, { world }) {
+  const map = stage.querySelector(".live-preview");
+  if (!map) return;
+  map.hidden = false;
+  const view = new WorldView(map);
+  view.world = world;
+  view.draw(null, 0, { palette: matchMedia("(prefers-color-scheme: dark)").matches ? DARK : LIGHT });
 }

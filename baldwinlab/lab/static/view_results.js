@@ -76,7 +76,7 @@ function draw(page, given, remember) {
     heading(given),
     el("div", { class: "row" }, measureSwitch(measure, choose), el("span", { class: "soft" }, "Click a curve to replay that generation of its typical run; shaded: 95 % bands over runs.")),
     curves,
-    el("div", { class: "results-boxes" }, ...boxes),
+    el("div", { class: results.conditions.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     claimList(results.claims, study, (condition) => results.typical_run[condition], lastGeneration(results)),
   );
   const line = drawCurves(curves, given, remember);
