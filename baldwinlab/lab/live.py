@@ -101,6 +101,7 @@ class Live:
             study = create(_new_directory(root, name), [experiment], run.seed)
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
+        run.kept = name
 
     def close(self) -> None:
         """Stop all."""
@@ -194,6 +195,7 @@ def _about(run: LiveRun) -> dict[str, Any]:
         "seconds": run.seconds,
         "lived": run.lived,
         "state": run.state,
+        "kept": run.kept,
     }
 
 

@@ -20,7 +20,8 @@ from baldwinlab.store import StudyError
 MOST_RUNS: Final = 50
 MOST_GENERATIONS: Final = 10_000
 MOST_MEMORY: Final = 500_000_000  # bytes of genomes
-MOST_STEPS: Final = 200_000_000  # agent-steps of a generation: some seconds, in which it cannot be stopped
+MOST_WORK: Final = 20_000_000_000  # weights x agent-steps of a generation: some seconds, in which it cannot be stopped
+MOST_ITEMS: Final = 500_000  # of food
 SLOWEST: Final = 60.0  # seconds a generation
 
 
@@ -36,6 +37,7 @@ class LiveRun:
         self.id = uuid4().hex[:8]
         self.experiment, self.seed, self.runs, self.seconds = experiment, seed, runs, seconds
         self.message = ""
+        self.kept = ""  # the study that it was kept as last
         self.watchers = 0
         self.farewell = threading.Timer(0, lambda: None)  # frees the run when nobody has come back
         self._histories: Sequence[History] = ()
@@ -63,8 +65,9 @@ class LiveRun:
         return self._histories[-1].lived if self._histories else 0
 
     def pause(self) -> None:
-        """Takes effect when the generation that lives now has lived."""
-        self._going.clear()
+        """Takes effect when the generation that lives now has lived; not after `stop`."""
+        if not self._stopping:
+            self._going.clear()
 
     def resume(self) -> None:
         self._going.set()
@@ -156,9 +159,12 @@ def check_size(experiment: Experiment, runs: int) -> None:
         raise ValueError(f"runs = {runs} must be at least 1 and at most {MOST_RUNS} for a live run")
     generations, agents = experiment.evolution.generations, experiment.population.size
     genomes = 4 * runs * generations * agents * len(experiment.modules) * experiment.genome_length
+    work = runs * agents * experiment.lifetime.steps * experiment.weight_count
+    items = runs * sum(region.count for region in experiment.world.food)
     faults = (
         (generations, MOST_GENERATIONS, "generations"),
-        (runs * agents * experiment.lifetime.steps, MOST_STEPS, "steps of all agents and runs in a generation"),
+        (items, MOST_ITEMS, "items of food in all its runs"),
+        (work, MOST_WORK, "runs x agents x steps x weights in a generation"),
         (genomes, MOST_MEMORY, "bytes of genomes, which are runs x generations x agents x weights x 4"),
     )
     for value, most, what in faults:

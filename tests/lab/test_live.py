@@ -105,6 +105,9 @@ def test_a_live_run_pauses_between_two_generations_and_goes_on(live: Live) -> No
     run.resume()
     wait_until(lambda: run.lived > before + 2)
     assert run.state == "running"
+    run.stop()
+    run.pause()  # too late
+    assert ended(run).state == "stopped"
 
 
 def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
@@ -173,13 +176,15 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
         ({}, 0, "runs = 0 must be at least 1 and at most 50"),
         ({}, 51, "runs = 51 must be at least 1 and at most 50"),
         ({"evolution": {"generations": 10_001}}, 1, "10,000 generations, and this one would have 10,001"),
-        ({"lifetime": {"steps": 100_000_000}}, 1, "steps of all agents and runs"),
+        ({"lifetime": {"steps": 100_000_000}}, 1, "runs x agents x steps x weights"),
+        ({"network": {"hidden": [1000, 1000]}}, 1, "runs x agents x steps x weights"),
+        ({"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}}, 1, "500,000 items of food"),
         ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of genomes"),
     ],
 )
 def test_what_is_too_large_to_watch_is_refused(changes: dict[str, Any], runs: int, sentence: str) -> None:
     with pytest.raises(ValueError, match=sentence):
-        check_size(Experiment().replace(**changes, world={"start": {"radius": 0}}), runs)
+        check_size(Experiment().replace(**changes), runs)
 
 
 def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
@@ -302,6 +307,8 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
             lived += len(best)
     assert post(server, f"live/{id}/keep", {"name": "mine"}) == (201, {"study": "mine"})
     assert Study(server.root / "mine").runs(small().name) == [0, 1]
+    with watching(server, id) as session:
+        assert hear(session)["kept"] == "mine"
     status, answer = post(server, f"live/{id}/keep", {"name": "mine"})
     assert (status, "exists already" in answer["error"]) == (400, True)
 

@@ -115,6 +115,8 @@ def test_a_name_that_is_taken_can_be_chosen_again(page: Page) -> None:
     other.get_by_test_id("keep-name").fill("another")
     other.get_by_test_id("keep-do").click()
     expect(other.get_by_test_id("open-kept")).to_be_visible()
+    other.reload()
+    expect(other.get_by_test_id("open-kept")).to_be_visible()
 
 
 def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_server: LabServer) -> None:

@@ -20,7 +20,7 @@ export function feedOf(id) {
 export class Feed {
   constructor(id) {
     this.id = id;
-    /** @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number}|null} */
+    /** @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number, kept: string}|null} */
     this.about = null;
     this.state = "preparing";
     this.message = "";

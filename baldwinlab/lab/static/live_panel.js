@@ -44,7 +44,7 @@ export function livePanel(root, feed, state, navigate) {
     buttons.update();
     charts.update();
     world.offer(feed.lived);
-    if (feed.kept) world.keptAs(feed.kept, experiment.name);
+    if (feed.about.kept) world.keptAs(feed.about.kept, experiment.name);
   };
   update();
   return {
@@ -97,16 +97,16 @@ function controls(feed, experiment, seed, navigate) {
   stop.addEventListener("click", () => feed.send({ do: "stop" }));
   keep.addEventListener("click", () =>
     askName(`live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`, async (name) => {
-      feed.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
-      message(`Kept as the study ${feed.kept}.`, "done");
+      feed.about.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
+      message(`Kept as the study ${feed.about.kept}.`, "done");
       feed.heard();
     }));
   const update = () => {
     pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
     pause.hidden = stop.hidden = feed.ended;
-    keep.hidden = Boolean(feed.kept) || !["done", "stopped"].includes(feed.state) || !feed.lived;
-    kept.hidden = !feed.kept;
-    if (feed.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.kept })}`;
+    keep.hidden = Boolean(feed.about.kept) || !["done", "stopped"].includes(feed.state) || !feed.lived;
+    kept.hidden = !feed.about.kept;
+    if (feed.about.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.about.kept })}`;
   };
   return { elements: [pause, stop, keep, kept], update };
 }

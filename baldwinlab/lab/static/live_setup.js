@@ -8,72 +8,105 @@ const PACES = [["0", "as fast as it goes"], ["0.1", "10 a second"], ["0.5", "2 a
 const PACE = "0.1";
 
 /**
- * @param {Object<string, string>} state of the address: preset, set (what is changed, JSON), runs, seed, pace
- * @param {(patch: Object<string, any>) => void} navigate
- * @param {object} hear
- * @param {(id: string) => void} hear.started a live run
- * @param {(seconds: number) => void} hear.paced the reader wants another pace, also of what runs already
- * @param {(experiment: Object<string, any>) => void} hear.valid what the form says, whenever it has changed and can be run
- * @param {AbortSignal} signal
+ * @typedef {object} Listener
+ * @property {(id: string) => void} started a live run
+ * @property {(seconds: number) => void} paced the reader wants another pace, also of what runs already
+ * @property {(experiment: Object<string, any>) => void} valid what the form says, whenever it has changed and can be run
  */
-export async function setup(state, navigate, hear, signal) {
-  const { presets, schema } = await getJSON("/api/presets", signal);
-  const chosen = presets.some(({ name }) => name === state.preset) ? state.preset : "evo+self-taught/A";
-  const given = { preset: chosen, runs: number(state.runs, 5), seed: number(state.seed, 0), pace: state.pace ?? PACE };
-  const body = el("div", { class: "live-form" });
-  const description = el("p", { class: "hint" });
-  const fault = el("p", { class: "fault", hidden: true, "data-testid": "setup-fault" });
-  const start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
-  const check = checker(signal, start, hear.valid);
-  let form = null;
+export class Setup {
+  /**
+   * @param {Object<string, string>} state of the address: preset, set (what is changed, JSON), runs, seed, pace
+   * @param {(patch: Object<string, any>) => void} navigate
+   * @param {Listener} listener
+   * @param {AbortSignal} signal
+   */
+  constructor(state, navigate, listener, signal) {
+    Object.assign(this, { state, navigate, listener, signal });
+    this.given = { runs: number(state.runs, 5), seed: number(state.seed, 0), pace: state.pace ?? PACE };
+    this.body = el("div", { class: "live-form" });
+    this.description = el("p", { class: "hint" });
+    this.fault = el("p", { class: "fault", hidden: true, "data-testid": "setup-fault" });
+    this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
+    this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
+    this.waiting = this.turn = 0;
+  }
 
-  const load = async (name, changes) => {
-    const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, signal);
-    description.textContent = presets.find((preset) => preset.name === name).description;
-    form = schemaForm(schema, withChanges(base, changes), (value) => {
-      const changed = changesOf(value, base);
-      navigate({ set: Object.keys(changed).length ? JSON.stringify(changed) : null });
-      reset.hidden = !Object.keys(changed).length;
-      check(form);
+  /** Fill `root`, when the presets and their schema are there. */
+  async show(root) {
+    const { presets, schema } = await getJSON("/api/presets", this.signal);
+    Object.assign(this, { presets, schema });
+    const { preset } = this.state;
+    this.preset = el("select", { "data-testid": "preset" }, ...presets.map(({ name }) => el("option", { value: name }, name)));
+    this.preset.value = presets.some(({ name }) => name === preset) ? preset : "evo+self-taught/A";
+    this.preset.addEventListener("change", () => this.take());
+    this.reset.addEventListener("click", () => this.take());
+    await this.load(parsed(this.state.set));
+    root.replaceChildren(this.element());
+  }
+
+  element() {
+    const { given, body, fault, start } = this;
+    const remember = (name) => (value) => {
+      given[name] = value;
+      this.navigate({ [name]: value });
+      if (name === "pace") this.listener.paced(Number(value));
+    };
+    const element = el("form", { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
+      el("h1", {}, "Live run"),
+      el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
+      el("div", { class: "live-numbers" },
+        counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
+        counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
+        pacePicker(given.pace, remember("pace"))),
+      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body, fault, start);
+    element.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.begin();
     });
-    reset.hidden = !Object.keys(changes).length;
-    body.replaceChildren(form.element);
-    check(form);
-  };
-  const reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
-  reset.addEventListener("click", () => {
-    navigate({ set: null });
-    load(given.preset, {});
-  });
-  const preset = el("select", { "data-testid": "preset" }, ...presets.map(({ name }) => el("option", { value: name }, name)));
-  preset.value = given.preset;
-  preset.addEventListener("change", () => {
-    given.preset = preset.value;
-    navigate({ preset: preset.value, set: null });
-    load(preset.value, {});
-  });
-  const remember = (name) => (value) => {
-    given[name] = value;
-    navigate({ [name]: value });
-  };
-  const element = el("form", { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
-    el("h1", {}, "Live run"),
-    el("label", { class: "field" }, el("span", {}, "Preset"), preset, description),
-    el("div", { class: "live-numbers" },
-      counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
-      counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
-      pacePicker(given.pace, (pace) => {
-        remember("pace")(pace);
-        hear.paced(Number(pace));
-      })),
-    el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), reset), body, fault, start);
-  element.addEventListener("submit", async (event) => {
-    event.preventDefault();
+    return element;
+  }
+
+  /** The preset that is chosen, as it is. */
+  take() {
+    this.navigate({ preset: this.preset.value, set: null });
+    return this.load({});
+  }
+
+  async load(changes) {
+    const name = this.preset.value;
+    const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
+    this.description.textContent = this.presets.find((preset) => preset.name === name).description;
+    this.form = schemaForm(this.schema, withChanges(base, changes), (value) => {
+      const changed = changesOf(value, base);
+      this.reset.hidden = !Object.keys(changed).length;
+      this.navigate({ set: this.reset.hidden ? null : JSON.stringify(changed) });
+      this.check();
+    });
+    this.reset.hidden = !Object.keys(changes).length;
+    this.body.replaceChildren(this.form.element);
+    this.check();
+  }
+
+  /** Ask the server, soon after the last change, what is wrong with what the form says. */
+  check() {
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(async () => {
+      const [form, mine] = [this.form, ++this.turn];
+      const { errors } = await postJSON("/api/validate", { experiment: form.value }, this.signal);
+      if (mine !== this.turn) return;
+      form.show(errors);
+      this.start.disabled = errors.length > 0;
+      if (!errors.length) this.listener.valid(form.value);
+    }, CHECK_AFTER);
+  }
+
+  async begin() {
+    const { given, fault, start } = this;
     start.disabled = true;
     fault.hidden = true;
     try {
-      const order = { experiment: form.value, runs: given.runs, seed: given.seed, seconds: Number(given.pace) };
-      hear.started((await postJSON("/api/live", order, signal)).id);
+      const order = { experiment: this.form.value, runs: given.runs, seed: given.seed, seconds: Number(given.pace) };
+      this.listener.started((await postJSON("/api/live", order, this.signal)).id);
     } catch (refusal) {
       if (refusal.name === "AbortError") return;
       fault.textContent = refusal.message;
@@ -81,26 +114,7 @@ export async function setup(state, navigate, hear, signal) {
     } finally {
       start.disabled = false;
     }
-  });
-  await load(given.preset, parsed(state.set));
-  return element;
-}
-
-/** Asks the server, soon after the last change, what is wrong with what the form says. */
-function checker(signal, start, valid) {
-  let waiting = 0;
-  let turn = 0;
-  return (form) => {
-    clearTimeout(waiting);
-    waiting = setTimeout(async () => {
-      const mine = ++turn;
-      const { errors } = await postJSON("/api/validate", { experiment: form.value }, signal);
-      if (mine !== turn) return;
-      form.show(errors);
-      start.disabled = errors.length > 0;
-      if (!errors.length) valid(form.value);
-    }, CHECK_AFTER);
-  };
+  }
 }
 
 function counter(title, name, value, min, max, changed) {

@@ -3,7 +3,7 @@
 import { el, getJSON, message } from "./common.js";
 import { feedOf } from "./live_feed.js";
 import { livePanel } from "./live_panel.js";
-import { setup } from "./live_setup.js";
+import { Setup } from "./live_setup.js";
 import { DARK, LIGHT, WorldView } from "./world.js";
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
@@ -47,9 +47,7 @@ export function mount(root, state, navigate) {
     valid: (experiment) => preview(stage, experiment),
   };
 
-  setup(state, navigate, listener, aborted.signal)
-    .then((form) => side.replaceChildren(form))
-    .catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  new Setup(state, navigate, listener, aborted.signal).show(side).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
   return {
     update,
