@@ -94,7 +94,8 @@ class WorldTab {
     this.player.speed = SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : 10;
     const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
     for (const { view } of this.panels) view.look(...(zoom ? [x, y, zoom] : [0.5, 0.5, 1]));
-    if (state.step !== undefined) this.startAt = Number(state.step) || 0;
+    if (state.step !== undefined) this.startAt = Math.max(0, Number(state.step) || 0);
+    if (this.panels.every(({ coming }) => !coming)) this.loaded();
     this.side = state.side === "b" && this.panels[1] ? "b" : "a";
     this.agent = state.agent === undefined || !(Number(state.agent) >= 0) ? null : Number(state.agent);
     this.showOptions();
@@ -206,7 +207,7 @@ class WorldTab {
     this.navigate({
       ...a.source, ...beside, step: this.startAt ?? Math.floor(this.player.time), speed: this.player.speed === 10 ? null : this.player.speed,
       agent: this.agent, side: this.side === "b" ? "b" : null, trails: this.trails === "recent" ? null : this.trails,
-      sight: this.sight ? null : "off", zoom: zoom === 1 ? null : [x, y, zoom].map((value) => value.toFixed(3)).join(","),
+      sight: this.sight ? null : "off", zoom: zoom === 1 ? null : `${x},${y},${zoom}`,
     }, replace);
   }
 

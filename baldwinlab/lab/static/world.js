@@ -66,7 +66,7 @@ export class WorldView {
     const within = Math.min(24, Math.max(1, zoom));
     const slack = within === 1 ? 0 : 0.5; // the whole map stays in the middle
     const clamp = (value) => Math.min(0.5 + slack, Math.max(0.5 - slack, value));
-    this.camera = { x: clamp(x), y: clamp(y), zoom: within };
+    this.camera = { x: rounded(clamp(x)), y: rounded(clamp(y)), zoom: rounded(within) };
   }
 
   toWorld(px, py) {
@@ -194,6 +194,11 @@ export class WorldView {
       pen.fill();
     }
   }
+}
+
+/** To what an address holds, so that it reopens exactly this. */
+function rounded(value) {
+  return Math.round(value * 1e5) / 1e5;
 }
 
 /** From one number to another the shorter way round a circle of that size. */
