@@ -40,7 +40,9 @@ function showFaults(places, faults) {
     const fault = shelf(places, path);
     fault.textContent += `${fault.textContent ? "\n" : ""}${message}`;
     fault.hidden = false;
-    places.get(path)?.input?.setAttribute("aria-invalid", "true");
+    const input = places.get(path)?.input;
+    input?.setAttribute("aria-invalid", "true");
+    if (input && input === document.activeElement) fault.scrollIntoView({ block: "nearest" });
     for (let group = fault.closest("details"); group; group = group.parentElement.closest("details")) group.open = true;
   }
 }
@@ -182,7 +184,7 @@ function list(form, node, holder, key, path) {
 
 function entry(form, item, holder, key, number, path, title, redraw) {
   const named = `${title} ${number + 1}`;
-  const remove = el("button", { type: "button", class: "quiet square", "aria-label": `Remove ${named}`, "data-testid": `remove-${path}.${number}` }, "×");
+  const remove = el("button", { type: "button", class: "quiet", "aria-label": `Remove ${named}`, "data-testid": `remove-${path}.${number}` }, item.type === "object" ? `Remove ${named}` : "×");
   remove.addEventListener("click", () => redraw(holder[key].filter((_, other) => other !== number)));
   if (item.type === "object") {
     const made = group(form, item, holder[key][number], `${path}.${number}`, named);
