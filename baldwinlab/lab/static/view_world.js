@@ -42,8 +42,10 @@ class WorldTab {
     this.studies = studies
       .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs }) => runs.length) }))
       .filter(({ conditions }) => conditions.length);
-    if (!this.studies.length) this.studies = [await presetsAsStudy()];
+    const stored = this.studies.length > 0;
+    if (!stored) this.studies = [await presetsAsStudy()];
     if (this.closed) return;
+    if (!stored) message("No study is stored here yet. These are the conditions that come with baldwinlab, lived as you watch.");
     this.build();
     this.apply(state);
     if (state.step === undefined) this.player.play();

@@ -10,7 +10,7 @@ const TURN = (9 * Math.PI) / 180;
 
 /**
  * @typedef {object} Look
- * @property {typeof import("./palette.js").LIGHT} palette
+ * @property {Object<string, string>} palette LIGHT or DARK
  * @property {number|null} [chosen] the agent that is looked at
  * @property {"off"|"recent"|"life"} [trails]
  * @property {boolean} [sight] whether discs and sectors are drawn
