@@ -177,6 +177,29 @@ def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Any
     context.close()
 
 
+def test_a_long_session_holds_no_more_than_a_short_one(page: Page) -> None:
+    open_world(page, f"{TAUGHT}&step=0&agent=3")
+    devtools = page.context.new_cdp_session(page)
+
+    def held() -> float:
+        devtools.send("HeapProfiler.collectGarbage")
+        usage = devtools.send("Runtime.getHeapUsage")
+        return float(usage["usedSize"] + usage["backingStorageSize"])
+
+    def wander(times: int) -> None:
+        for _ in range(times):
+            for key in "[]":
+                with page.expect_response("**/api/recording?*"):
+                    page.keyboard.press(key)
+                page.wait_for_timeout(20)
+
+    wander(2)
+    before = held()
+    wander(15)
+    page.wait_for_timeout(200)
+    assert held() < before + 1e6  # thirty recordings are 3 MB
+
+
 def test_on_a_phone_everything_fits_and_fingers_pick(browser: Any, lab_server: LabServer) -> None:
     context = browser.new_context(base_url=lab_server.address, viewport={"width": 390, "height": 844}, has_touch=True)
     page = context.new_page()

@@ -2,8 +2,18 @@
 
 import { FONT } from "./palette.js";
 
-const DART = [[6.4, 0], [-4.6, 4.4], [-2.4, 0], [-4.6, -4.4]]; // about the ten units of a body
-const HOLLOW = [[3.1, 0], [-2.9, 2.8], [-1.1, 0], [-2.9, -2.8]]; // what is left of one inside its outline
+const DART = [
+  [6.4, 0],
+  [-4.6, 4.4],
+  [-2.4, 0],
+  [-4.6, -4.4],
+]; // about the ten units of a body
+const HOLLOW = [
+  [3.1, 0],
+  [-2.9, 2.8],
+  [-1.1, 0],
+  [-2.9, -2.8],
+]; // what is left of one inside its outline
 const FLASH = 24; // steps for which a meal is seen
 const MANY = 60; // agents beyond which outlines are not stroked, and numbers not shown unless they are far apart
 
@@ -12,7 +22,8 @@ export function drawAgents(view, recording, step, { palette, chosen }) {
   const { scale, count } = view;
   const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
   drawFlashes(view, recording, step, palette, size);
-  for (const fed of [false, true]) drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, palette, size);
+  for (const fed of [false, true])
+    drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, palette, size);
   if (chosen != null && chosen < count) drawChosen(view, chosen, palette, size);
   if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step, palette);
 }

@@ -59,8 +59,13 @@ export async function getBinary(path, signal) {
 }
 
 const TYPES = {
-  int8: Int8Array, uint8: Uint8Array, int16: Int16Array, uint16: Uint16Array,
-  int32: Int32Array, uint32: Uint32Array, float32: Float32Array,
+  int8: Int8Array,
+  uint8: Uint8Array,
+  int16: Int16Array,
+  uint16: Uint16Array,
+  int32: Int32Array,
+  uint32: Uint32Array,
+  float32: Float32Array,
 };
 
 /** The header and arrays of a container; the arrays look into `buffer`, nothing is copied. */

@@ -12,12 +12,16 @@ export function listen(canvas, view, { changed, picked, fitted }) {
   let moved = 0;
   const place = (event) => [event.offsetX, event.offsetY];
 
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const lines = event.deltaMode === 1 ? 16 : 1;
-    view.zoomAt(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), ...place(event));
-    changed();
-  }, { passive: false });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const lines = event.deltaMode === 1 ? 16 : 1;
+      view.zoomAt(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), ...place(event));
+      changed();
+    },
+    { passive: false },
+  );
 
   canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
@@ -50,7 +54,8 @@ export function listen(canvas, view, { changed, picked, fitted }) {
   }
 
   canvas.addEventListener("pointerup", (event) => {
-    if (pointers.delete(event.pointerId) && moved <= STILL) picked(view.agentAt(...place(event), event.pointerType === "touch" ? 28 : 16));
+    if (pointers.delete(event.pointerId) && moved <= STILL)
+      picked(view.agentAt(...place(event), event.pointerType === "touch" ? 28 : 16));
   });
   canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
   canvas.addEventListener("dblclick", fitted);

@@ -2,7 +2,7 @@
 
 import { el, format, getBinary, icon, message } from "./common.js";
 import { drawNetwork } from "./network.js";
-import { query } from "./panel.js";
+import { query } from "./sources.js";
 import { Trace } from "./trace.js";
 import { FONT, LIGHT } from "./palette.js";
 
@@ -12,7 +12,7 @@ const ROOM = 150; // CSS pixels for a network
 
 export class Inspector {
   /**
-   * @param {{open: (source: import("./panel.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void}} tell
+   * @param {{open: (source: import("./sources.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void}} tell
    */
   constructor(tell) {
     this.tell = tell;
@@ -20,17 +20,36 @@ export class Inspector {
     this.facts = el("p", { class: "soft number" });
     this.sensors = ["left", "front", "right"].map((side) => el("span", { class: "sensor" }, side));
     this.action = el("span", { class: "doing" });
-    this.nets = el("canvas", { role: "img", "aria-label": "The networks, with activations and weights", "data-testid": "networks" });
+    this.nets = el("canvas", {
+      role: "img",
+      "aria-label": "The networks, with activations and weights",
+      "data-testid": "networks",
+    });
     this.traces = {
       error: new Trace("error between the modules", tell.seek),
       weights: new Trace("change of the weights since birth", tell.seek, 110),
       eaten: new Trace("food eaten", tell.seek),
     };
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
-    this.body = el("div", { class: "inside" }, el("div", { class: "row" }, ...this.sensors, this.action), el("figure", {}, this.nets),
-      ...Object.values(this.traces).map(({ root }) => root), this.kin);
-    const close = el("button", { type: "button", class: "quiet square spread", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close }, icon("M5 5l10 10M15 5L5 15"));
-    this.root = el("aside", { class: "inspector", "aria-label": "Inside an agent", hidden: true }, el("header", { class: "row" }, el("div", {}, this.title, this.facts), close), this.body);
+    this.body = el(
+      "div",
+      { class: "inside" },
+      el("div", { class: "row" }, ...this.sensors, this.action),
+      el("figure", {}, this.nets),
+      ...Object.values(this.traces).map(({ root }) => root),
+      this.kin,
+    );
+    const close = el(
+      "button",
+      { type: "button", class: "quiet square spread", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close },
+      icon("M5 5l10 10M15 5L5 15"),
+    );
+    this.root = el(
+      "aside",
+      { class: "inspector", "aria-label": "Inside an agent", hidden: true },
+      el("header", { class: "row" }, el("div", {}, this.title, this.facts), close),
+      this.body,
+    );
     this.data = null;
   }
 
@@ -75,7 +94,12 @@ export class Inspector {
     const most = largest(changes);
     const firstLayer = (header.layer_sizes[0] + Number(header.biases)) * header.layer_sizes[1];
     const lines = Array.from({ length: Math.min(count, MOST_LINES) }, (_, offset) => ({
-      x: arrays.sample_step, values: changes, stride: count, offset, colour: offset < firstLayer ? LIGHT.lit : LIGHT.agent, alpha: 0.6,
+      x: arrays.sample_step,
+      values: changes,
+      stride: count,
+      offset,
+      colour: offset < firstLayer ? LIGHT.lit : LIGHT.agent,
+      alpha: 0.6,
     }));
     this.traces.weights.set(lines, steps, -most, most);
     this.live = new Float32Array(count);
@@ -84,13 +108,31 @@ export class Inspector {
   }
 
   showKin(source, { parents, children }) {
-    const link = (agent, by) => el("button", { type: "button", class: "chip", "data-testid": by < 0 ? "parent" : "child",
-      onclick: () => this.tell.open({ ...source, generation: source.generation + by }, agent) }, `agent ${agent}`);
-    const line = (title, links, none) => el("div", {}, el("h3", {}, title), el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)));
+    const link = (agent, by) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "chip",
+          "data-testid": by < 0 ? "parent" : "child",
+          onclick: () => this.tell.open({ ...source, generation: source.generation + by }, agent),
+        },
+        `agent ${agent}`,
+      );
+    const line = (title, links, none) =>
+      el("div", {}, el("h3", {}, title), el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)));
     const both = parents ? [...new Set(parents)] : [];
     this.kin.replaceChildren(
-      line(both.length ? `parents, in generation ${source.generation - 1}` : "parents", both.map((agent) => link(agent, -1)), "none: its weights were drawn afresh"),
-      line(children.length ? `children, in generation ${source.generation + 1}` : "children", children.map((agent) => link(agent, 1)), "none"),
+      line(
+        both.length ? `parents, in generation ${source.generation - 1}` : "parents",
+        both.map((agent) => link(agent, -1)),
+        "none: its weights were drawn afresh",
+      ),
+      line(
+        children.length ? `children, in generation ${source.generation + 1}` : "children",
+        children.map((agent) => link(agent, 1)),
+        "none",
+      ),
     );
   }
 
@@ -139,7 +181,12 @@ export class Inspector {
   drawNets(active, row, units, palette) {
     const { header, arrays } = this.data;
     const nets = [{ weights: this.live, activations: active, title: "action module" }];
-    if (arrays.teacher) nets.push({ weights: arrays.teacher, activations: arrays.teacher_activations.subarray(row * units, (row + 1) * units), title: "reinforcement module: teaches, fixed for life" });
+    if (arrays.teacher)
+      nets.push({
+        weights: arrays.teacher,
+        activations: arrays.teacher_activations.subarray(row * units, (row + 1) * units),
+        title: "reinforcement module: teaches, fixed for life",
+      });
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
     const height = nets.length * (ROOM + 28);
@@ -157,7 +204,12 @@ export class Inspector {
       pen.textAlign = "left";
       pen.textBaseline = "alphabetic";
       pen.fillText(net.title, 0, top + 13);
-      drawNetwork(pen, { left: 0, top: top + 20, width, height: ROOM }, { ...net, sizes: header.layer_sizes, biases: header.biases }, palette);
+      drawNetwork(
+        pen,
+        { left: 0, top: top + 20, width, height: ROOM },
+        { ...net, sizes: header.layer_sizes, biases: header.biases },
+        palette,
+      );
     });
   }
 }

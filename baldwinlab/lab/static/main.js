@@ -21,7 +21,9 @@ function read() {
 
 function write(name, state) {
   const pairs = Object.entries(state).filter(([, value]) => value !== null && value !== undefined && value !== "");
-  const query = pairs.map(([key, value]) => `${key}=${encodeURIComponent(value).replace(/%(2F|2C|7E)/g, decodeURIComponent)}`).join("&");
+  const query = pairs
+    .map(([key, value]) => `${key}=${encodeURIComponent(value).replace(/%(2F|2C|7E)/g, decodeURIComponent)}`)
+    .join("&");
   return `#/${name}${query ? `?${query}` : ""}`;
 }
 

@@ -3,24 +3,16 @@
 import { el, getBinary, icon } from "./common.js";
 import { listen } from "./gestures.js";
 import { Lifetime, Recording } from "./recording.js";
+import { PRESETS, nearest, query } from "./sources.js";
 import { WorldView } from "./world.js";
 
-export const PRESETS = "@presets"; // in place of a study: the conditions that come with baldwinlab
 const PART = 1_300_000; // agent-steps fetched at once, about 17 MB
-
-/** @typedef {{study: string, condition: string, run: number, generation: number}} Source */
-
-/** What /api/recording and its like are asked for. */
-export function query({ study, condition, run, generation }) {
-  const from = study === PRESETS ? { preset: condition } : { study, condition };
-  return new URLSearchParams({ ...from, run, generation });
-}
 
 export class Panel {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: (source: Source) => void, loaded: () => void, failed: (fault: Error) => void,
+   * @param {{invalidate: () => void, chosen: (source: import("./sources.js").Source) => void, loaded: () => void, failed: (fault: Error) => void,
    *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void}} tell
    */
   constructor(name, studies, tell) {
@@ -29,7 +21,12 @@ export class Panel {
     this.busy = el("div", { class: "busy", hidden: true }, "Living it again …");
     this.note = el("div", { class: "count number", "data-testid": `eaten-${name}` });
     this.stage = el("div", { class: "stage" }, this.canvas, this.busy);
-    this.root = el("section", { class: "panel", "aria-label": name === "a" ? "World" : "World beside it" }, this.makePickers(), this.stage);
+    this.root = el(
+      "section",
+      { class: "panel", "aria-label": name === "a" ? "World" : "World beside it" },
+      this.makePickers(),
+      this.stage,
+    );
     this.view = new WorldView(this.canvas);
     listen(this.canvas, this.view, { changed: tell.moved, picked: tell.picked, fitted: tell.fitted });
     this.sized = new ResizeObserver(() => {
@@ -40,20 +37,52 @@ export class Panel {
   }
 
   makePickers() {
-    const select = (label, key) => el("select", { "aria-label": label, "data-testid": `${key}-${this.name}`, onchange: () => this.pickedFromLists(key) });
+    const select = (label, key) =>
+      el("select", { "aria-label": label, "data-testid": `${key}-${this.name}`, onchange: () => this.pickedFromLists(key) });
     this.lists = { study: select("Study", "study"), condition: select("Condition", "condition"), run: select("Run", "run") };
-    const titled = this.studies.map(({ id }) => el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id));
+    const titled = this.studies.map(({ id }) =>
+      el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id),
+    );
     this.lists.study.append(...titled);
     const generation = { min: 0, step: 1, "aria-label": "Generation" };
     const go = (text) => this.goTo(Number(text));
-    this.number = el("input", { ...generation, type: "number", class: "generation-number", "data-testid": `generation-${this.name}`, onchange: () => go(this.number.value) });
+    this.number = el("input", {
+      ...generation,
+      type: "number",
+      class: "generation-number",
+      "data-testid": `generation-${this.name}`,
+      onchange: () => go(this.number.value),
+    });
     this.slide = el("input", { ...generation, type: "range", class: "generation-slide", oninput: () => go(this.slide.value) });
-    const by = (way, path, label) => el("button", { type: "button", class: "quiet square", "aria-label": label, title: label, onclick: () => this.goTo(this.source.generation + way) }, icon(path));
-    return el("div", { class: "pickers" },
-      this.lists.study, this.lists.condition,
+    const by = (way, path, label) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "quiet square",
+          "aria-label": label,
+          title: label,
+          onclick: () => this.goTo(this.source.generation + way),
+        },
+        icon(path),
+      );
+    return el(
+      "div",
+      { class: "pickers" },
+      this.lists.study,
+      this.lists.condition,
       el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
-      el("div", { class: "generation" }, el("span", { class: "soft" }, "generation"), by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
-        this.number, by(1, "M8 5l5 5-5 5", "Next generation ( ] )"), this.slide), this.note);
+      el(
+        "div",
+        { class: "generation" },
+        el("span", { class: "soft" }, "generation"),
+        by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
+        this.number,
+        by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
+        this.slide,
+      ),
+      this.note,
+    );
   }
 
   get conditions() {
@@ -81,7 +110,7 @@ export class Panel {
     this.tell.chosen(this.source);
   }
 
-  /** Show a life; the one before stays in sight until it is there. @param {Source} source */
+  /** Show a life; the one before stays in sight until it is there. @param {import("./sources.js").Source} source */
   choose(source) {
     if (this.source && String(query(source)) === String(query(this.source))) return;
     this.source = source;
@@ -89,20 +118,24 @@ export class Panel {
     this.coming?.close();
     const agents = this.condition?.agents;
     const started = performance.now();
-    this.coming = new Lifetime((part, signal) => this.fetchPart(source, part, agents, signal), () => {
-      if (this.coming?.parts.size) {
-        this.life?.close();
-        [this.life, this.coming] = [this.coming, null];
-        this.root.dataset.ready = String(Math.round(performance.now() - started)); // ms, for tests and benchmarks
-        this.tell.loaded();
-      }
-      this.busy.hidden = !this.coming;
-      this.tell.invalidate();
-    }, (fault) => {
-      this.coming = null;
-      this.busy.hidden = true;
-      this.tell.failed(fault);
-    });
+    this.coming = new Lifetime(
+      (part, signal) => this.fetchPart(source, part, agents, signal),
+      () => {
+        if (this.coming?.parts.size) {
+          this.life?.close();
+          [this.life, this.coming] = [this.coming, null];
+          this.root.dataset.ready = String(Math.round(performance.now() - started)); // ms, for tests and benchmarks
+          this.tell.loaded();
+        }
+        this.busy.hidden = !this.coming;
+        this.tell.invalidate();
+      },
+      (fault) => {
+        this.coming = null;
+        this.busy.hidden = true;
+        this.tell.failed(fault);
+      },
+    );
     setTimeout(() => (this.busy.hidden = !this.coming), 150);
   }
 
@@ -121,7 +154,10 @@ export class Panel {
       if (!same) list.replaceChildren(...values.map((value) => el("option", { value }, value)));
     };
     this.lists.study.hidden = this.studies.length < 2;
-    options(this.lists.condition, this.conditions.map(({ name }) => name));
+    options(
+      this.lists.condition,
+      this.conditions.map(({ name }) => name),
+    );
     options(this.lists.run, this.condition?.runs ?? []);
     Object.assign(this.lists.study, { value: study });
     Object.assign(this.lists.condition, { value: condition });
@@ -158,17 +194,4 @@ export class Panel {
     this.coming?.close();
     this.root.remove();
   }
-}
-
-/** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
-export function nearest(studies, { study, condition, run, generation }, strict = false) {
-  const found = studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
-  if (!found) throw new Error(`There is no study ${study} here. There are: ${studies.map(({ id }) => id).join(", ")}.`);
-  const inside = found.conditions.find(({ name }) => name === condition);
-  if (strict && condition !== undefined && !inside) throw new Error(`The study ${found.id} has no finished runs of ${condition}.`);
-  const one = inside ?? found.conditions.find(({ name }) => name === "evo+self-taught/B") ?? found.conditions[0];
-  const [last, asked] = [one.generations - 1, Number(generation ?? one.generations - 1)];
-  if (strict && !(Number.isInteger(asked) && asked >= 0 && asked <= last)) throw new Error(`${one.name} has no generation ${generation}: its generations are 0 to ${last}.`);
-  if (strict && run !== undefined && !one.runs.includes(Number(run))) throw new Error(`The study ${found.id} has no run ${run} of ${one.name}.`);
-  return { study: found.id, condition: one.name, run: one.runs.includes(Number(run)) ? Number(run) : one.runs[0], generation: Math.min(asked, last) };
 }

@@ -11,8 +11,12 @@ export class Population {
     this.pick = pick;
     this.list = el("div", { class: "agents" });
     this.facts = el("p", { class: "soft number" });
-    this.root = el("aside", { class: "population", "aria-label": "All agents", "data-testid": "population" },
-      el("header", {}, el("h2", {}, "Agents"), this.facts), this.list);
+    this.root = el(
+      "aside",
+      { class: "population", "aria-label": "All agents", "data-testid": "population" },
+      el("header", {}, el("h2", {}, "Agents"), this.facts),
+      this.list,
+    );
     this.lines = [];
     this.drawn = 0;
   }
@@ -38,11 +42,19 @@ export class Population {
     this.best = Math.max(1, ...[...whole]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
     const shown = agents.length <= SHOWN ? agents : agents.sort((one, other) => whole[other] - whole[one]).slice(0, SHOWN);
-    this.facts.textContent = agents.length <= SHOWN ? "items eaten so far; choose one to look inside" : `the ${SHOWN} that eat most, of ${agents.length.toLocaleString("en")}`;
+    this.facts.textContent =
+      agents.length <= SHOWN
+        ? "items eaten so far; choose one to look inside"
+        : `the ${SHOWN} that eat most, of ${agents.length.toLocaleString("en")}`;
     this.lines = shown.map((agent) => {
       const [bar, number] = [el("i", {}), el("b", { class: "number" })];
-      const line = el("button", { type: "button", class: "agent-line", "data-testid": `agent-${agent}`, onclick: () => this.pick(agent) },
-        el("span", { class: "number" }, agent), el("span", { class: "gauge" }, bar), number);
+      const line = el(
+        "button",
+        { type: "button", class: "agent-line", "data-testid": `agent-${agent}`, onclick: () => this.pick(agent) },
+        el("span", { class: "number" }, agent),
+        el("span", { class: "gauge" }, bar),
+        number,
+      );
       return { agent, bar, number, line };
     });
     this.list.replaceChildren(...this.lines.map(({ line }) => line));

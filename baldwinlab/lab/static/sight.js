@@ -1,13 +1,22 @@
 /** What agents see: the disc of each, its three sectors, and those in which it senses food. */
 
 const DEGREE = Math.PI / 180;
-const SECTORS = [[-45, -15], [-15, 15], [15, 45]].map((edges) => edges.map((degrees) => degrees * DEGREE)); // left, front, right
+const SECTORS = [
+  [-45, -15],
+  [-15, 15],
+  [15, 45],
+].map((edges) => edges.map((degrees) => degrees * DEGREE)); // left, front, right
 const MANY = 60; // agents beyond which only the chosen one's is drawn, unless discs are large on the canvas
 
 /** Overlapping discs do not add up: all of them are one shape. @param {import("./world.js").WorldView} view */
 export function drawSight(view, recording, step, { palette, chosen }) {
   const { pen, scale } = view;
-  const { agents, first, header: { visual_radius: radius }, arrays: { sensor } } = recording;
+  const {
+    agents,
+    first,
+    header: { visual_radius: radius },
+    arrays: { sensor },
+  } = recording;
   const all = agents <= MANY || radius * scale > 90;
   const seen = all ? agentsNear(view, radius) : chosen != null && chosen < agents ? [chosen] : [];
   const shape = (draw) => {
@@ -28,7 +37,9 @@ export function drawSight(view, recording, step, { palette, chosen }) {
   pen.stroke();
   const codes = (step - first) * agents;
   const fires = (agent, side) => (sensor[codes + agent] >> side) & 1;
-  shape((agent, x, y) => SECTORS.forEach((edges, side) => fires(agent, side) && wedge(pen, x, y, radius, view.angle[agent], edges)));
+  shape((agent, x, y) =>
+    SECTORS.forEach((edges, side) => fires(agent, side) && wedge(pen, x, y, radius, view.angle[agent], edges)),
+  );
   pen.fillStyle = palette.lit;
   pen.globalAlpha = 0.42;
   pen.fill();

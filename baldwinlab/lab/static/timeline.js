@@ -13,7 +13,13 @@ export class Timeline {
   constructor(seek) {
     this.canvas = el("canvas", { "aria-hidden": "true" });
     this.slider = el("input", {
-      type: "range", min: 0, max: 1, step: 1, value: 0, "aria-label": "Step", "data-testid": "timeline",
+      type: "range",
+      min: 0,
+      max: 1,
+      step: 1,
+      value: 0,
+      "aria-label": "Step",
+      "data-testid": "timeline",
       oninput: () => seek(Number(this.slider.value)),
     });
     this.root = el("div", { class: "timeline" }, this.canvas, this.slider);

@@ -40,7 +40,12 @@ export class Trace {
     pen.drawImage(this.still, 0, 0);
     pen.fillStyle = palette.text;
     pen.globalAlpha = 0.65;
-    pen.fillRect(Math.round(this.placeX(step, width) * dots), MARGIN.top * dots, Math.max(1, dots), (height - MARGIN.top - MARGIN.bottom) * dots);
+    pen.fillRect(
+      Math.round(this.placeX(step, width) * dots),
+      MARGIN.top * dots,
+      Math.max(1, dots),
+      (height - MARGIN.top - MARGIN.bottom) * dots,
+    );
     pen.globalAlpha = 1;
     if (this.value.textContent !== text) this.value.textContent = text;
   }
@@ -56,7 +61,8 @@ export class Trace {
     }
     const pen = this.still.getContext("2d");
     pen.setTransform(dots, 0, 0, dots, 0, 0);
-    const placeY = (value) => MARGIN.top + (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
+    const placeY = (value) =>
+      MARGIN.top + (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
     pen.font = `10.5px ${FONT}`;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
@@ -77,7 +83,8 @@ export class Trace {
     pen.globalAlpha = alpha;
     pen.lineWidth = 1.2;
     pen.beginPath();
-    for (let at = 0; at < count; at += every) pen.lineTo(this.placeX(x ? x[at] : first + at, width), placeY(values[offset + at * stride]));
+    for (let at = 0; at < count; at += every)
+      pen.lineTo(this.placeX(x ? x[at] : first + at, width), placeY(values[offset + at * stride]));
     pen.stroke();
     pen.globalAlpha = 1;
   }

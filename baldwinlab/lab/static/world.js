@@ -10,7 +10,7 @@ const TURN = (9 * Math.PI) / 180;
 
 /**
  * @typedef {object} Look
- * @property {typeof import("./palette.js").LIGHT} palette
+ * @property {Object<string, string>} palette LIGHT or DARK
  * @property {number|null} [chosen] the agent that is looked at
  * @property {"off"|"recent"|"life"} [trails]
  * @property {boolean} [sight] whether discs and sectors are drawn
@@ -39,7 +39,10 @@ export class WorldView {
   /** CSS pixels a unit of length. */
   get scale() {
     const margin = Math.min(28, this.width * 0.03) * 2;
-    return this.camera.zoom * Math.max(0.001, Math.min((this.width - margin) / this.world.width, (this.height - margin) / this.world.height));
+    return (
+      this.camera.zoom *
+      Math.max(0.001, Math.min((this.width - margin) / this.world.width, (this.height - margin) / this.world.height))
+    );
   }
 
   /** Where the corner of the map lies, in CSS pixels. */
@@ -50,7 +53,11 @@ export class WorldView {
 
   /** Move by CSS pixels. */
   pan(dx, dy) {
-    this.look(this.camera.x - dx / (this.world.width * this.scale), this.camera.y - dy / (this.world.height * this.scale), this.camera.zoom);
+    this.look(
+      this.camera.x - dx / (this.world.width * this.scale),
+      this.camera.y - dy / (this.world.height * this.scale),
+      this.camera.zoom,
+    );
   }
 
   /** Zoom by a factor; the place under (px, py) stays where it is. */
@@ -180,7 +187,8 @@ export class WorldView {
     let ready = true;
     if (trails === "life") ready = this.life.draw(this.pen, this.canvas, transform, recording, step, palette.trail, width);
     else if (trails === "recent") drawRecent(this.pen, recording, step, palette.trail, width);
-    if (trails !== "off" && chosen != null && chosen < this.count) drawOwn(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
+    if (trails !== "off" && chosen != null && chosen < this.count)
+      drawOwn(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
     return ready;
   }
 

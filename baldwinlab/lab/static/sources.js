@@ -1,0 +1,57 @@
+/** Lives by name: study, condition, run and generation. */
+
+import { getJSON } from "./common.js";
+
+export const PRESETS = "@presets"; // in place of a study: the conditions that come with baldwinlab
+
+/** @typedef {{study: string, condition: string, run: number, generation: number}} Source */
+
+/** What /api/recording and its like are asked for. */
+export function query({ study, condition, run, generation }) {
+  const from = study === PRESETS ? { preset: condition } : { study, condition };
+  return new URLSearchParams({ ...from, run, generation });
+}
+
+/** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
+export function nearest(studies, { study, condition, run, generation }, strict = false) {
+  const found = studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
+  if (!found) throw new Error(`There is no study ${study} here. There are: ${studies.map(({ id }) => id).join(", ")}.`);
+  const inside = found.conditions.find(({ name }) => name === condition);
+  if (strict && condition !== undefined && !inside)
+    throw new Error(`The study ${found.id} has no finished runs of ${condition}.`);
+  const one = inside ?? found.conditions.find(({ name }) => name === "evo+self-taught/B") ?? found.conditions[0];
+  const [last, asked] = [one.generations - 1, Number(generation ?? one.generations - 1)];
+  if (strict && !(Number.isInteger(asked) && asked >= 0 && asked <= last))
+    throw new Error(`${one.name} has no generation ${generation}: its generations are 0 to ${last}.`);
+  if (strict && run !== undefined && !one.runs.includes(Number(run)))
+    throw new Error(`The study ${found.id} has no run ${run} of ${one.name}.`);
+  return {
+    study: found.id,
+    condition: one.name,
+    run: one.runs.includes(Number(run)) ? Number(run) : one.runs[0],
+    generation: Math.min(asked, last),
+  };
+}
+
+/** What to set beside a life: the next condition on the same map, or else the first generation. */
+export function rival({ source, conditions }) {
+  const map = source.condition.split("/").pop();
+  const other = ["evo", "evo+self-taught"]
+    .map((name) => `${name}/${map}`)
+    .concat(conditions.map(({ name }) => name).filter((name) => name.endsWith(`/${map}`)))
+    .find(
+      (name) =>
+        name !== source.condition &&
+        conditions.some((one) => one.name === name && one.runs.includes(source.run) && one.generations > source.generation),
+    );
+  return other
+    ? { ...source, condition: other }
+    : { ...source, generation: source.generation === 0 ? (conditions[0]?.generations ?? 1) - 1 : 0 };
+}
+
+/** Where nothing is stored, the conditions that come with baldwinlab can be watched all the same. */
+export async function presetsAsStudy() {
+  const { presets } = await getJSON("api/presets");
+  const runs = Array.from({ length: 10 }, (_, run) => run);
+  return { id: PRESETS, conditions: presets.map(({ name }) => ({ name, runs, generations: 100, agents: 20, steps: 5000 })) };
+}

@@ -1,0 +1,121 @@
+/** The bar below the worlds: time, what is drawn, and help. */
+
+import { el, icon } from "./common.js";
+import { SPEEDS } from "./player.js";
+
+const PATHS = {
+  play: "M6 4l10 6-10 6z",
+  pause: "M7 4v12M13 4v12",
+  back: "M12 5l-6 5 6 5zM15 5v10",
+  on: "M8 5l6 5-6 5zM5 5v10",
+  fit: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
+  beside: "M3 4h6v12H3zM11 4h6v12h-6z",
+  keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
+};
+const TRAILS = { off: "no trails", recent: "recent trails", life: "whole trails" };
+const LEGEND = { agent: "has eaten", hungry: "never ate", food: "food", lit: "sensor fires", meal: "eats now" };
+const KEYS = {
+  space: "play or pause",
+  "← →": "a step back or on; with shift: 100",
+  "Home End": "first or last step",
+  "+ −": "faster or slower",
+  "[ ]": "generation before or after",
+  0: "the whole map",
+  c: "side by side",
+  Esc: "close the inspector",
+};
+
+export class Transport {
+  /**
+   * @param {import("./player.js").Player} player
+   * @param {import("./timeline.js").Timeline} timeline
+   * @param {{set: (change: {trails?: string, sight?: boolean}) => void, toggleBeside: () => void, fit: () => void}} tell
+   */
+  constructor(player, timeline, tell) {
+    this.player = player;
+    this.play = button("play", "Play (space)", () => player.toggle(), "primary round");
+    const setSpeed = () => player.setSpeed(this.speed.value);
+    this.speed = list("speed", "Speed", Object.fromEntries(SPEEDS.map((speed) => [speed, `${speed}×`])), setSpeed);
+    this.clock = el("output", { class: "clock number", "data-testid": "step" });
+    this.trails = list("trails", "Trails", TRAILS, () => tell.set({ trails: this.trails.value }));
+    const setSight = () => tell.set({ sight: this.sight.checked });
+    this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: setSight });
+    const compare = { type: "button", "data-testid": "compare", title: "Two lives in step, from the same start (c)" };
+    this.beside = el(
+      "button",
+      { ...compare, onclick: tell.toggleBeside },
+      icon(PATHS.beside),
+      el("span", { class: "wide" }, "Compare"),
+    );
+    this.help = help();
+    this.root = el("div", { class: "transport" }, timeline.root, this.controls(tell), this.help);
+  }
+
+  controls({ fit }) {
+    const { player } = this;
+    const back = button("back", "A step back (←)", () => player.step(-1));
+    const on = button("on", "A step on (→)", () => player.step(1));
+    const entries = Object.entries(LEGEND).map(([mark, text]) =>
+      el("span", { class: "entry" }, el("i", { class: `mark ${mark}` }), text),
+    );
+    return el(
+      "div",
+      { class: "controls" },
+      el("div", { class: "row time" }, back, this.play, on, this.speed, this.clock),
+      el("div", { class: "legend", "aria-label": "Legend" }, entries),
+      el(
+        "div",
+        { class: "row options" },
+        this.trails,
+        el("label", { class: "inline" }, this.sight, "sight"),
+        this.beside,
+        button("fit", "The whole map (0)", fit),
+        button("keys", "Keys", () => this.help.showModal()),
+      ),
+    );
+  }
+
+  showTime() {
+    const { playing, speed } = this.player;
+    this.play.replaceChildren(icon(PATHS[playing ? "pause" : "play"]));
+    this.play.setAttribute("aria-label", playing ? "Pause (space)" : "Play (space)");
+    this.play.dataset.playing = playing;
+    this.speed.value = String(speed);
+  }
+
+  showStep(step) {
+    const text = `${step.toLocaleString("en")} / ${this.player.last.toLocaleString("en")}`;
+    if (this.clock.textContent !== text) this.clock.textContent = text;
+  }
+
+  showOptions({ trails, sight, beside }) {
+    this.trails.value = trails;
+    this.sight.checked = sight;
+    this.beside.setAttribute("aria-pressed", beside);
+  }
+}
+
+function button(name, label, act, kind = "quiet square") {
+  return el(
+    "button",
+    { type: "button", class: kind, "aria-label": label, title: label, "data-testid": name, onclick: act },
+    icon(PATHS[name]),
+  );
+}
+
+function list(name, label, options, changed) {
+  const entries = Object.entries(options).map(([value, text]) => el("option", { value }, text));
+  return el("select", { "aria-label": label, "data-testid": name, onchange: changed }, entries);
+}
+
+function help() {
+  const lines = Object.entries(KEYS).map(([key, what]) => el("tr", {}, el("td", {}, el("code", {}, key)), el("td", {}, what)));
+  return el(
+    "dialog",
+    {},
+    el("h2", {}, "Keys"),
+    el("table", {}, lines),
+    el("p", { class: "soft" }, "Wheel or pinch zooms, dragging moves, a click or tap on an agent opens it."),
+    el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")),
+  );
+}
