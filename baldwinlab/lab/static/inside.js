@@ -31,11 +31,12 @@ export class Inspector {
       eaten: new Trace("food eaten", tell.seek),
     };
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
+    this.traces.weights.root.append(hint("Orange: of the first layer; blue: of those after it."));
     this.body = el(
       "div",
       { class: "inside" },
       el("div", { class: "row" }, ...this.sensors, this.action),
-      el("figure", {}, this.nets),
+      el("figure", {}, this.nets, hint("Weights: blue above 0, orange below; the wider, the larger.")),
       ...Object.values(this.traces).map(({ root }) => root),
       this.kin,
     );
@@ -212,6 +213,10 @@ export class Inspector {
       );
     });
   }
+}
+
+function hint(text) {
+  return el("p", { class: "soft hint" }, text);
 }
 
 function largest(values) {
