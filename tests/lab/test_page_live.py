@@ -178,7 +178,7 @@ def test_another_view_does_not_end_a_live_run_and_two_pages_share_it(page: Page)
     wait_for(other, lambda: lived(other) > before)
     other.get_by_test_id("stop").click()
     state_is(page, "Stopped")
-    assert lived(page) == lived(other)
+    wait_for(page, lambda: lived(page) == lived(other))
 
 
 def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
