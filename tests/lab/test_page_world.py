@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from baldwinlab.replay import replay
-from tests.lab.conftest import LabServer
-from tests.small import small
+from tests.lab.conftest import LabServer, serving
+from tests.small import small, small_study
 
 TAUGHT = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
 
@@ -164,7 +165,7 @@ def test_an_address_of_what_is_not_there_gets_a_sentence_and_a_world(page: Page,
     expect(part(page, "message-error")).to_contain_text(sentence)
 
 
-def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Any, lab_server: LabServer) -> None:
+def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Browser, lab_server: LabServer) -> None:
     context = browser.new_context(base_url=lab_server.address)
     page = context.new_page()
     open_world(page)
@@ -175,6 +176,20 @@ def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Any
     expect(part(page, "connection")).to_be_hidden()
     expect(part(page, "eaten-a")).to_contain_text("of 20 ate")
     context.close()
+
+
+def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(browser: Browser, tmp_path: Path) -> None:
+    study = small_study(tmp_path / "small", runs=2)
+    path = study.path("evo/A", 1)
+    path.write_bytes(path.read_bytes()[:-9] + b"something")
+    with serving(tmp_path) as server, browser.new_context(base_url=server.address) as context:
+        page = context.new_page()
+        open_world(page, "study=small&condition=evo/A&run=0&generation=1&step=0")
+        page.goto("/#/world?study=small&condition=evo/A&run=1&generation=1&step=0")
+        expect(part(page, "messages")).to_contain_text("0001.nc is damaged: its checksum does not fit its content")
+        expect(page.locator("[data-ready]")).to_have_count(0)
+        page.goto("/#/world?study=small&condition=evo/A&run=0&generation=2&step=0")
+        expect(page.locator("[data-ready]")).to_have_count(1)
 
 
 def test_a_long_session_holds_no_more_than_a_short_one(page: Page) -> None:
@@ -200,7 +215,7 @@ def test_a_long_session_holds_no_more_than_a_short_one(page: Page) -> None:
     assert held() < before + 1e6  # thirty recordings are 3 MB
 
 
-def test_on_a_phone_everything_fits_and_fingers_pick(browser: Any, lab_server: LabServer) -> None:
+def test_on_a_phone_everything_fits_and_fingers_pick(browser: Browser, lab_server: LabServer) -> None:
     context = browser.new_context(base_url=lab_server.address, viewport={"width": 390, "height": 844}, has_touch=True)
     page = context.new_page()
     for state, panels in ((f"{TAUGHT}&step=0", 1), (f"{TAUGHT}&step=0&b.condition=evo/A", 2), (f"{TAUGHT}&step=0&agent=2", 1)):

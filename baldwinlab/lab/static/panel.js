@@ -131,7 +131,10 @@ export class Panel {
         this.tell.invalidate();
       },
       (fault) => {
-        this.coming = null;
+        this.life?.close(); // what is named in the pickers is not there, and nothing else must seem to be it
+        this.life = this.coming = null;
+        this.note.textContent = "";
+        delete this.root.dataset.ready;
         this.busy.hidden = true;
         this.tell.failed(fault);
       },
