@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -211,3 +212,18 @@ def test_the_tab_fits_the_screen(page: Page, width: int) -> None:
 def test_a_run_that_is_gone_is_named(page: Page) -> None:
     page.goto("/#/live?id=0000")
     expect(page.get_by_test_id("live-empty")).to_contain_text("there is no live run '0000'")
+
+
+def test_what_plays_can_be_taken_along_while_the_run_goes_on(page: Page, tmp_path: Path) -> None:
+    begin(page, LONG)
+    expect(page.get_by_test_id("live-caption")).to_contain_text("Generation")
+    page.get_by_test_id("share").click()
+    with page.expect_download() as saved:
+        page.get_by_test_id("share-html").click()
+    saved.value.save_as(tmp_path / "live.html")
+    assert "evo+self-taught/A, run 0, generation" in (tmp_path / "live.html").read_text("utf-8")
+    page.keyboard.press("Escape")
+    page.get_by_test_id("stop").click()
+    state_is(page, "Stopped")
+    page.get_by_test_id("tab-results").click()
+    expect(page.get_by_test_id("share")).to_have_count(0)

@@ -3,6 +3,7 @@
 import { el, getBinary, message } from "./common.js";
 import { Player, SPEEDS } from "./player.js";
 import { Lifetime, Recording } from "./recording.js";
+import { mountShare } from "./share.js";
 import { DARK, LIGHT, WorldView } from "./world.js";
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -80,11 +81,18 @@ export class LiveWorld {
     this.life?.close();
     this.life = life;
     this.generation = query.generation;
+    this.share ??= mountShare(document.getElementById("actions"), () => this.shared());
     this.link();
     this.player.last = life.steps - 1;
     this.player.time = 0;
     this.player.play();
     this.player.invalidate();
+  }
+
+  /** What the share menu takes along. */
+  shared() {
+    const source = String(new URLSearchParams({ live: this.id, run: this.run, generation: this.generation }));
+    return { panels: [{ source, canvas: this.canvas }], step: Math.floor(this.player.time) };
   }
 
   /** The run is kept as a study: from there, the World tab shows more of what is seen here. */
@@ -122,6 +130,7 @@ export class LiveWorld {
   }
 
   close() {
+    this.share?.close();
     this.sized.disconnect();
     this.player.close();
     this.coming?.close();
