@@ -22,7 +22,7 @@ reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab report results/paper
 
 test: $(VENV)/.dev browser
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n logical --dist loadfile
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
