@@ -81,6 +81,15 @@ def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> 
     return inherited
 
 
+def fitness(
+    experiment: Experiment, eaten: npt.NDArray[np.int32], genome: Genome, learned: Genome | None
+) -> npt.NDArray[np.float64]:
+    """Energy [agent] of the items `eaten` [agent, region], less the cost of learning, but at least 0."""
+    of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
+    gained: npt.NDArray[np.float64] = (eaten * of_region).sum(axis=1)
+    return np.maximum(0, gained - cost_of_learning(experiment, genome, learned))
+
+
 def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | None) -> npt.NDArray[np.float64]:
     """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
 

@@ -19,7 +19,7 @@ from baldwinlab.replay import replay
 from baldwinlab.report import Section, baldwin, emergence_generations, render, typical_run, write_page, write_report
 from baldwinlab.report import readings as every_reading
 from baldwinlab.report.responses import write_sweep_report
-from baldwinlab.store import Study, StudyError
+from baldwinlab.store import Study
 from baldwinlab.study import Progress, open_conditions, open_study
 from baldwinlab.sweep import is_sweep, open_sweep
 from baldwinlab.version import __version__
@@ -37,8 +37,8 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     if is_sweep(study.directory):
         publish_sweep(study, out, last, tell)
         return []
+    study.require_runs()
     data = open_study(study.directory)
-    _require_runs(study, data)
     results = claims.evaluate(data, last)
     claims.write(results, data, study.directory, last)
     tell("drawing the figures")
@@ -66,6 +66,7 @@ def publish_multiverse(
 
     A reading of which no run is stored is left out. Raises StudyError if there is no other.
     """
+    study.require_runs()
     found = []
     wanted = conditions_by_reading(list(study.experiments))
     with progress("deciding the claims", len(wanted), "readings") as show:
@@ -76,8 +77,6 @@ def publish_multiverse(
                 about = (reading.name, reading.description, reading.choices, reading.fields)
                 found.append(readings.reading(data, *about, last))
             show(1)
-    if not found:
-        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
     multiverse = readings.Multiverse(seed=study.seed, last=last, claims=readings.paper_claims(), readings=tuple(found))
     readings.write(multiverse, study.directory / MULTIVERSE)
     tell("drawing the figures")
@@ -88,17 +87,12 @@ def publish_multiverse(
 
 def publish_sweep(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> None:
     """Write responses.csv, the figures and the report of a sweep. Raises as `publish` does."""
+    study.require_runs()
     data = open_sweep(study.directory)
-    _require_runs(study, data)
     measured = responses.finals(data, last)
     responses.write(measured, study.directory)
     tell("drawing the figures")
     write_sweep_report(study.directory, measured, facts(study), out, last)
-
-
-def _require_runs(study: Study, data: xr.Dataset) -> None:
-    if not data.sizes["run"]:
-        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
 
 
 def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:

@@ -15,7 +15,7 @@ import xarray as xr
 
 from baldwinlab.config import Experiment
 from baldwinlab.engine.cpu import Block
-from baldwinlab.evolution import Genome, Moment, cost_of_learning
+from baldwinlab.evolution import Genome, Moment, fitness
 from baldwinlab.replay import genome_at
 
 
@@ -45,9 +45,9 @@ def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int
 
 def lived(experiment: Experiment, block: Block, genomes: Genome) -> Lives:
     """What has become of the lives in a block, which began with `genomes` [run, agent, module, weight]."""
-    weights, of_region = block.weights(), np.array([region.energy for region in experiment.world.food] or [0.0])
-    cost = np.stack([cost_of_learning(experiment, *lives) for lives in zip(genomes, weights, strict=True)])
-    return Lives(np.maximum(0, (block.eaten() * of_region).sum(axis=-1) - cost), weights)
+    weights = block.weights()
+    each = zip(block.eaten(), genomes, weights, strict=True)
+    return Lives(np.stack([fitness(experiment, *life) for life in each]), weights)
 
 
 def stored_genome(experiment: Experiment, record: xr.Dataset, generation: int) -> Genome:

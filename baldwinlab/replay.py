@@ -40,6 +40,15 @@ def replay(
     return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
 
 
+def energy_before(experiment: Experiment, moment: Moment) -> xr.DataArray | None:
+    """What the generations before `moment` ate, (generation, agent), lived for it; None before the first."""
+    seed, run, generation = moment
+    if generation == 0:
+        return None
+    before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
+    return simulate(experiment.replace(**before), seed, run)["energy"]
+
+
 def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
     """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
 
@@ -51,9 +60,8 @@ def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | Non
     if experiment.evolution.lamarckian_share and generation > 0:
         whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
         return np.asarray(simulate(experiment.replace(**whole), seed, run)["genome"].values[generation], np.float32)
-    if energy is None and generation > 0:
-        before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
-        energy = simulate(experiment.replace(**before), seed, run)["energy"]
+    if energy is None:
+        energy = energy_before(experiment, moment)
     genome = draw_genome(experiment, Moment(seed, run, 0))
     for earlier in range(generation):
         assert energy is not None

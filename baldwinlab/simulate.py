@@ -15,7 +15,7 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import CPU, Backend, choose
-from baldwinlab.evolution import Genome, Moment, bequeath, breed, cost_of_learning, draw_genome
+from baldwinlab.evolution import Genome, Moment, bequeath, breed, draw_genome, fitness
 from baldwinlab.toml import to_toml
 from baldwinlab.version import __version__
 
@@ -85,7 +85,6 @@ class History:
         self.genome = draw_genome(experiment, Moment(seed, run, 0))
         self.lived = 0  # generations
         generations, agents = experiment.evolution.generations, experiment.population.size
-        self._energy_of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
         self._food = np.zeros((generations, agents), np.int32)
         self._energy = np.zeros((generations, agents))
         self._parents = np.full((generations, agents, 2), -1, np.int32)
@@ -101,8 +100,7 @@ class History:
             self._genomes[generation - 1] = np.nan  # it was kept for as long as it was the last
         self._genomes[generation] = self.genome
         self._food[generation] = eaten.sum(axis=1)
-        gained = (eaten * self._energy_of_region).sum(axis=1)
-        self._energy[generation] = np.maximum(0, gained - cost_of_learning(self.experiment, self.genome, learned))
+        self._energy[generation] = fitness(self.experiment, eaten, self.genome, learned)
         if generation < last:
             born = bequeath(self.experiment, self.genome, learned)
             moment = Moment(self.seed, self.run, generation + 1)

@@ -13,7 +13,6 @@ object store, or wherever fsspec reaches (`files.location`).
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import re
 import time
@@ -29,6 +28,7 @@ import xarray as xr
 from baldwinlab.config import Experiment, ExperimentError
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
 from baldwinlab.toml import from_toml, to_toml
+from baldwinlab.variables import from_netcdf
 
 FORMAT = 1
 _BLANK = "0" * 64
@@ -63,11 +63,10 @@ def verify(raw: bytes) -> None:
 
 def decode(raw: bytes) -> xr.Dataset:
     """The run in a record that has been verified."""
-    packed = xr.load_dataset(io.BytesIO(raw), engine="scipy")
+    packed = from_netcdf(raw)
     genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
     del packed.attrs["checksum"]
-    run = packed.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
-    return run.assign_coords({name: run[name].astype(str) for name in ("parent", "module")})
+    return packed.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
 
 
 def record_path(directory: Path, condition: str, run: int) -> Path:
@@ -119,6 +118,11 @@ class Study:
         """The runs that are stored, sound or not."""
         folder = self.directory / "runs" / condition
         return sorted(int(entry.stem) for entry in folder.glob("*.nc") if entry.stem.isdecimal())
+
+    def require_runs(self) -> None:
+        """Raises StudyError where no run is stored yet."""
+        if not any(self.runs(condition) for condition in self.experiments):
+            raise StudyError(f"{self.directory} holds no finished run yet; the command that made it carries on")
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
         write_record(self.directory, condition, run, record)

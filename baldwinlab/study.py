@@ -22,7 +22,6 @@ from baldwinlab.variables import PARENTS, RUN
 
 __all__ = ["agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
 
-WORLDS_PER_BLOCK: Final = CPU.worlds
 MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
 
 Progress = AbstractContextManager[Callable[[int], None]]

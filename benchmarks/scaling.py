@@ -20,10 +20,11 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from baldwinlab.config import Experiment
+from baldwinlab.engine.backend import CPU
 from baldwinlab.engine.cpu import Block
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.presets import load
-from baldwinlab.study import WORLDS_PER_BLOCK, available_cores
+from baldwinlab.study import available_cores
 from benchmarks.compare import OUT
 from benchmarks.machine import facts
 from benchmarks.tables import save, table
@@ -55,20 +56,20 @@ def with_items(count: int) -> Experiment:
 
 
 def worlds_for(agents: int) -> int:
-    return max(1, WORLDS_PER_BLOCK * 20 // agents)
+    return max(1, CPU.worlds * 20 // agents)
 
 
 def cases() -> dict[str, dict[int, Measure]]:
     """By what grows: its values, and how to measure there."""
     normal, agents = in_the_food(), (20, 50, 100, 200, 500, 1000, MANY)
     return {
-        "threads": {number: measure(normal, WORLDS_PER_BLOCK, number) for number in sorted({1, available_cores()})},
+        "threads": {number: measure(normal, CPU.worlds, number) for number in sorted({1, available_cores()})},
         "worlds in a block": {worlds: measure(normal, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)},
         "agents": {size: measure(in_the_food(population={"size": size}), worlds_for(size)) for size in agents},
         "agents, map and food": {size: measure(grown(size), worlds_for(size)) for size in agents},
-        "food items": {count: measure(with_items(count), WORLDS_PER_BLOCK) for count in (0, 10, 20, 50, 100, 200, 500, 1000)},
+        "food items": {count: measure(with_items(count), CPU.worlds) for count in (0, 10, 20, 50, 100, 200, 500, 1000)},
         "hidden units": {
-            units: measure(in_the_food(network={"hidden": [units]}), WORLDS_PER_BLOCK) for units in (2, 5, 10, 20, 50, 100)
+            units: measure(in_the_food(network={"hidden": [units]}), CPU.worlds) for units in (2, 5, 10, 20, 50, 100)
         },
     }
 

@@ -1,10 +1,12 @@
-"""A browser, for all tests of pages."""
+"""A browser for all tests of pages, and an extra that is missing."""
 
 from __future__ import annotations
 
+import builtins
 import os
 import shutil
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, sync_playwright
@@ -20,3 +22,15 @@ def browser() -> Iterator[Browser]:
         opened = playwright.chromium.launch(executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"])
         yield opened
         opened.close()
+
+
+@pytest.fixture
+def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    real_import = builtins.__import__
+
+    def without_ffmpeg(name: str, *arguments: Any) -> Any:
+        if name == "imageio_ffmpeg":
+            raise ImportError(name)
+        return real_import(name, *arguments)
+
+    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)

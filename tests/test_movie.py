@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import builtins
 from pathlib import Path
-from typing import Any
 
 import imageio_ffmpeg
 import pytest
@@ -44,14 +42,6 @@ def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) ->
     assert (tmp_path / "life.gif").stat().st_size > 0
 
 
-def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real_import = builtins.__import__
-
-    def without_ffmpeg(name: str, *arguments: Any) -> Any:
-        if name == "imageio_ffmpeg":
-            raise ImportError(name)
-        return real_import(name, *arguments)
-
-    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(tmp_path: Path, no_video_extra: None) -> None:
     with pytest.raises(MovieError, match=r"needs the extra 'video': pip install 'baldwinlab\[video\]'"):
         write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")

@@ -6,7 +6,6 @@ are generations, over a window of its first or last ones. Food is the energy of 
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.config import Experiment
 from baldwinlab.toml import from_toml
-from baldwinlab.variables import ASSAYS, LIVES
+from baldwinlab.variables import ASSAYS, LIVES, from_netcdf
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
 Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "blank slate")
@@ -41,14 +40,13 @@ def read(directory: Path) -> dict[str, dict[str, xr.Dataset]]:
 def _read(path: Path, assay: str) -> xr.Dataset:
     again = "remove it, and `baldwinlab assay` makes it again"
     try:
-        data = xr.load_dataset(io.BytesIO(path.read_bytes()), engine="scipy")
+        data = from_netcdf(path.read_bytes())
     except Exception:  # whatever a reader meets in bytes that are no netCDF
         raise ValueError(f"{path} is damaged: it is no netCDF file; {again}") from None
     lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]
     if lacking or not set(ASSAYS[assay]) & set(data.data_vars) or "experiment" not in data.attrs:
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
-    words = [name for name, coordinate in data.coords.items() if coordinate.dtype.kind in "OSU"]
-    return data.assign_coords({name: data[name].astype(str) for name in words})
+    return data
 
 
 def conditions(assays: Assays) -> dict[str, Experiment]:

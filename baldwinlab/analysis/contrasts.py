@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import fitness, statistics
+from baldwinlab.config import kind_and_map
 
 MEASURES = ("mean", "best")
 
@@ -29,7 +30,7 @@ def contrasts(study: xr.Dataset, last: int = 10) -> list[Contrast]:
     finals = {measure: fitness.final(study, measure, last) for measure in MEASURES}
     lived = [str(name) for name in study["condition"].values if bool(finals["mean"].sel(condition=name).notnull().any())]
     references: dict[str, str] = {}
-    pairs = [(name, references.setdefault(_map(name), name)) for name in lived]
+    pairs = [(name, references.setdefault(kind_and_map(name)[1], name)) for name in lived]
     found = [
         (name, reference, measure, statistics.compare(_runs(finals[measure], name), _runs(finals[measure], reference)))
         for name, reference in pairs
@@ -38,10 +39,6 @@ def contrasts(study: xr.Dataset, last: int = 10) -> list[Contrast]:
     ]
     corrected = statistics.holm([numbers.p for *_, numbers in found])
     return [Contrast(*contrast, float(p)) for contrast, p in zip(found, corrected, strict=True)]
-
-
-def _map(condition: str) -> str:
-    return condition.rpartition("/")[2] if "/" in condition else ""
 
 
 def _runs(values: xr.DataArray, condition: str) -> statistics.Sample:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
@@ -77,11 +76,9 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         hint = f"; `{again}` makes it" if applies(assay, study, condition) else f": {assay} has nothing to measure there"
         raise StudyError(f"{path} does not exist{hint}")
     try:
-        found = xr.load_dataset(io.BytesIO(path.read_bytes()), engine="scipy")
+        return variables.from_netcdf(path.read_bytes())
     except (OSError, ValueError, TypeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
-    texts = [name for name in found.coords if found[name].dtype.kind in "OS"]
-    return found.assign_coords({name: found[name].astype(str) for name in texts})
 
 
 def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
@@ -90,12 +87,11 @@ def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
     Raises StudyError for an unknown assay, and for a study without any run.
     """
     _require_known(names)
-    conditions = [condition for condition in study.experiments if study.runs(condition)]
-    if not conditions:
-        raise StudyError(f"{study.directory} holds no finished run yet; the command that made it carries on")
+    study.require_runs()
     return {
         condition: [name for name in names if applies(name, study, condition) and not _is_done(study, name, condition)]
-        for condition in conditions
+        for condition in study.experiments
+        if study.runs(condition)
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.config import Experiment, ExperimentError, assign
+from baldwinlab.config import Experiment, ExperimentError, assign, kind_and_map
 from baldwinlab.store import Study
 
 AS_EVOLVED = "as evolved"
@@ -58,10 +58,10 @@ def settings(study: Study, condition: str) -> list[Setting]:
 
 def _other_maps(study: Study, condition: str) -> Iterator[Setting]:
     """The worlds of the study's conditions of the same name on other maps: of CONDITION/MAP, the last part is the map's."""
-    name, slash, _ = condition.rpartition("/")
+    kind, own = kind_and_map(condition)
     for other, there in study.experiments.items():
-        before, _, map_name = other.rpartition("/")
-        if slash and before == name:
+        other_kind, map_name = kind_and_map(other)
+        if own and map_name and other_kind == kind:
             yield Setting("map", map_name, study.experiments[condition].replace(world=there.world))
 
 

@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays import AS_EVOLVED, BLANK, Assays, conditions, distances, lifetime, lives, share
 from baldwinlab.analysis.fitness import interval_of_mean
+from baldwinlab.config import kind_and_map
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
 
 LIFE_LOOKS = {
@@ -128,18 +129,18 @@ def reaction_norms(assays: Assays) -> Figure:
     """Food of the last generation under circumstances it did not evolve in: a row a field, a column a map, a line a condition."""
     stored = assays["reaction"]
     experiments = {name: experiment.to_dict() for name, experiment in conditions({"reaction": stored}).items()}
-    kinds = list(dict.fromkeys(_split(name)[0] for name in stored))
-    maps = list(dict.fromkeys(_split(name)[1] for name in stored))
+    kinds = list(dict.fromkeys(kind_and_map(name)[0] for name in stored))
+    maps = list(dict.fromkeys(kind_and_map(name)[1] for name in stored))
     fields = list(dict.fromkeys(str(field) for data in stored.values() for field in data["field"].values if field != AS_EVOLVED))
     figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
     for row, field in zip(grid, fields, strict=True):
         for axes, map_name in zip(row, maps, strict=True):
-            shown = [name for name in stored if _split(name)[1] == map_name]
+            shown = [name for name in stored if kind_and_map(name)[1] == map_name]
             norms = {name: _norm(stored[name], field, _as_evolved(name, experiments[name], field)) for name in shown}
             labels = sorted({label for norm in norms.values() for label in norm}, key=_number)
             for name, norm in norms.items():
-                _reaction(axes, norm, labels, series(kinds.index(_split(name)[0])))
+                _reaction(axes, norm, labels, series(kinds.index(kind_and_map(name)[0])))
             base = {_as_evolved(name, experiments[name], field) for name in shown}
             axes.set_xticks(range(len(labels)), [f"({label})" if label in base else label for label in labels])
             axes.set(xlim=(-0.4, max(len(labels), 1) - 0.6), xlabel=field)
@@ -154,7 +155,7 @@ def reaction_norms(assays: Assays) -> Figure:
 def _as_evolved(name: str, experiment: Mapping[str, object], field: str) -> str:
     """The value of a field that a condition evolved with, as the assay writes values."""
     if field == "map":
-        return _split(name)[1]
+        return kind_and_map(name)[1]
     value: object = experiment
     for step in field.split("."):
         value = value[int(step)] if isinstance(value, list) else value[step] if isinstance(value, dict) else None
@@ -190,8 +191,8 @@ def _reaction(axes: Axes, norm: Mapping[str, xr.DataArray], labels: Sequence[str
 def descent(assays: Assays) -> Figure:
     """Left, since when all agents have had a common ancestor; right, of how many founders the gene pool is made, in effect."""
     stored = {name: data for name, data in assays["descent"].items() if data["effective_ancestors"].notnull().any()}
-    kinds = list(dict.fromkeys(_split(name)[0] for name in stored))
-    maps = list(dict.fromkeys(_split(name)[1] for name in stored))
+    kinds = list(dict.fromkeys(kind_and_map(name)[0] for name in stored))
+    maps = list(dict.fromkeys(kind_and_map(name)[1] for name in stored))
     figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
     grid = figure.subplots(len(maps), 2, squeeze=False)
     measures = {
@@ -200,8 +201,8 @@ def descent(assays: Assays) -> Figure:
     }
     for row, map_name in zip(grid, maps, strict=True):
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
-            for name in (name for name in stored if _split(name)[1] == map_name):
-                _curve(axes, stored[name][measure], series(kinds.index(_split(name)[0])), "")
+            for name in (name for name in stored if kind_and_map(name)[1] == map_name):
+                _curve(axes, stored[name][measure], series(kinds.index(kind_and_map(name)[0])), "")
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)
             _from_zero(axes)
@@ -210,14 +211,8 @@ def descent(assays: Assays) -> Figure:
     return figure
 
 
-def _split(condition: str) -> tuple[str, str]:
-    """`evo/A` is the kind `evo` on the map `A`; a name without a slash has no map."""
-    kind, _, map_name = condition.rpartition("/") if "/" in condition else (condition, "", "")
-    return kind, map_name
-
-
 def _title(condition: str) -> str:
-    kind, map_name = _split(condition)
+    kind, map_name = kind_and_map(condition)
     return f"Map {map_name}, {kind}" if map_name else kind
 
 

@@ -15,6 +15,7 @@ from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.analysis.fitness import interval_of_mean
 from baldwinlab.analysis.rules import SIGNIFICANT
+from baldwinlab.config import kind_and_map
 from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
 
 COLUMNS = {"best": "best agent", "mean": "average agent"}
@@ -32,9 +33,9 @@ class Condition(NamedTuple):
 def conditions(study: xr.Dataset) -> list[Condition]:
     """The study's conditions in their order; the same kind looks the same on every map."""
     names = [str(name) for name in study["condition"].values]
-    split = [name.rpartition("/") if "/" in name else (name, "", "") for name in names]
-    kinds = list(dict.fromkeys(kind for kind, _, _ in split))
-    return [Condition(name, kind, where, series(kinds.index(kind))) for name, (kind, _, where) in zip(names, split, strict=True)]
+    split = [kind_and_map(name) for name in names]
+    kinds = list(dict.fromkeys(kind for kind, _ in split))
+    return [Condition(name, kind, where, series(kinds.index(kind))) for name, (kind, where) in zip(names, split, strict=True)]
 
 
 class Panel(NamedTuple):

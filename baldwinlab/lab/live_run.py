@@ -14,6 +14,7 @@ import xarray as xr
 from baldwinlab.analysis.fitness import MEASURES, interval_of_mean
 from baldwinlab.config import Experiment
 from baldwinlab.engine.backend import CPU
+from baldwinlab.executors.tasks import StoppedError
 from baldwinlab.simulate import History, simulate_block
 from baldwinlab.store import StudyError
 
@@ -23,10 +24,6 @@ MOST_MEMORY: Final = 500_000_000  # bytes of genomes
 MOST_WORK: Final = 20_000_000_000  # weights x agent-steps of a generation: some seconds, in which it cannot be stopped
 MOST_ITEMS: Final = 500_000  # of food
 SLOWEST: Final = 60.0  # seconds a generation
-
-
-class _StoppedError(Exception):
-    """Ends a block between two generations."""
 
 
 class LiveRun:
@@ -126,7 +123,7 @@ class LiveRun:
             self._ready = True
             simulate_block(self.experiment, self.seed, range(self.runs), CPU, self._lived)
             self._end = "done"
-        except _StoppedError:
+        except StoppedError:
             self._end = "stopped"
         except Exception as error:  # whatever it is, those who watch must hear of it
             self.message = f"the live run failed: {error or type(error).__name__}"
@@ -142,7 +139,7 @@ class LiveRun:
         self._going.wait()
         self._woke = time.monotonic()
         if self._stopping:
-            raise _StoppedError
+            raise StoppedError
 
 
 def seconds_in(order: dict[str, Any]) -> float:

@@ -15,8 +15,8 @@ from baldwinlab.evolution import Genome, Moment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.relive import stored_genome
-from baldwinlab.replay import genome_at
-from baldwinlab.simulate import check_seed, simulate
+from baldwinlab.replay import energy_before, genome_at
+from baldwinlab.simulate import check_seed
 
 MOST_STEPS = 20_000  # in one answer
 MOST_BYTES = 32 * 2**20  # in one answer, about
@@ -83,7 +83,7 @@ def find(lab: Lab, query: Query) -> Life:
     moment = Moment(number(query, "seed", 0), number(query, "run", 0), generation)
     check_seed(moment.seed, moment.run)
     experiment = studies.load_preset(text(query, "preset"))
-    return _bred(experiment, moment, lambda: _energy_before(experiment, moment))
+    return _bred(experiment, moment, lambda: energy_before(experiment, moment))
 
 
 def _stored(lab: Lab, query: Query, generation: int) -> Life:
@@ -108,14 +108,6 @@ def _bred(experiment: Experiment, moment: Moment, energy: Callable[[], xr.DataAr
         return Past(genome_at(experiment, moment, eaten), eaten)
 
     return Life(experiment, moment, past)
-
-
-def _energy_before(experiment: Experiment, moment: Moment) -> xr.DataArray | None:
-    """What the generations before `moment` ate, [generation, agent]."""
-    if moment.generation == 0:
-        return None
-    before = {"evolution": {"generations": moment.generation}, "record": {"genome_every": moment.generation}}
-    return simulate(experiment.replace(**before), moment.seed, moment.run, "cpu")["energy"]
 
 
 def _require_generation(experiment: Experiment, generation: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from baldwinlab.analysis.baldwin import NO, NOT_MEASURED, UNDECIDED, YES, Analysis, Answer, Subject
+from baldwinlab.config import kind_and_map
 from baldwinlab.report.words import number
 
 MORE, LESS, SAME = "more", "less", "the same"
@@ -33,8 +34,8 @@ SECOND_PHASE = {
 
 def where(subject: Subject) -> str:
     """The condition in words: "map A", where its name tells, else the name."""
-    kind, _, map_name = subject.condition.rpartition("/")
-    return f"map {map_name} ({kind})" if kind else subject.condition
+    kind, map_name = kind_and_map(subject.condition)
+    return f"map {map_name} ({kind})" if map_name else subject.condition
 
 
 def headline(subject: Subject) -> str:

@@ -8,15 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
+from baldwinlab.engine.backend import CPU
 from baldwinlab.engine.cpu import Block
-from baldwinlab.study import WORLDS_PER_BLOCK, available_cores
+from baldwinlab.study import available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
 BLOCKS = 2  # for each core, one after the other
 
 
 def agent_steps(setting: Setting) -> int:
-    return available_cores() * BLOCKS * WORLDS_PER_BLOCK * setting.agents * setting.steps
+    return available_cores() * BLOCKS * CPU.worlds * setting.agents * setting.steps
 
 
 def lives(setting: Setting, genomes: Genomes) -> Live:
@@ -24,7 +25,7 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
     born_with, cores = np.asarray(genomes, np.float32), available_cores()
 
     def live_block(seed: int, number: int) -> npt.NDArray[np.int32]:
-        runs = number * WORLDS_PER_BLOCK + np.arange(WORLDS_PER_BLOCK)
+        runs = number * CPU.worlds + np.arange(CPU.worlds)
         block = Block(experiment, seed, runs.tolist())
         block.begin(0, born_with[runs % len(born_with)])
         block.live(0, setting.steps)

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
+from baldwinlab.engine.backend import CPU
 from baldwinlab.simulate import simulate_block
-from baldwinlab.study import WORLDS_PER_BLOCK, agent_steps_of_run, available_cores
+from baldwinlab.study import agent_steps_of_run, available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
 
 def agent_steps(setting: Setting) -> int:
-    return available_cores() * WORLDS_PER_BLOCK * agent_steps_of_run(bl.load(setting.name))
+    return available_cores() * CPU.worlds * agent_steps_of_run(bl.load(setting.name))
 
 
 def lives(setting: Setting, genomes: Genomes) -> Live:
@@ -22,7 +23,7 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
     experiment, cores = bl.load(setting.name), available_cores()
 
     def run_block(seed: int, core: int) -> npt.NDArray[np.int32]:
-        runs = range(core * WORLDS_PER_BLOCK, (core + 1) * WORLDS_PER_BLOCK)
+        runs = range(core * CPU.worlds, (core + 1) * CPU.worlds)
         return np.concatenate([run["food_eaten"].values for run in simulate_block(experiment, seed, runs)])
 
     def live(seed: int) -> npt.NDArray[np.int32]:

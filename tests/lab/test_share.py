@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import builtins
 import json
 import re
 import zlib
@@ -111,15 +110,7 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(lab_server: 
         assert movie.size == (1280, 640)
 
 
-def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    real_import = builtins.__import__
-
-    def without_ffmpeg(name: str, *arguments: Any) -> Any:
-        if name == "imageio_ffmpeg":
-            raise ImportError(name)
-        return real_import(name, *arguments)
-
-    monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:
     assert "pip install 'baldwinlab[video]'" in refusal(lab_server.address, "movie", 400, a=LIFE, format="mp4")
 
 

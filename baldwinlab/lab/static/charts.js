@@ -2,11 +2,11 @@
 
 import uPlot from "./vendor/uPlot.esm.js";
 import { svg } from "./box_chart.js";
-import { el } from "./common.js";
+import { COLOURS, el } from "./common.js";
 
 export { boxChart } from "./box_chart.js";
 
-const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a8a8a"]; // Okabe and Ito, as in the figures
+const COLORS = [...COLOURS, "#8a8a8a"];
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
 const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark

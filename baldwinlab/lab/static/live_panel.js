@@ -1,14 +1,14 @@
 /** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
 
 import { lineChart } from "./charts.js";
-import { el, message, postJSON } from "./common.js";
+import { COLOURS, el, message, postJSON } from "./common.js";
 import { LiveWorld } from "./live_world.js";
 
 const WORDS = {
   preparing: ["Getting ready", ""], running: ["Running", "good"], paused: ["Paused", "warm"],
   done: ["Done", "good"], stopped: ["Stopped", ""], failed: ["Failed", "warm"], gone: ["Gone", "warm"],
 };
-const [BLUE, VERMILION, GREEN] = ["#0072b2", "#d55e00", "#009e73"];
+const [BLUE, VERMILION, GREEN] = COLOURS;
 
 /**
  * @param {HTMLElement} root is filled
