@@ -8,12 +8,12 @@
 """
 
 from baldwinlab.assays import open_assay
-from baldwinlab.config import Experiment, ExperimentError
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.presets import load
-from baldwinlab.replay import replay
-from baldwinlab.simulate import simulate
-from baldwinlab.store import StudyError
-from baldwinlab.study import open_study
+from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.store import StudyError
+from baldwinlab.studies.study import open_study
 from baldwinlab.sweep import open_sweep
 from baldwinlab.version import __version__
 

@@ -21,13 +21,13 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from baldwinlab.config import Experiment
-from baldwinlab.engine.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.presets import load, paper
-from baldwinlab.simulate import simulate_block
-from baldwinlab.store import create
-from baldwinlab.study import agent_steps_of_run, available_cores, missing_runs, run_study
+from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.studies.store import create
+from baldwinlab.studies.study import agent_steps_of_run, available_cores, missing_runs, run_study
 
 CROWDS = (20, 1000, 10_000)  # agents in one world, at the paper's density
 

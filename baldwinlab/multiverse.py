@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from baldwinlab import presets
-from baldwinlab.config import Experiment, merge
+from baldwinlab.experiment import Experiment, merge
 
 STANDARD = "standard"
 JOINED_BY = "+"

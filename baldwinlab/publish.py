@@ -15,12 +15,12 @@ from baldwinlab.analysis import assays, claims, readings, responses
 from baldwinlab.analysis.contrasts import contrasts
 from baldwinlab.multiverse import conditions_by_reading
 from baldwinlab.presets import paper
-from baldwinlab.replay import replay
 from baldwinlab.report import Section, baldwin, emergence_generations, render, typical_run, write_page, write_report
 from baldwinlab.report import readings as every_reading
 from baldwinlab.report.responses import write_sweep_report
-from baldwinlab.store import Study
-from baldwinlab.study import Progress, open_conditions, open_study
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import Progress, open_conditions, open_study
 from baldwinlab.sweep import is_sweep, open_sweep
 from baldwinlab.version import __version__
 

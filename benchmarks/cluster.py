@@ -24,12 +24,12 @@ from unittest.mock import patch
 import psutil
 from distributed import Client, get_worker
 
-from baldwinlab.engine.backend import CPU
-from baldwinlab.executors import THREADS, Executor, Task, choose, cluster
+from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.presets import load, paper
-from baldwinlab.simulate import simulate_block
-from baldwinlab.store import create, encode
-from baldwinlab.study import MOST_TASKS, missing_runs, plan
+from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.studies.executors import THREADS, Executor, Task, choose, cluster
+from baldwinlab.studies.store import create, encode
+from baldwinlab.studies.study import MOST_TASKS, missing_runs, plan
 from benchmarks.machine import facts
 from benchmarks.tables import table
 

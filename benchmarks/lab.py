@@ -22,8 +22,8 @@ from playwright.sync_api import Page, sync_playwright
 from baldwinlab.console import progress
 from baldwinlab.lab.server import make_app
 from baldwinlab.presets import load
-from baldwinlab.store import create
-from baldwinlab.study import missing_runs, run_study
+from baldwinlab.studies.store import create
+from baldwinlab.studies.study import missing_runs, run_study
 
 CONDITION = "evo%2Bself-taught/A"
 STEPS = 3000

@@ -14,16 +14,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from baldwinlab.config import Experiment
-from baldwinlab.engine.backend import CPU
-from baldwinlab.engine.cpu import Block
-from baldwinlab.engine.food import eat
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, bundle, get, put
-from baldwinlab.engine.learning import learn, think
-from baldwinlab.engine.senses import look_out, sense
-from baldwinlab.engine.world import choose_action, move
 from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.items import eat
+from baldwinlab.models.miniworld.learning import learn, think
+from baldwinlab.models.miniworld.senses import look_out, sense
+from baldwinlab.models.miniworld.world import choose_action, move
 from baldwinlab.presets import load
 
 ROUNDS, REPETITIONS = 2000, 9

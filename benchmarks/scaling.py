@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 from matplotlib import pyplot as plt
 
-from baldwinlab.config import Experiment
-from baldwinlab.engine.backend import CPU
-from baldwinlab.engine.cpu import Block
 from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.presets import load
-from baldwinlab.study import available_cores
+from baldwinlab.studies.study import available_cores
 from benchmarks.compare import OUT
 from benchmarks.machine import facts
 from benchmarks.tables import save, table

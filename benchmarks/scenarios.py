@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.presets import load
-from baldwinlab.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_block
 from benchmarks.setting import Genomes, Setting, from_experiment
 
 SCENARIOS = ("evo+self-taught/A", "evo/A", "evo+self-taught/B")

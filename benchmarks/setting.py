@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from baldwinlab.config import Experiment
+    from baldwinlab.experiment import Experiment
 
 Genomes = list[list[list[list[float]]]]
 """[world][agent][module][weight], weights in the order of `baldwinlab.variables.WEIGHT_ORDER`."""
@@ -30,7 +30,7 @@ class Contender(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """The standard reading of docs/model.md with one food region and one hidden layer; units as in `baldwinlab.config`."""
+    """The standard reading of docs/model.md with one food region and one hidden layer; units as in `baldwinlab.experiment`."""
 
     name: str  # of the experiment
     width: float

@@ -16,9 +16,9 @@ import numba
 import numpy as np
 from numba import cuda as numba_cuda
 
-from baldwinlab.config import Experiment
-from baldwinlab.engine import cpu, cuda
-from baldwinlab.engine.backend import Block
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld import cpu, cuda
+from baldwinlab.models.miniworld.backend import Block
 from baldwinlab.presets import load
 
 WORLDS = (1, 30, 180, 528, 1056, 2640, 5280, 10560, 21120)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from random import Random
 
-from baldwinlab.config import Evolution, Experiment, FoodRegion, World
+from baldwinlab.experiment import Evolution, Experiment, FoodRegion, World
 
 LEFT, FORWARD, RIGHT = 0, 1, 2
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.presets import load, paper
-from baldwinlab.store import Study, create
-from baldwinlab.study import missing_runs, run_study
+from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.study import missing_runs, run_study
 
 SMALL = {"evolution": {"generations": 3}, "lifetime": {"steps": 300}}
 

@@ -21,10 +21,10 @@ from PIL import Image
 
 from baldwinlab.assays import open_assay
 from baldwinlab.cli import main
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.presets import KINDS, load, names
-from baldwinlab.study import open_study
+from baldwinlab.studies.study import open_study
 from baldwinlab.sweep import open_sweep
-from baldwinlab.toml import from_toml
 from tests.small import contents, small_study
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]

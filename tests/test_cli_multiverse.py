@@ -12,7 +12,7 @@ import pytest
 from baldwinlab import console, presets
 from baldwinlab.cli import multiverse as command_multiverse
 from baldwinlab.multiverse import Reading
-from baldwinlab.store import Study
+from baldwinlab.studies.store import Study
 from tests.small import contents, small_paper
 from tests.test_cli import Command, command  # noqa: F401  (a fixture)
 

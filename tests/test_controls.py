@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from baldwinlab.config import Experiment
 from baldwinlab.evolution import Moment, bequeath, breed, cost_of_learning, draw_genome
+from baldwinlab.experiment import Experiment
 from baldwinlab.presets import load, names
-from baldwinlab.replay import replay
-from baldwinlab.simulate import simulate
+from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu
 
-from baldwinlab.config import Experiment
-from baldwinlab.simulate import simulate_block
+from baldwinlab.experiment import Experiment
+from baldwinlab.runs.simulate import simulate_block
 from tests import naive
 from tests.worlds import small
 

@@ -19,7 +19,7 @@ from PIL import Image
 
 from baldwinlab import figures
 from baldwinlab.analysis.claims import evaluate
-from baldwinlab.config import World
+from baldwinlab.experiment import World
 from baldwinlab.figures.emergence import unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from baldwinlab.movie import MovieError, Scene, write_movie, write_movie_of
-from baldwinlab.replay import replay
+from baldwinlab.runs.replay import replay
 from tests.small import small
 
 

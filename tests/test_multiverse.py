@@ -6,7 +6,7 @@ import re
 from functools import reduce
 from pathlib import Path
 
-from baldwinlab.config import NAME_PATTERN, Experiment, merge
+from baldwinlab.experiment import NAME_PATTERN, Experiment, merge
 from baldwinlab.multiverse import (
     Reading,
     alternatives,
@@ -16,8 +16,8 @@ from baldwinlab.multiverse import (
     one_at_a_time,
 )
 from baldwinlab.presets import load, paper
-from baldwinlab.store import create
-from baldwinlab.study import open_conditions
+from baldwinlab.studies.store import create
+from baldwinlab.studies.study import open_conditions
 from tests.small import SMALL, small_study
 
 

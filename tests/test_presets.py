@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.config import Experiment, ExperimentError, merge
+from baldwinlab.experiment import Experiment, ExperimentError, merge
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.presets import KINDS, describe, load, names, paper
-from baldwinlab.toml import to_toml
 
 
 def test_the_paper_has_three_conditions_on_two_maps() -> None:

@@ -9,11 +9,11 @@ import pytest
 import xarray as xr
 
 from baldwinlab import open_study, open_sweep, sweep
-from baldwinlab.config import Experiment, ExperimentError
-from baldwinlab.simulate import simulate
-from baldwinlab.store import Study, StudyError
-from baldwinlab.study import missing_runs, run_study
-from baldwinlab.toml import to_toml
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.study import missing_runs, run_study
 from tests.small import ignore, silent, small, small_study
 
 HEAD = """

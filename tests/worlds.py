@@ -7,9 +7,9 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.presets import load
-from baldwinlab.replay import replay
+from baldwinlab.runs.replay import replay
 
 
 def point(x: float, y: float, count: int = 1, energy: float = 1.0) -> dict[str, Any]:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from baldwinlab.config import Experiment
-from baldwinlab.toml import from_toml
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.variables import ASSAYS, LIVES, from_netcdf
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition

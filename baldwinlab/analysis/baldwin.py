@@ -24,7 +24,7 @@ from baldwinlab.analysis.assays import Assays, Quantity, conditions, quantities
 from baldwinlab.analysis.claims import finite
 from baldwinlab.analysis.rules import SIGNIFICANT
 from baldwinlab.analysis.tables import to_csv
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.files import write_atomically
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import fitness, statistics
-from baldwinlab.config import kind_and_map
+from baldwinlab.experiment import kind_and_map
 
 MEASURES = ("mean", "best")
 

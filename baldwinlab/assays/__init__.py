@@ -15,12 +15,12 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, reaction, within_life
 from baldwinlab.assays.sample import Sample
-from baldwinlab.engine.backend import CPU
-from baldwinlab.executors.tasks import StoppedError
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
-from baldwinlab.store import Study, StudyError
-from baldwinlab.study import Progress
-from baldwinlab.toml import to_toml
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.studies.executors.tasks import StoppedError
+from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.study import Progress
 from baldwinlab.version import __version__
 
 Arrays = Mapping[str, npt.NDArray[Any]]

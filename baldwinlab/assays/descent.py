@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.store import Study
+from baldwinlab.studies.store import Study
 
 FOUNDERS_AT_A_TIME = 1024  # bounds the memory that a large world takes
 

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.config import Experiment
-from baldwinlab.store import Study
+from baldwinlab.experiment import Experiment
+from baldwinlab.studies.store import Study
 from baldwinlab.variables import LIVES
 
 MOST_GENERATIONS = 100  # and the last, so every generation of the paper's

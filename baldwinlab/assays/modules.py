@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.store import Study
+from baldwinlab.studies.store import Study
 
 BOTH_EVOLVED = "both evolved"
 MODULES = (BOTH_EVOLVED, "evolved reinforcement, random action", "random reinforcement, evolved action", "both random")

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.config import Experiment, ExperimentError, assign, kind_and_map
-from baldwinlab.store import Study
+from baldwinlab.experiment import Experiment, ExperimentError, assign, kind_and_map
+from baldwinlab.studies.store import Study
 
 AS_EVOLVED = "as evolved"
 OF_COUNT = (0.25, 0.5, 2, 4)  # times as much food

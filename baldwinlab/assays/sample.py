@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.config import Experiment
 from baldwinlab.evolution import Genome, Moment, draw_genome
-from baldwinlab.relive import Lives, relive, stored_genome
-from baldwinlab.store import Study, StudyError
+from baldwinlab.experiment import Experiment
+from baldwinlab.runs.relive import Lives, relive, stored_genome
+from baldwinlab.studies.store import Study, StudyError
 
 Energy = npt.NDArray[np.float64]  # [run, agent]
 

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample, middle_and_ends
-from baldwinlab.engine.cpu import Block
 from baldwinlab.evolution import Genome
-from baldwinlab.relive import born
-from baldwinlab.store import Study
+from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.runs.relive import born
+from baldwinlab.studies.store import Study
 
 WINDOW = 250  # steps; the last part of a life may be shorter
 BLANK = "blank slate"  # freshly drawn weights, born where the last generation was

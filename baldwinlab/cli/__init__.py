@@ -7,9 +7,9 @@ import sys
 from baldwinlab import console
 from baldwinlab.cli import assays, lab, measure, multiverse, studies, sweeps  # noqa: F401  (each adds its commands)
 from baldwinlab.cli.common import InterruptedStudyError, app
-from baldwinlab.config import ExperimentError
+from baldwinlab.experiment import ExperimentError
 from baldwinlab.movie import MovieError
-from baldwinlab.store import StudyError
+from baldwinlab.studies.store import StudyError
 
 
 def main() -> None:

@@ -12,9 +12,9 @@ from baldwinlab import console
 from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, run_assays
 from baldwinlab.assays.descent import phylogeny as pedigree
 from baldwinlab.cli.common import Directory, InterruptedStudyError, Workers, app, make_report, require_positive
-from baldwinlab.executors import available_cores
 from baldwinlab.files import write_atomically
-from baldwinlab.store import Study
+from baldwinlab.studies.executors import available_cores
+from baldwinlab.studies.store import Study
 
 
 @app.command

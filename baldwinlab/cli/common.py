@@ -8,17 +8,18 @@ from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter, Token
 
-from baldwinlab import console, executors, store
-from baldwinlab.config import Experiment
-from baldwinlab.engine.backend import choose
-from baldwinlab.executors import ExecutorError
+from baldwinlab import console
+from baldwinlab.experiment import Experiment
 from baldwinlab.files import location
+from baldwinlab.models.miniworld.backend import choose
 from baldwinlab.multiverse import conditions_by_reading
 from baldwinlab.publish import publish, publish_multiverse
 from baldwinlab.report.readings import combinations, verdict
-from baldwinlab.simulate import SEED_LIMIT
-from baldwinlab.store import Study
-from baldwinlab.study import agent_steps_of_run, missing_runs, run_study
+from baldwinlab.runs.simulate import SEED_LIMIT
+from baldwinlab.studies import executors, store
+from baldwinlab.studies.executors import ExecutorError
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 from baldwinlab.version import __version__
 
 

@@ -15,9 +15,9 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.cli.common import Directory, app
-from baldwinlab.config import Experiment
-from baldwinlab.engine import cpu
+from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
+from baldwinlab.models.miniworld import cpu
 
 RESULTS = Path("results")
 PORT = 8642

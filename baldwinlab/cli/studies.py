@@ -26,12 +26,12 @@ from baldwinlab.cli.common import (
     make_report,
     require_positive,
 )
-from baldwinlab.config import assign
+from baldwinlab.experiment import assign
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import write_atomically
 from baldwinlab.movie import write_movie
-from baldwinlab.replay import replay as replay_life
-from baldwinlab.store import Study
-from baldwinlab.toml import to_toml
+from baldwinlab.runs.replay import replay as replay_life
+from baldwinlab.studies.store import Study
 
 
 @app.command

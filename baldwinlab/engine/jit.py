@@ -25,7 +25,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 def _sources_hash() -> str:
     digest = hashlib.sha256(f"numba {numba.__version__}".encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
+    package = Path(__file__).parents[1]
+    for source in sorted([*(package / "engine").glob("*.py"), *(package / "models").rglob("*.py")]):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays import AS_EVOLVED, BLANK, Assays, conditions, distances, lifetime, lives, share
 from baldwinlab.analysis.fitness import interval_of_mean
-from baldwinlab.config import kind_and_map
+from baldwinlab.experiment import kind_and_map
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
 
 LIFE_LOOKS = {

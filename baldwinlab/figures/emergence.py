@@ -18,10 +18,10 @@ from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis import fitness
 from baldwinlab.analysis.fitness import interval_of_mean
-from baldwinlab.config import World
+from baldwinlab.experiment import World
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.figures.style import BLUE, GREY, VERMILION, WIDTH, styled
 from baldwinlab.figures.world import lay_out
-from baldwinlab.toml import from_toml
 
 PIECES = 40  # of a trajectory, each drawn as strongly as it is late
 

@@ -15,7 +15,7 @@ from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.analysis.fitness import interval_of_mean
 from baldwinlab.analysis.rules import SIGNIFICANT
-from baldwinlab.config import kind_and_map
+from baldwinlab.experiment import kind_and_map
 from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
 
 COLUMNS = {"best": "best agent", "mean": "average agent"}

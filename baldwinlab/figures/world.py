@@ -13,7 +13,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle, Wedge
 
-from baldwinlab.config import Experiment, World
+from baldwinlab.experiment import Experiment, World
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, styled
 
 BODY = 10.0  # side of an agent and of an item, units of length

@@ -11,15 +11,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.config import Experiment
-from baldwinlab.engine.cpu import Block
-from baldwinlab.engine.networks import forward
-from baldwinlab.engine.state import CODES
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError, frames
 from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer
 from baldwinlab.lab.query import number
-from baldwinlab.relive import born, lived
-from baldwinlab.simulate import next_genome
+from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.networks import forward
+from baldwinlab.models.miniworld.state import CODES
+from baldwinlab.runs.relive import born, lived
+from baldwinlab.runs.simulate import next_genome
 
 SAMPLES = 201  # of the weights over a life, birth and death among them
 

@@ -22,11 +22,11 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from baldwinlab.config import Experiment, ExperimentError, validate
+from baldwinlab.experiment import Experiment, ExperimentError, validate
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.live_run import LiveRun, check_size, seconds_in
-from baldwinlab.simulate import check_seed
-from baldwinlab.store import StudyError, create
+from baldwinlab.runs.simulate import check_seed
+from baldwinlab.studies.store import StudyError, create
 
 MOST_AT_ONCE: Final = 4  # live runs that live or are paused
 GRACE: Final = 60.0  # seconds that a run waits for a page to come back

@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.fitness import MEASURES, interval_of_mean
-from baldwinlab.config import Experiment
-from baldwinlab.engine.backend import CPU
-from baldwinlab.executors.tasks import StoppedError
-from baldwinlab.simulate import History, simulate_block
-from baldwinlab.store import StudyError
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.runs.simulate import History, simulate_block
+from baldwinlab.studies.executors.tasks import StoppedError
+from baldwinlab.studies.store import StudyError
 
 MOST_RUNS: Final = 50
 MOST_GENERATIONS: Final = 10_000

@@ -10,13 +10,13 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 
-from baldwinlab.config import Experiment
 from baldwinlab.evolution import Genome, Moment
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.relive import stored_genome
-from baldwinlab.replay import energy_before, genome_at
-from baldwinlab.simulate import check_seed
+from baldwinlab.runs.relive import stored_genome
+from baldwinlab.runs.replay import energy_before, genome_at
+from baldwinlab.runs.simulate import check_seed
 
 MOST_STEPS = 20_000  # in one answer
 MOST_BYTES = 32 * 2**20  # in one answer, about

@@ -12,7 +12,7 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.lab import Lab, frames
 from baldwinlab.lab.lives import Life, Span, answer
-from baldwinlab.relive import born
+from baldwinlab.runs.relive import born
 
 TYPES: dict[str, type[np.generic]] = {  # of what is written down in every step, of every agent
     "x": np.float32,

@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket
 from baldwinlab.lab import Lab, MissingError, inside, live, recording, share, studies
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
-from baldwinlab.store import StudyError
+from baldwinlab.studies.store import StudyError
 
 STATIC = Path(__file__).parent / "static"
 

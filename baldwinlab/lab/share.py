@@ -18,14 +18,14 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import presets
-from baldwinlab.config import ExperimentError
+from baldwinlab.experiment import ExperimentError
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, lives, studies
 from baldwinlab.lab.lives import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.recording import BYTES_OF_AGENT, record
 from baldwinlab.movie import Scene, write_movie_of
-from baldwinlab.replay import replay
-from baldwinlab.toml import to_toml
+from baldwinlab.runs.replay import replay
 from baldwinlab.version import __version__
 
 STATIC = Path(__file__).parent / "static"

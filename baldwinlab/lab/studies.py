@@ -17,12 +17,12 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab import presets
 from baldwinlab.analysis import fitness
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.query import text
 from baldwinlab.report import typical_run
-from baldwinlab.store import Study, StudyError
-from baldwinlab.study import open_conditions
+from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.study import open_conditions
 
 
 def routes(lab: Lab) -> list[BaseRoute]:

@@ -1,4 +1,4 @@
-"""The paper's conditions, maps and readings, and our controls: small TOML files laid over the defaults of `baldwinlab.config`.
+"""The paper's conditions, maps and readings, and our controls: small TOML files laid over the defaults of an experiment.
 
 A preset is named CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`; a reading is one more layer.
 """
@@ -11,8 +11,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from baldwinlab.config import Experiment, ExperimentError, merge, validate
-from baldwinlab.toml import from_toml
+from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
+from baldwinlab.experiment.toml import from_toml
 
 KINDS = ("conditions", "controls", "maps", "readings")
 

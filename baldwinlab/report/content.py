@@ -11,9 +11,9 @@ from baldwinlab import presets
 from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import Choice, ClaimResult, Finding
 from baldwinlab.analysis.rules import HOLDS, VERDICTS
-from baldwinlab.config import Experiment, ExperimentError, World
+from baldwinlab.experiment import Experiment, ExperimentError, World
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.report import words
-from baldwinlab.toml import from_toml
 
 Experiments = Mapping[str, Experiment]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from baldwinlab.analysis.baldwin import NO, NOT_MEASURED, UNDECIDED, YES, Analysis, Answer, Subject
-from baldwinlab.config import kind_and_map
+from baldwinlab.experiment import kind_and_map
 from baldwinlab.report.words import number
 
 MORE, LESS, SAME = "more", "less", "the same"

@@ -23,11 +23,12 @@ import xarray as xr
 from pydantic import BaseModel
 from scipy.stats import qmc
 
-from baldwinlab import presets, store
-from baldwinlab.config import Experiment, ExperimentError, assign
+from baldwinlab import presets
+from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.files import location, write_atomically
-from baldwinlab.store import Study, StudyError
-from baldwinlab.study import open_study
+from baldwinlab.studies import store
+from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.study import open_study
 from baldwinlab.sweep.plan import Range, Sweep, read
 
 __all__ = ["Sweep", "create", "experiments", "is_sweep", "open_sweep", "read"]

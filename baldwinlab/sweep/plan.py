@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
-from baldwinlab.config import ExperimentError, Part
-from baldwinlab.simulate import SEED_LIMIT
+from baldwinlab.experiment import ExperimentError, Part
+from baldwinlab.runs.simulate import SEED_LIMIT
 
 MOST_POINTS = 10_000
 

@@ -1,4 +1,4 @@
-"""baldwinlab's engine: one thread a core, and on each the lives of two blocks of worlds, as `baldwinlab.study` would run them."""
+"""baldwinlab's engine: one thread a core, and on each the lives of two blocks of worlds, as a study would run them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
-from baldwinlab.engine.backend import CPU
-from baldwinlab.engine.cpu import Block
-from baldwinlab.study import available_cores
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.studies.study import available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
 BLOCKS = 2  # for each core, one after the other

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 import baldwinlab as bl
-from baldwinlab.engine.backend import CPU
-from baldwinlab.simulate import simulate_block
-from baldwinlab.study import agent_steps_of_run, available_cores
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.studies.study import agent_steps_of_run, available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
 

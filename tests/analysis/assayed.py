@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.presets import load
-from baldwinlab.toml import to_toml
 from baldwinlab.variables import ASSAYS, LIVES, dataset
 
 RUNS, GENERATIONS, AGENTS, STEPS = 12, 40, 4, 600

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from baldwinlab.config import Experiment, ExperimentError
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.presets import load
-from baldwinlab.toml import to_toml
 
 RUNS = 8
 

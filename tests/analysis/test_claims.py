@@ -15,7 +15,7 @@ import pytest
 
 from baldwinlab.analysis.claims import ClaimResult, claims, evaluate, write
 from baldwinlab.analysis.rules import RULES, Verdict, conjunction
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.presets import paper
 from tests.analysis.studies import AS_THE_PAPER, RUNS, study
 

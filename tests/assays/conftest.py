@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.store import Study
+from baldwinlab.studies.store import Study
 from tests.assays.studies import measured
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from baldwinlab.assays import ASSAYS, missing_assays, run_assays
-from baldwinlab.config import Experiment
-from baldwinlab.store import Study
+from baldwinlab.experiment import Experiment
+from baldwinlab.studies.store import Study
 from tests.small import ignore, silent, small_study
 from tests.worlds import small
 

@@ -12,7 +12,7 @@ from phyloframe import legacy as standard
 
 from baldwinlab.assays import open_assay
 from baldwinlab.assays.descent import common_ancestor_ages, effective_ancestors, phylogeny
-from baldwinlab.store import Study
+from baldwinlab.studies.store import Study
 
 NONE = float("nan")
 

@@ -10,8 +10,8 @@ import pytest
 from baldwinlab.assays import missing_assays, open_assay, run_assays
 from baldwinlab.assays.innate import distances, drifting, generations, layer_names
 from baldwinlab.presets import load
-from baldwinlab.relive import relive
-from baldwinlab.store import Study, StudyError
+from baldwinlab.runs.relive import relive
+from baldwinlab.studies.store import Study, StudyError
 from tests.assays.studies import measured
 from tests.small import ignore, silent, small_study
 from tests.worlds import small

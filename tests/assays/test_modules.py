@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.assays import open_assay
-from baldwinlab.store import Study, StudyError
+from baldwinlab.studies.store import Study, StudyError
 from tests.assays.studies import measured
 from tests.worlds import small
 

@@ -10,9 +10,9 @@ import pytest
 
 from baldwinlab.assays import open_assay
 from baldwinlab.assays.reaction import settings
-from baldwinlab.config import Experiment
-from baldwinlab.relive import relive
-from baldwinlab.store import Study, create
+from baldwinlab.experiment import Experiment
+from baldwinlab.runs.relive import relive
+from baldwinlab.studies.store import Study, create
 from tests.worlds import small
 
 

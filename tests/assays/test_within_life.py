@@ -10,9 +10,9 @@ import xarray as xr
 
 from baldwinlab.assays import open_assay
 from baldwinlab.evolution import Moment, draw_genome
-from baldwinlab.relive import relive
-from baldwinlab.replay import replay
-from baldwinlab.store import Study
+from baldwinlab.runs.relive import relive
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies.store import Study
 from tests.assays.studies import measured
 from tests.worlds import small
 

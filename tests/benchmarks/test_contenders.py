@@ -1,6 +1,6 @@
 """The contenders on our model live by the paper's rules: their lives are followed by the oracle, step by step.
 
-What is checked, and to what tolerance, is what the engine itself is held to (tests/engine/test_transitions.py).
+What is checked, and to what tolerance, is what the engine itself is held to (tests.models.miniworld.test_transitions.py).
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.config import Experiment
 from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.experiment import Experiment
 from baldwinlab.presets import load
 from baldwinlab.variables import TRACE, dataset
 from benchmarks.regression import verdict
 from benchmarks.setting import from_dict, from_experiment
-from tests.engine.test_transitions import Follower, crowded
+from tests.models.miniworld.test_transitions import Follower, crowded
 from tests.worlds import small
 
 CONTENDERS = ("python_plain", "numpy_vectorised", "jax_scan")

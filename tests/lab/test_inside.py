@@ -9,8 +9,8 @@ from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.lab import frames
 from baldwinlab.lab.inside import look_inside
 from baldwinlab.lab.lives import Life, Past, Span
-from baldwinlab.replay import replay
-from baldwinlab.store import Study
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, arrays, refusal
 from tests.lab.conftest import LabServer
 from tests.small import small

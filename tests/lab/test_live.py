@@ -17,14 +17,14 @@ import xarray as xr
 from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.analysis import fitness
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
 from baldwinlab.lab.live import Live, faults
 from baldwinlab.lab.live_run import LiveRun, check_size
-from baldwinlab.replay import replay
-from baldwinlab.simulate import simulate
-from baldwinlab.store import Study, StudyError
-from baldwinlab.study import open_study
+from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.study import open_study
 from tests.lab.asking import data
 from tests.lab.conftest import LabServer, serving
 from tests.small import contents, small, small_study

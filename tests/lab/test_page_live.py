@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
 
 from baldwinlab.presets import load
-from baldwinlab.store import Study
+from baldwinlab.studies.store import Study
 from tests.lab.asking import data
 from tests.lab.conftest import LabServer
 

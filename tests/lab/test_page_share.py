@@ -12,8 +12,8 @@ import xarray as xr
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.replay import replay
-from baldwinlab.store import Study
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, ask
 from tests.lab.conftest import LabServer
 

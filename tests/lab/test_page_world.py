@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from baldwinlab.replay import replay
+from baldwinlab.runs.replay import replay
 from tests.lab.conftest import LabServer, serving
 from tests.small import small, small_study
 

@@ -14,8 +14,8 @@ from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.lab import frames, lives, recording
 from baldwinlab.lab.lives import Life, Past, Span
 from baldwinlab.presets import load
-from baldwinlab.replay import replay
-from baldwinlab.store import Study
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, arrays, refusal
 from tests.lab.conftest import LabServer, serving
 from tests.small import small, small_study

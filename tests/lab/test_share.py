@@ -18,8 +18,8 @@ from PIL import Image
 
 from baldwinlab.cli import main
 from baldwinlab.lab import frames, share
-from baldwinlab.replay import replay
-from baldwinlab.store import Study
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, ask, refusal
 from tests.lab.conftest import LabServer
 

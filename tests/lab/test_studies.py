@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis import claims, fitness
-from baldwinlab.config import Experiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
 from baldwinlab.report import typical_run
-from baldwinlab.simulate import simulate
-from baldwinlab.store import create
-from baldwinlab.study import open_study
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.store import create
+from baldwinlab.studies.study import open_study
 from tests.lab.asking import data, refusal
 from tests.lab.conftest import LabServer, serving
 from tests.small import small

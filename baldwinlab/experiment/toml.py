@@ -1,0 +1,54 @@
+"""Experiments as TOML text."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import tomlkit
+from pydantic import BaseModel
+
+from baldwinlab.experiment import Experiment, ExperimentError, validate
+
+
+def to_toml(experiment: Experiment) -> str:
+    """The whole experiment as TOML, every field with its meaning, ready to be edited and loaded."""
+    document = tomlkit.document()
+    _fill(document, experiment)
+    return tomlkit.dumps(document)
+
+
+def _fill(table: Any, part: BaseModel) -> None:
+    below = []
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        if isinstance(value, BaseModel) or (isinstance(value, tuple) and value and isinstance(value[0], BaseModel)):
+            below.append((name, value))  # tables follow plain fields, as TOML wants it
+            continue
+        item = tomlkit.item(list(value) if isinstance(value, tuple) else value)
+        table.add(name, item.comment(field.description) if field.description else item)
+    for name, value in below:
+        if isinstance(value, BaseModel):
+            table.add(name, _table(value, tomlkit.table()))
+        else:
+            tables = tomlkit.aot()
+            for entry in value:
+                tables.append(_table(entry, tomlkit.table()))
+            table.add(name, tables)
+
+
+def _table(part: BaseModel, table: Any) -> Any:
+    _fill(table, part)
+    return table
+
+
+def from_toml(text: str, where: str) -> Experiment:
+    """The experiment in TOML text. `where` names its origin in messages. Raises ExperimentError."""
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ExperimentError(f"{where} is not TOML: {error}") from None
+    try:
+        return validate(tree)
+    except ExperimentError as error:
+        raise ExperimentError("\n".join(f"{where}: {line}" for line in str(error).splitlines())) from None

@@ -1,0 +1,71 @@
+"""The launcher for the CPU: Python arrays in, a block of lives, Python arrays out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.rng import words
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.learning import rates
+from baldwinlab.models.miniworld.life import begin, live_one_by_one, live_together
+from baldwinlab.models.miniworld.state import make_model, make_state
+
+
+def warm_up(experiments: Iterable[Experiment]) -> float:
+    """Compile the engine, or load it from the cache, and return the seconds that took.
+
+    One engine serves all experiments, but for how a step is taken: simultaneously, or agent after agent.
+    """
+    began = time.perf_counter()
+    for update in {experiment.lifetime.update for experiment in experiments}:
+        experiment = Experiment().replace(lifetime={"update": update})
+        block = Block(experiment, seed=0, runs=[0])
+        block.begin(0, np.zeros((1, experiment.population.size, 1, experiment.weight_count), np.float32))
+        block.live(0, 1)
+    words(0, 0, 0, 0, (1, 1))
+    return time.perf_counter() - began
+
+
+class Block:
+    """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others."""
+
+    def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+        self.model = make_model(experiment, len(runs))
+        self.state = make_state(experiment, len(runs))
+        self.state.keys[:] = [(seed, run) for run in runs]
+        self._live = live_one_by_one if experiment.lifetime.update == "sequential" else live_together
+        self._shape = (len(runs), experiment.population.size)
+        self._experiment = experiment
+
+    def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
+        """Let a generation be born. `genomes` is [world, agent, module, weight], of `experiment.genome_length` weights."""
+        agents = genomes.shape[0] * genomes.shape[1]
+        self.state.generation[0] = generation
+        self.state.rate[0, :agents] = rates(self._experiment, genomes).ravel()
+        modules = genomes[..., : self.state.weights.shape[0]].reshape(agents, genomes.shape[2], -1)
+        self.state.weights[:, :agents] = modules[:, 0].T
+        fixed = np.zeros_like(self.state.weights)
+        fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
+        begin(self.model, self.state, fixed)
+
+    def live(self, first_step: int, last_step: int) -> None:
+        """Live through the steps from `first_step` up to, and without, `last_step`."""
+        self._live(self.model, self.state, first_step, last_step)
+
+    def items(self) -> npt.NDArray[np.float32]:
+        """Where the items lie, [world, item, (x, y)]."""
+        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
+
+    def eaten(self) -> npt.NDArray[np.int32]:
+        """Items eaten so far in this life, [world, agent, region]."""
+        worlds, agents = self._shape
+        return self.state.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+
+    def weights(self) -> npt.NDArray[np.float32]:
+        """The action module's weights as they stand, [world, agent, weight]."""
+        worlds, agents = self._shape
+        return self.state.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()

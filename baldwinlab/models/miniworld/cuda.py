@@ -1,0 +1,137 @@
+"""The launcher for an NVIDIA GPU: Python arrays in, a block of lives, Python arrays out."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import time
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from numba import config, cuda
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.kernels import COMPILING, begin_kernel, live_kernel, uncontracted
+from baldwinlab.models.miniworld.learning import rates
+from baldwinlab.models.miniworld.state import State, make_model, make_state
+
+THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
+PROCESSORS: Final = 132  # of an H200
+LARGEST_WORLD: Final = 1024  # agents: the most threads that a block can have
+
+
+def available() -> str | None:
+    """Why this backend cannot be used here, in a sentence; None if it can."""
+    if config.ENABLE_CUDASIM:
+        return None
+    if importlib.util.find_spec("numba_cuda") is None:
+        return "backend cuda needs the extra 'cuda': pip install 'baldwinlab[cuda]'"
+    try:
+        found = cuda.is_available()
+    except Exception as problem:  # a driver may fail in any way
+        return f"backend cuda needs an NVIDIA GPU, and asking for one failed: {problem}"
+    return None if found else "backend cuda needs an NVIDIA GPU, and none was found"
+
+
+def worlds_in_thread_block(agents: int, worlds: int) -> int:
+    """As many as fill `THREADS`, but no more than leaves a thread block for each of the GPU's processors, or nearly."""
+    return max(1, min(THREADS // agents, worlds // PROCESSORS))
+
+
+def _on_device(arrays: Any, stream: Any) -> Any:
+    """A copy of a `Model` or a `State` whose arrays are on the GPU."""
+    return arrays._make(cuda.to_device(array, stream) if isinstance(array, np.ndarray) else array for array in arrays)
+
+
+def warm_up(experiments: Iterable[Experiment]) -> float:
+    """Compile the kernels for the experiments' networks and return the seconds that took."""
+    began = time.perf_counter()
+    for experiment in experiments:
+        block = Block(experiment, seed=0, runs=[0])
+        shape = (1, experiment.population.size, len(experiment.modules), experiment.genome_length)
+        block.begin(0, np.zeros(shape, np.float32))
+        block.live(0, 1)
+        block.eaten()
+    return time.perf_counter() - began
+
+
+class Block:
+    """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others.
+
+    Worlds are padded to whole thread blocks; those past the last run live, harmlessly, and are not reported.
+    Raises ValueError if there is no GPU, or if a world is larger than a thread block.
+    """
+
+    def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+        agents = experiment.population.size
+        if problem := available():
+            raise ValueError(problem)
+        if agents > LARGEST_WORLD:
+            raise ValueError(f"backend cuda holds at most {LARGEST_WORLD} agents in a world: population.size = {agents}")
+        if 2 * agents * experiment.lifetime.steps >= 2**31:
+            raise ValueError("backend cuda counts turns in 32 bits: lifetime.steps * population.size must be less than 2**30")
+        worlds = worlds_in_thread_block(agents, len(runs))
+        padded = -(-len(runs) // worlds) * worlds
+        self.model, self._host = make_model(experiment, padded), make_state(experiment, padded)
+        self._host.keys[: len(runs)] = [(seed, run) for run in runs]
+        self._shape = (len(runs), agents)
+        self._stream = cuda.stream()
+        self._launch = (padded // worlds, worlds * agents, self._stream)
+        self._model, state = _on_device(self.model, self._stream), _on_device(self._host, self._stream)
+        self._state = state._replace(x=state.places[0], y=state.places[1])
+        self._experiment = experiment
+        self._genomes = cuda.pinned_array((padded * agents, len(experiment.modules), experiment.genome_length), np.float32)
+        self._genomes[:] = 0
+        self._genomes_on_device = cuda.to_device(self._genomes, self._stream)
+        self._fixed = cuda.device_array_like(self._host.weights, self._stream)
+        network, weights = experiment.network, experiment.weight_count
+        sequential = experiment.lifetime.update == "sequential"
+        threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
+        with COMPILING:
+            self._begin = begin_kernel(threads, weights)
+            self._live = live_kernel(threads, experiment.layer_sizes, network.biases, self.model.rule, weights, sequential)
+
+    @property
+    def state(self) -> State:
+        """The state as it is now, copied from the GPU."""
+        for here, there in zip(self._host, self._state, strict=True):
+            there.copy_to_host(here, self._stream)
+        self._stream.synchronize()
+        return self._host
+
+    def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
+        """Let a generation be born. `genomes` is [world, agent, module, weight]."""
+        self._stream.synchronize()  # the last genomes may still be on their way
+        self._genomes[: math.prod(self._shape)] = genomes.reshape(-1, *genomes.shape[2:])
+        self._genomes_on_device.copy_to_device(self._genomes, self._stream)
+        self._host.rate[0, : len(self._genomes)] = rates(self._experiment, self._genomes)
+        self._state.rate.copy_to_device(self._host.rate, self._stream)
+        self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
+        with uncontracted():
+            self._begin[self._launch](self._model, self._state, self._genomes_on_device, self._fixed)
+
+    def live(self, first_step: int, last_step: int) -> None:
+        """Live through the steps from `first_step` up to, and without, `last_step`. Returns before they are done."""
+        with uncontracted():
+            self._live[self._launch](self._model, self._state, first_step, last_step)
+
+    def items(self) -> npt.NDArray[np.float32]:
+        """Where the items lie, [world, item, (x, y)]."""
+        state, worlds = self.state, self._shape[0]
+        return np.stack([state.item_x[:worlds], state.item_y[:worlds]], axis=-1)
+
+    def eaten(self) -> npt.NDArray[np.int32]:
+        """Items eaten so far in this life, [world, agent, region]. Waits until it is lived."""
+        worlds, agents = self._shape
+        self._state.eaten.copy_to_host(self._host.eaten, self._stream)
+        self._stream.synchronize()
+        return self._host.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+
+    def weights(self) -> npt.NDArray[np.float32]:
+        """The action module's weights as they stand, [world, agent, weight]. Waits until they do."""
+        worlds, agents = self._shape
+        self._state.weights.copy_to_host(self._host.weights, self._stream)
+        self._stream.synchronize()
+        return self._host.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()

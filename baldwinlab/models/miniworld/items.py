@@ -1,0 +1,162 @@
+"""Food: where items appear, which of them are near an agent, and eating.
+
+The items of a region with many of them are kept sorted by square tiles, so that an agent looks only at tiles within its reach:
+the items of neighbouring tiles of a row lie side by side, in *slots*, and are looked at sixteen at a time. A region with few
+items is one tile, whose items never change slots.
+
+Source: the paper, "The Simulated World of Foods and Agents"; docs/model.md for what the paper leaves open.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import Lane, Mask, any_of, bundle, get, lanes_in_bundle
+from baldwinlab.engine.rng import FOOD, philox, unit
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.world import wrapped
+
+ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+DIAGONAL = np.float32(1.5)  # a square reaches farther than a circle, by less than this factor
+
+
+@compiled
+def grow(model: Model, state: State, world: int, region: int, item: int) -> None:
+    """Let an item appear at its next place: uniformly in its region."""
+    seed, run = state.keys[world, 0], state.keys[world, 1]
+    words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
+    left, width = model.regions[region, 0], model.regions[region, 1]
+    upper, height = model.regions[region, 2], model.regions[region, 3]
+    x, y = wrapped(left + width * unit(words[0]), model.width), wrapped(upper + height * unit(words[1]), model.height)
+    state.appearances[world, item] += 1
+    state.item_x[world, item] = x
+    state.item_y[world, item] = y
+    if model.region_tiles[region + 1] - model.region_tiles[region] == 1:
+        state.slot_x[world, item] = x
+        state.slot_y[world, item] = y
+    else:
+        state.stale[world, region] = 1
+
+
+@compiled
+def _tile(model: Model, state: State, world: int, region: int, item: int) -> int:
+    """The tile that an item lies in."""
+    columns, rows = model.grid[region, 0], model.grid[region, 1]
+    column = int((state.item_x[world, item] - model.regions[region, 0]) / model.tile_size[region, 0])
+    row = int((state.item_y[world, item] - model.regions[region, 2]) / model.tile_size[region, 1])
+    return int(model.region_tiles[region] + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
+
+
+@compiled
+def settle(model: Model, state: State, world: int, region: int) -> None:
+    """Put the items of a region in the order of their tiles, by counting."""
+    first, last = model.region_items[region], model.region_items[region + 1]
+    first_tile, last_tile = model.region_tiles[region], model.region_tiles[region + 1]
+    for tile in range(first_tile, last_tile):
+        state.tile_next[world, tile] = 0
+    for item in range(first, last):
+        state.tile_next[world, _tile(model, state, world, region, item)] += 1
+    slot = first
+    for tile in range(first_tile, last_tile):
+        count = state.tile_next[world, tile]
+        state.tile_slots[world, tile] = slot
+        state.tile_next[world, tile] = slot
+        slot += count
+    state.tile_slots[world, last_tile] = slot
+    for item in range(first, last):
+        tile = _tile(model, state, world, region, item)
+        slot = state.tile_next[world, tile]
+        state.tile_next[world, tile] += 1
+        state.slot_x[world, slot] = state.item_x[world, item]
+        state.slot_y[world, slot] = state.item_y[world, item]
+        state.slot_item[world, slot] = item
+    state.stale[world, region] = 0
+
+
+@compiled
+def image(model: Model, region: int, number: int, x: np.float32, y: np.float32) -> tuple[np.float32, np.float32]:
+    """The same place, seen from the region: beside it if there is but one image to look at, else a map's span off or not."""
+    if model.images[region] == 1:
+        centre_x = model.regions[region, 0] + model.regions[region, 1] * HALF
+        centre_y = model.regions[region, 2] + model.regions[region, 3] * HALF
+        return _beside(x, centre_x, model.width), _beside(y, centre_y, model.height)
+    return x + np.float32(number % 3 - 1) * model.width, y + np.float32(number // 3 - 1) * model.height
+
+
+@compiled
+def _beside(position: np.float32, centre: np.float32, span: np.float32) -> np.float32:
+    """`position`, or the same place a map's span farther or nearer: whichever is nearest to `centre`."""
+    half = span * HALF
+    position = position + span if centre - position > half else position
+    return position - span if centre - position < -half else position
+
+
+@compiled
+def tiles_within(model: Model, region: int, axis: int, position: np.float32, radius: np.float32) -> tuple[int, int]:
+    """The columns (axis 0) or rows (axis 1) of tiles within `radius` of a position: from the first, without the second."""
+    if model.grid[region, axis] == 1 and model.images[region] == 1:
+        return 0, 1
+    offset = position - model.regions[region, 2 * axis]
+    reach = radius + ONE  # with room for rounding
+    if offset + reach < ZERO or offset - reach > model.regions[region, 2 * axis + 1]:
+        return 0, 0
+    first = math.floor((offset - reach) / model.tile_size[region, axis])
+    last = math.floor((offset + reach) / model.tile_size[region, axis])
+    return max(int(first), 0), min(int(last) + 1, model.grid[region, axis])
+
+
+@compiled
+def slots_in_row(model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]) -> tuple[int, int]:
+    """The slots of a row's tiles from the first of `columns`, without the second: from the first slot, without the second."""
+    tile = model.region_tiles[region] + row * model.grid[region, 0]
+    return state.tile_slots[world, tile + columns[0]], state.tile_slots[world, tile + columns[1]]
+
+
+@compiled
+def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Mask:
+    """Whether a body at (x, y) touches the item (R2)."""
+    dx = get(state.slot_x, world, slot) - x
+    dy = get(state.slot_y, world, slot) - y
+    if model.square_contact:
+        return (abs(dx) < model.reach) & (abs(dy) < model.reach)
+    return dx * dx + dy * dy < model.reach * model.reach
+
+
+@compiled
+def _eat_from(model: Model, state: State, world: int, region: int, lane: int, step: int, x: np.float32, y: np.float32) -> None:
+    """Eat what a body at (x, y) touches of a region."""
+    columns = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
+    first_row, last_row = tiles_within(model, region, 1, y, DIAGONAL * model.reach)
+    for row in range(first_row, last_row):
+        begin, end = slots_in_row(model, state, world, region, row, columns)
+        for first in range(begin, end, lanes_in_bundle()):
+            if any_of(touches(model, state, world, bundle(first), x, y)):
+                for slot in range(first, min(first + lanes_in_bundle(), end)):
+                    item = state.slot_item[world, slot]
+                    if state.touched[world, item] != step and touches(model, state, world, slot, x, y):
+                        state.eaten[region, lane] += 1
+                        state.touched[world, item] = step
+                        grow(model, state, world, region, item)
+
+
+@compiled
+def eat(model: Model, state: State, world: int, agent: int, step: int) -> None:
+    """Eat every item that the agent touches, but none that has been eaten in this step already. Each reappears at once."""
+    lane = world * model.agents + agent
+    if state.alert[lane] == 0:
+        return
+    for region in range(model.regions.shape[0]):
+        for number in range(model.images[region]):
+            x, y = image(model, region, number, state.x[lane], state.y[lane])
+            _eat_from(model, state, world, region, lane, step, x, y)
+
+
+@compiled
+def tidy(model: Model, state: State, world: int) -> None:
+    """Put in order whatever has moved."""
+    for region in range(model.regions.shape[0]):
+        if state.stale[world, region] != 0:
+            settle(model, state, world, region)

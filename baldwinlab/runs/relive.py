@@ -1,0 +1,59 @@
+"""Lives of given genomes among the births and the food of a stored generation: nothing is evolved.
+
+Where an agent is born and where the food lies depend on seed, run and generation alone, so lives of the same generation can be
+compared agent by agent, whatever their genomes and whatever their circumstances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.evolution import Genome, Moment, fitness
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.runs.replay import genome_at
+
+
+class Lives(NamedTuple):
+    """What became of the agents of several runs at one generation."""
+
+    energy: npt.NDArray[np.float64]  # [run, agent], the fitness: of the items eaten, less the cost of learning
+    weights: npt.NDArray[np.float32]  # [run, agent, weight], the action module's at death
+
+
+def relive(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
+    """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
+
+    A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
+    """
+    block = born(experiment, seed, runs, generation, genomes)
+    block.live(0, experiment.lifetime.steps)
+    return lived(experiment, block, genomes)
+
+
+def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Block:
+    """The block in which such lives begin, before their first step."""
+    block = Block(experiment, seed, runs)
+    block.begin(generation, genomes[:, :, : len(experiment.modules)])
+    return block
+
+
+def lived(experiment: Experiment, block: Block, genomes: Genome) -> Lives:
+    """What has become of the lives in a block, which began with `genomes` [run, agent, module, weight]."""
+    weights = block.weights()
+    each = zip(block.eaten(), genomes, weights, strict=True)
+    return Lives(np.stack([fitness(experiment, *life) for life in each]), weights)
+
+
+def stored_genome(experiment: Experiment, record: xr.Dataset, generation: int) -> Genome:
+    """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again."""
+    kept: Genome = record.genome.values[generation]
+    if not np.isnan(kept).any():
+        return kept
+    seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
+    return genome_at(experiment, Moment(seed, run, generation), record.energy)

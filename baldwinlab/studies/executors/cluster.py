@@ -1,0 +1,158 @@
+"""Workers of a Dask cluster: one that is there already, or one whose workers are jobs of Slurm.
+
+A task goes out as plain data and its worker stores the records itself, so nothing large passes through the scheduler. A worker
+says how far it is by events of the scheduler: of all tasks together few a second, however many workers there are.
+"""
+
+from __future__ import annotations
+
+import queue
+import subprocess
+import time
+from collections.abc import Callable, Generator, Sequence
+from json import dumps, loads
+from typing import Any, Final
+from uuid import uuid4
+
+import dask.config
+from dask_jobqueue import SLURMCluster
+from distributed import Client, Future, KilledWorker, Worker, get_worker
+
+from baldwinlab.engine.jit import CACHE_DIRECTORY
+from baldwinlab.experiment import validate
+from baldwinlab.files import is_local, location
+from baldwinlab.models.miniworld.backend import Backend, choose
+from baldwinlab.studies.executors.tasks import ExecutorError, StoppedError, Task, do
+from baldwinlab.studies.store import Study, StudyError
+
+PATIENCE: Final = 10  # seconds to wait for a scheduler, also for one that was lost
+EVENTS_A_SECOND: Final = 100  # from all tasks together
+BATCH: Final = 1000  # tasks in one message to the scheduler
+SILENCE: Final = 2.0  # seconds between two events of a task, at least
+ENGINE: Final = CACHE_DIRECTORY.name  # carries a hash of the engine's sources and of Numba's version
+
+
+def on_dask(address: str, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
+    """Do the tasks on a Dask cluster, with the workers it has. See `Executor`."""
+    with _connect(address) as client:
+        yield from _do_all(client, study, tasks, backend)
+
+
+def on_slurm(jobs: int, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
+    """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
+    with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
+        _require_job(cluster.job_script())
+        cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)  # rather than scale: a job that ends early is replaced
+        yield from _do_all(client, study, tasks, backend)
+
+
+def _require_job(script: str) -> None:
+    """Raises ExecutorError where Slurm would not take the job, for which Dask would wait without a word."""
+    tried = subprocess.run(["sbatch", "--test-only"], input=script, capture_output=True, text=True)
+    if tried.returncode != 0:
+        raise ExecutorError(f"Slurm refuses the job: {tried.stderr.strip().splitlines()[-1]}")
+
+
+def cores(address: str) -> int:
+    """Cores of the cluster's workers. Raises ValueError where no scheduler answers."""
+    with _connect(address) as client:
+        return sum(client.nthreads().values())
+
+
+def cores_of_a_job() -> int:
+    """Raises ValueError where Dask's configuration does not say what a Slurm job is."""
+    missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
+    if missing:
+        names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
+        raise ValueError(f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/cluster.md")
+    return int(_job_setting("cores"))
+
+
+def _job_setting(name: str) -> Any:
+    return dask.config.get(f"jobqueue.slurm.{name}", None)
+
+
+def _connect(address: str) -> Client:
+    try:
+        return Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, RuntimeError):
+        raise ValueError(f"no Dask scheduler answers at {address}; one is started by `dask scheduler`") from None
+
+
+def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backend) -> Generator[int, None, None]:
+    """Submit the tasks and yield the agent-steps done: what workers tell, and when a task has ended, the rest of it.
+
+    A task that was lost with its worker begins again; nothing is yielded until it is further than it was.
+    """
+    news: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
+    topic = f"baldwinlab-{uuid4().hex}"
+    client.subscribe_topic(topic, lambda event: news.put(event[1]))
+    left = {f"{topic}-{number}": task.agent_steps for number, task in enumerate(tasks)}
+    orders = _orders(study, tasks, backend, topic)
+    futures = {future.key: future for future in client.map(_work, orders, key=list(left), pure=False, batch_size=BATCH)}
+    try:
+        for future in futures.values():
+            future.add_done_callback(news.put)
+        while futures:
+            item = news.get()
+            key, still_to_do = (item.key, 0) if isinstance(item, Future) else item
+            if isinstance(item, Future):
+                _require_done(item)
+                del futures[key]  # the scheduler forgets it
+            if still_to_do < left[key]:
+                yield left[key] - still_to_do
+                left[key] = still_to_do
+    finally:
+        client.cancel(list(futures.values()))
+
+
+def _orders(study: Study, tasks: Sequence[Task], backend: Backend, topic: str) -> list[str]:
+    """The tasks as text, in which Dask looks for nothing of its own."""
+    directory = study.directory.absolute() if is_local(study.directory) else study.directory
+    common = {"seed": study.seed, "directory": str(directory), "backend": backend.name, "engine": ENGINE, "topic": topic}
+    common["silence"] = max(SILENCE, len(tasks) / EVENTS_A_SECOND)
+    return [dumps({**common, "experiment": task.experiment.to_dict(), "runs": task.runs}) for task in tasks]
+
+
+def _require_done(future: Future) -> None:
+    """Raises what the task raised, and ExecutorError where it is not to be had any more."""
+    if future.status == "cancelled":
+        raise ExecutorError("the Dask scheduler is gone")
+    if future.status != "error":
+        return
+    error = future.exception()
+    if isinstance(error, KilledWorker):
+        raise ExecutorError(f"a task was given up: {error.allowed_failures + 1} workers died, one after the other, doing it")
+    raise error
+
+
+def _work(order: str) -> None:
+    """Do a task, on a worker. Raises StudyError where the worker does not see the study, or has another engine."""
+    given = loads(order)
+    worker = get_worker()
+    if given["engine"] != ENGINE:
+        raise StudyError(f"the worker {worker.address} has another version of baldwinlab or Numba than this process")
+    directory = location(given["directory"])
+    if not (directory / "study.toml").exists():
+        raise StudyError(f"the worker {worker.address} does not see {directory}: --out must be a place that all workers share")
+    task = Task(validate(given["experiment"]), tuple(given["runs"]))
+    tell = _teller(worker, task.agent_steps, given["topic"], given["silence"])
+    with dask.config.set(scheduler="synchronous"):  # else xarray, when it writes, opens a client of its own in every worker
+        do(task, given["seed"], directory, choose(given["backend"]), tell)
+
+
+def _teller(worker: Worker, agent_steps: int, topic: str, silence: float) -> Callable[[int], None]:
+    """What is called with the agent-steps done: it tells now and then how many are left, and ends a task nobody waits for."""
+    key, left, told = worker.get_current_task(), agent_steps, time.monotonic()
+
+    def lived(amount: int) -> None:
+        nonlocal left, told
+        left -= amount
+        state = worker.state.tasks.get(key)
+        if state is None or state.state == "cancelled":
+            raise StoppedError
+        if time.monotonic() - told > silence:
+            told = time.monotonic()
+            worker.log_event(topic, (key, left))
+
+    return lived

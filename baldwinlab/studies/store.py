@@ -1,0 +1,233 @@
+"""A study on disk: a directory with the experiments as TOML and one record a run.
+
+    DIR/study.toml                              format, seed and conditions; written last when a study is made
+    DIR/runs/evo+self-taught/B/experiment.toml  the condition, whole
+    DIR/runs/evo+self-taught/B/0007.nc          one run: netCDF, which carries a checksum of itself
+    DIR/sessions.jsonl                          when it was worked on, how fast, with what
+
+A file appears whole or not at all: it is written under another name and then renamed. So any number of workers may write to
+one study, and a study that was interrupted lacks the runs that were in flight and nothing else. The directory may lie in an
+object store, or wherever fsspec reaches (`files.location`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomlkit
+import xarray as xr
+
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
+from baldwinlab.variables import from_netcdf
+
+FORMAT = 1
+_BLANK = "0" * 64
+_CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
+
+
+class StudyError(Exception):
+    """A directory that is not the study it should be, or cannot be read or written."""
+
+
+class DamagedRecordError(StudyError):
+    """A record that is not what was written."""
+
+
+def encode(run: xr.Dataset) -> bytes:
+    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank. Genomes that are not kept take no room."""
+    kept = run.genome.notnull().any(("agent", "module", "weight")).values
+    packed = run.drop_vars("genome").assign(kept_genome=run.genome[kept].rename(generation="kept_generation"))
+    raw = bytes(packed.assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
+    return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
+
+
+def verify(raw: bytes) -> None:
+    """Raises DamagedRecordError if a bit of a record has changed."""
+    found = _CHECKSUM.search(raw)
+    if found is None:
+        raise DamagedRecordError("it carries no checksum")
+    blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
+    if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
+        raise DamagedRecordError("its checksum does not fit its content")
+
+
+def decode(raw: bytes) -> xr.Dataset:
+    """The run in a record that has been verified."""
+    packed = from_netcdf(raw)
+    genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
+    del packed.attrs["checksum"]
+    return packed.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
+
+
+def record_path(directory: Path, condition: str, run: int) -> Path:
+    return directory / "runs" / condition / f"{run:04d}.nc"
+
+
+def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
+    """Store a run of the study in `directory`; whoever writes need not have opened the study. Raises OSError."""
+    write_atomically(record_path(directory, condition, run), encode(record))
+
+
+class Study:
+    """An existing study directory. Make one with `create`, open one with `Study(directory)`."""
+
+    def __init__(self, directory: Path) -> None:
+        """Raises StudyError if the directory holds no study that can be read."""
+        self.directory = directory
+        try:
+            facts = tomllib.loads((directory / "study.toml").read_text("utf-8"))
+            self.seed: int = facts["seed"]
+            names: list[str] = facts["conditions"]
+        except FileNotFoundError:
+            raise StudyError(f"{directory} holds no study: it has no study.toml") from None
+        except (OSError, ValueError, KeyError) as error:
+            raise StudyError(f"{directory / 'study.toml'} cannot be read: {error}") from None
+        if facts.get("format") != FORMAT:
+            raise StudyError(
+                f"{directory / 'study.toml'} has format {facts.get('format')}, and this version reads format {FORMAT}"
+            )
+        self.experiments = {name: self._experiment(name) for name in names}
+
+    def _experiment(self, condition: str) -> Experiment:
+        path = self.directory / "runs" / condition / "experiment.toml"
+        try:
+            return from_toml(path.read_text("utf-8"), where=str(path))
+        except (OSError, ExperimentError) as error:
+            raise StudyError(f"{path} cannot be read: {error}") from None
+
+    def experiment(self, condition: str) -> Experiment:
+        """Raises StudyError for a condition that the study has not."""
+        if condition not in self.experiments:
+            raise StudyError(f"{self.directory} has no condition {condition!r}; it has {_listed(list(self.experiments))}")
+        return self.experiments[condition]
+
+    def path(self, condition: str, run: int) -> Path:
+        return record_path(self.directory, condition, run)
+
+    def runs(self, condition: str) -> list[int]:
+        """The runs that are stored, sound or not."""
+        folder = self.directory / "runs" / condition
+        return sorted(int(entry.stem) for entry in folder.glob("*.nc") if entry.stem.isdecimal())
+
+    def require_runs(self) -> None:
+        """Raises StudyError where no run is stored yet."""
+        if not any(self.runs(condition) for condition in self.experiments):
+            raise StudyError(f"{self.directory} holds no finished run yet; the command that made it carries on")
+
+    def write(self, condition: str, run: int, record: xr.Dataset) -> None:
+        write_record(self.directory, condition, run, record)
+
+    def read(self, condition: str, run: int) -> xr.Dataset:
+        """One run, whole. Raises as `verified` does."""
+        return decode(self.verified(condition, run))
+
+    def verified(self, condition: str, run: int) -> bytes:
+        """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
+        path = self.path(condition, run)
+        try:
+            raw = path.read_bytes()
+            verify(raw)
+        except FileNotFoundError:
+            count = len(self.runs(condition))
+            raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
+        except DamagedRecordError as error:
+            raise DamagedRecordError(f"{path} is damaged: {error}") from None
+        except OSError as error:
+            raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+        return raw
+
+    def set_aside(self, condition: str, run: int) -> Path:
+        """Move a damaged record out of the way, keeping it."""
+        path = self.path(condition, run)
+        aside = path.with_name(f"{path.name}.damaged")
+        write_atomically(aside, path.read_bytes())  # not renamed, which an object cannot be
+        path.unlink()
+        return aside
+
+    def sweep(self) -> None:
+        """Remove what killed writers left. A writer at work needs its file for moments only, so anything older than a minute."""
+        for leftover in self.directory.rglob(f".*{PARTIAL}") if is_local(self.directory) else ():
+            if time.time() - leftover.stat().st_mtime > 60:
+                leftover.unlink(missing_ok=True)
+
+    def add_session(self, facts: dict[str, Any]) -> None:
+        append_line(self.directory / "sessions.jsonl", json.dumps(facts))
+
+    def sessions(self) -> Iterator[dict[str, Any]]:
+        """The sessions in which the study was worked on. A line torn by a kill is passed over."""
+        path = self.directory / "sessions.jsonl"
+        for line in path.read_text("utf-8").splitlines() if path.exists() else []:
+            try:
+                yield json.loads(line)
+            except json.JSONDecodeError:
+                continue
+
+
+def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Study:
+    """Make a study, or open the one that is there if it is the same.
+
+    Raises StudyError if the directory holds another study or anything else: it is never mixed, never overwritten.
+    """
+    names = [experiment.name for experiment in experiments]
+    if len(set(names)) < len(names):
+        raise StudyError(f"two conditions have the same name: {', '.join(names)}")
+    if (directory / "study.toml").exists():
+        study = Study(directory)
+        _require_same(study, experiments, seed)
+        return study
+    try:
+        if directory.exists() and not all(_may_lie_in_a_study(entry) for entry in directory.iterdir()):
+            raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
+        for experiment in experiments:
+            path = directory / "runs" / experiment.name / "experiment.toml"
+            if path.exists() and from_toml(path.read_text("utf-8"), str(path)) != experiment:
+                raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
+            write_atomically(path, to_toml(experiment).encode())
+        facts = {"format": FORMAT, "seed": seed, "conditions": names}
+        write_atomically(directory / "study.toml", tomlkit.dumps(facts).encode())
+    except OSError as error:
+        raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
+    return Study(directory)
+
+
+def _may_lie_in_a_study(entry: Path) -> bool:
+    """Its own runs, or another study in a folder of its own, as results/paper may hold a multiverse before it is one itself."""
+    return entry.name == "runs" or (entry / "runs").is_dir()
+
+
+def _require_same(study: Study, experiments: Sequence[Experiment], seed: int) -> None:
+    where = f"{study.directory} holds another study"
+    if study.seed != seed:
+        raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
+    names = [experiment.name for experiment in experiments]
+    if list(study.experiments) != names:
+        raise StudyError(
+            f"{where}: its conditions are {_listed(list(study.experiments))}, not {_listed(names)}; choose another --out"
+        )
+    for experiment in experiments:
+        stored = study.experiments[experiment.name].to_dict()
+        for path, there, here in _differences(stored, experiment.to_dict()):
+            raise StudyError(f"{where}: {path} of {experiment.name} is {there} there and {here} here; choose another --out")
+
+
+def _listed(names: Sequence[str], most: int = 10) -> str:
+    more = f" and {len(names) - most:,} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def _differences(there: Any, here: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+    if isinstance(there, dict) and isinstance(here, dict):
+        for key in there:
+            yield from _differences(there[key], here[key], f"{path}.{key}" if path else key)
+    elif there != here:
+        yield path, there, here

@@ -1,0 +1,141 @@
+"""Many runs: several at a time, each stored as it ends; what is stored already is not run again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.files import location
+from baldwinlab.models.miniworld.backend import CPU, Backend
+from baldwinlab.studies.executors import THREADS, Executor, Task, agent_steps_of_run, available_cores
+from baldwinlab.studies.store import DamagedRecordError, Study
+from baldwinlab.variables import PARENTS, RUN
+
+__all__ = ["agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
+
+MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
+
+Progress = AbstractContextManager[Callable[[int], None]]
+
+
+def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
+    """The runs that are still to do, by condition. A damaged record is named and set aside, so it is one of them."""
+    missing: dict[str, list[int]] = {}
+    for condition in study.experiments:
+        stored = set(study.runs(condition))
+        for run in sorted(stored & set(range(runs))):
+            try:
+                study.verified(condition, run)
+            except DamagedRecordError as error:
+                aside = study.set_aside(condition, run)
+                tell(f"{error}; it is kept as {aside.name} and the run is done again")
+                stored.discard(run)
+        missing[condition] = [run for run in range(runs) if run not in stored]
+    return missing
+
+
+def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Task]:
+    """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
+
+    A task is a block of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
+    worlds, where some workers would have nothing to do.
+    """
+    total = sum(len(runs) for runs in missing.values())
+    blocks = -(-total // (worlds * MOST_TASKS))
+    size = max(1, min(worlds * blocks, total // workers))
+    tasks = [
+        Task(study.experiments[condition], tuple(runs[first : first + size]))
+        for condition, runs in missing.items()
+        for first in range(0, len(runs), size)
+    ]
+    return sorted(tasks, key=lambda task: (not task.experiment.learns, -task.agent_steps))
+
+
+def run_study(
+    study: Study,
+    missing: dict[str, list[int]],
+    workers: int,
+    progress: Callable[[str, int], Progress],
+    tell: Callable[[str], None],
+    backend: Backend = CPU,
+    executor: Executor = THREADS,
+) -> None:
+    """Do the missing runs of a study, so many tasks at a time, and note how long that took.
+
+    `progress(description, total)` opens what is called with the agent-steps that have been done.
+    """
+    study.sweep()
+    tasks = plan(study, missing, workers, backend.worlds)
+    compile_seconds = backend.warm_up(task.experiment for task in tasks)
+    tell(f"the engine ({backend.name}) is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
+    start, began, done = time.perf_counter(), datetime.now(UTC), 0
+    try:
+        with (
+            progress("living", sum(task.agent_steps for task in tasks)) as show,
+            closing(executor.do(study, tasks, workers, backend)) as amounts,
+        ):
+            for amount in amounts:
+                done += amount
+                show(amount)
+    finally:
+        session = {
+            "began": began.isoformat(timespec="seconds"),
+            "seconds": round(time.perf_counter() - start, 3),
+            "compile_seconds": round(compile_seconds, 3),
+            "workers": workers,
+            "executor": executor.name,
+            "backend": backend.name,
+            "agent_steps": done,
+        }
+        if done:
+            study.add_session(session)
+
+
+def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
+    """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
+
+    `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
+    `experiment(condition)` is each condition as TOML. Raises StudyError for a condition that the study has not, and (as
+    DamagedRecordError) for a record that is not what was written.
+    """
+    study = Study(location(directory))
+    return open_conditions(study, list(study.experiments if conditions is None else conditions))
+
+
+def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
+    """As `open_study`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
+    texts = [to_toml(study.experiment(name)) for name in names]
+    opened = [_open_condition(study, name) for name in names]
+    found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
+    found = found.assign_coords(condition=list(names))
+    return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
+
+
+def _open_condition(study: Study, condition: str) -> xr.Dataset:
+    numbers = study.runs(condition)
+    if not numbers:
+        return _no_runs(study.experiments[condition])
+    records = [study.read(condition, run).drop_vars(["genome", "module", "weight"]) for run in numbers]
+    return xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
+
+
+def _no_runs(experiment: Experiment) -> xr.Dataset:
+    sizes = {
+        "run": 0,
+        "generation": experiment.evolution.generations,
+        "agent": experiment.population.size,
+        "parent": len(PARENTS),
+    }
+    arrays = {name: ("run", *RUN[name].dims) for name in ("food_eaten", "energy", "parents")}
+    empty = {name: (dims, np.empty([sizes[dim] for dim in dims], RUN[name].dtype)) for name, dims in arrays.items()}
+    coords = {dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"}
+    return xr.Dataset(empty, coords | {"parent": list(PARENTS)})

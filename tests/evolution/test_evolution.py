@@ -1,0 +1,220 @@
+"""Selection, crossover and mutation against theory."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.stats import chisquare, kstest, rankdata
+
+from baldwinlab.engine import rng
+from baldwinlab.evolution import Genome, Moment, breed, cross_over, draw_genome, mutate, select
+from baldwinlab.experiment import Evolution
+from baldwinlab.presets import load
+from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
+from tests.worlds import small
+
+FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
+MOMENT = Moment(seed=11, run=0, generation=1)
+
+
+def drawn_parents(scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2500) -> npt.NDArray[np.int32]:
+    """Parents [round * child, 2] of many generations that all come from the same one."""
+    agents = fitness.size
+    uniforms = [Moment(5, 0, generation).uniforms(rng.SELECTION, (agents, 2)) for generation in range(1, rounds + 1)]
+    return np.concatenate([select(scheme, fitness, each) for each in uniforms])
+
+
+def probabilities(scheme: str) -> npt.NDArray[np.float64]:
+    """Of each agent, to be drawn as a parent; FITNESS has no two equal."""
+    agents = FITNESS.size
+    rank: npt.NDArray[np.float64] = rankdata(FITNESS)
+    if scheme == "tournament":  # the better of two is of rank r: both are at most r, and not both below it
+        return (rank**2 - (rank - 1) ** 2) / agents**2
+    shares = {"roulette": FITNESS, "truncation": (rank > agents / 2).astype(float), "rank": rank}[scheme]
+    return np.asarray(shares / shares.sum())
+
+
+@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+def test_an_agent_becomes_a_parent_with_the_probability_of_the_scheme(scheme: str) -> None:
+    expected = probabilities(scheme)
+    counts = np.bincount(drawn_parents(scheme, FITNESS).ravel(), minlength=FITNESS.size)
+    assert (counts[expected == 0] == 0).all()
+    possible = expected > 0
+    assert chisquare(counts[possible], expected[possible] * counts.sum()).pvalue > 0.001
+
+
+@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+def test_if_nobody_ate_everybody_is_as_likely(scheme: str) -> None:
+    counts = np.bincount(drawn_parents(scheme, np.zeros(6)).ravel(), minlength=6)
+    assert chisquare(counts).pvalue > 0.001
+
+
+@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+def test_the_two_parents_are_drawn_independently_and_with_replacement(scheme: str) -> None:
+    pairs = drawn_parents(scheme, FITNESS)
+    joint = np.outer(probabilities(scheme), probabilities(scheme))
+    joint = np.triu(joint) + np.triu(joint.T, 1)  # who was drawn first is not known
+    unordered = np.sort(pairs, axis=1)
+    counts = np.zeros_like(joint)
+    np.add.at(counts, (unordered[:, 0], unordered[:, 1]), 1)
+    possible = joint > 0
+    assert counts[~possible].sum() == 0
+    assert chisquare(counts[possible], joint[possible] * counts.sum()).pvalue > 0.001
+
+
+@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+def test_the_fitter_parent_comes_first(scheme: str) -> None:
+    pairs = drawn_parents(scheme, FITNESS, rounds=200)
+    assert (FITNESS[pairs[:, 0]] >= FITNESS[pairs[:, 1]]).all()
+    assert (FITNESS[pairs[:, 0]] > FITNESS[pairs[:, 1]]).any()
+
+
+@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+@pytest.mark.parametrize("edge", [2.0**-33, 1 - 2.0**-33])
+def test_the_extreme_draws_choose_an_agent_that_ate(scheme: str, edge: float) -> None:
+    fitness = np.array([0.0, 0.1, 0.3, 0.0])
+    parents = select(scheme, fitness, np.full((4, 2, 4), edge))
+    assert parents.min() >= 0
+    assert parents.max() < 4
+    if scheme in ("roulette", "truncation"):
+        assert (fitness[parents] > 0).all()
+
+
+@pytest.mark.parametrize("agents", [1, 2, 3, 7])
+def test_truncation_keeps_the_upper_half_rounded_down_but_never_nobody(agents: int) -> None:
+    fitness = np.arange(agents, dtype=float)
+    chosen = set(drawn_parents("truncation", fitness, rounds=100).ravel().tolist())
+    assert chosen == set(range(agents - max(1, agents // 2), agents))
+
+
+def alphabet(agents: int, weights: int) -> Genome:
+    """Genomes whose every weight tells whose it is, and of which module and place."""
+    genome = np.empty((agents, 2, weights), np.float32)
+    genome[...] = np.arange(genome.size).reshape(genome.shape)
+    return genome
+
+
+def test_every_weight_comes_from_one_of_the_two_parents_about_half_the_time_each() -> None:
+    genome = alphabet(8, 60)
+    experiment = load("evo+self-taught/A").replace(population={"size": 8}, evolution={"mutation_rate": 0})
+    children, parents = breed(experiment, genome, FITNESS, MOMENT)
+    first, second = children == genome[parents[:, 0]], children == genome[parents[:, 1]]
+    assert (first | second).all()
+    different = parents[:, 0] != parents[:, 1]
+    share = first[different].mean()
+    assert abs(share - 0.5) < 4 * 0.5 / np.sqrt(first[different].size)
+    assert first[different].any(axis=0).all(), "every place can come from the fitter parent"
+    assert second[different].any(axis=0).all(), "every place can come from the other parent"
+    assert children.dtype == np.float32
+
+
+def test_a_draw_below_a_half_takes_the_weight_of_the_fitter_parent() -> None:
+    genome = alphabet(2, 3)
+    draws = np.array([[[0.0, 0.49, 0.5], [0.51, 0.99, 0.2]]])
+    child = cross_over(genome, np.array([[1, 0]], np.int32), draws)
+    assert (child == genome[1]).tolist() == [[[True, True, False], [False, False, True]]]
+
+
+@pytest.mark.parametrize(("rate", "size"), [(0.05, 0.05), (0.5, 2.0), (1.0, 0.1)])
+def test_a_weight_mutates_with_the_mutation_rate_by_up_to_the_mutation_size(rate: float, size: float) -> None:
+    experiment = load("evo+self-taught/A").replace(
+        population={"size": 200}, evolution={"mutation_rate": rate, "mutation_size": size}
+    )
+    changes, _ = breed(experiment, np.zeros((200, 2, 60), np.float32), np.ones(200), MOMENT)
+    mutated = changes != 0
+    assert abs(mutated.mean() - rate) <= 4 * np.sqrt(rate * (1 - rate) / mutated.size)
+    assert np.abs(changes).max() <= np.float32(size)
+    assert kstest(changes[mutated] / size, "uniform", args=(-1, 2)).pvalue > 0.001
+
+
+def test_one_gate_for_a_child_opens_for_all_its_weights_or_for_none() -> None:
+    experiment = load("evo+self-taught/A", "mutation-per-child").replace(
+        population={"size": 2000}, evolution={"mutation_rate": 0.3}
+    )
+    changes, _ = breed(experiment, np.zeros((2000, 2, 60), np.float32), np.ones(2000), MOMENT)
+    mutated = (changes != 0).reshape(2000, -1)
+    share = mutated.mean(axis=1)
+    assert set(np.unique(share > 0.5)) == {True, False}
+    assert (share[share > 0] > 0.98).all(), "a change of exactly 0 is possible, but rare"
+    assert abs((share > 0).mean() - 0.3) < 4 * np.sqrt(0.3 * 0.7 / 2000)
+    assert kstest(changes[changes != 0] / 0.05, "uniform", args=(-1, 2)).pvalue > 0.001
+
+
+def test_the_gate_opens_below_the_mutation_rate() -> None:
+    evolution = Evolution(mutation_rate=0.25, mutation_size=0.5)
+    genome, draws = np.ones((1, 1, 4), np.float32), np.array([[[0.0, 1.0, 0.5, 0.0]]])
+    gates = np.array([[[0.0, 0.2499, 0.1, 0.25]]])
+    assert mutate(genome, evolution, gates, draws).tolist() == [[[0.5, 1.5, 1.0, 1.0]]]
+
+
+def test_initial_weights_are_standard_normal_and_those_of_the_modules_independent() -> None:
+    experiment = load("evo+self-taught/A").replace(population={"size": 300})
+    genome = draw_genome(experiment, Moment(1, 2, 0))
+    assert genome.shape == (300, 2, 60)
+    for module in range(2):
+        assert kstest(genome[:, module].ravel(), "norm").pvalue > 0.001
+        assert kstest(genome[:, module].mean(axis=0) * np.sqrt(300), "norm").pvalue > 0.001
+        assert kstest(genome[:, module].mean(axis=1) * np.sqrt(60), "norm").pvalue > 0.001
+    assert abs(np.corrcoef(genome[:, 0].ravel(), genome[:, 1].ravel())[0, 1]) < 4 / np.sqrt(genome[:, 0].size)
+
+
+def test_biases_are_standard_normal_too() -> None:
+    experiment = load("evo/A", "biases").replace(population={"size": 300})
+    genome = draw_genome(experiment, Moment(1, 2, 0))
+    assert genome.shape == (300, 1, 73)
+    assert kstest(genome[:, 0, 30:40].ravel(), "norm").pvalue > 0.001
+    assert kstest(genome[:, 0, 70:].ravel(), "norm").pvalue > 0.001
+
+
+def test_a_child_inherits_what_its_parents_were_born_with_and_not_what_they_learned() -> None:
+    experiment = small("evo+self-taught", learning={"rate": 0.5}, evolution={"mutation_rate": 0})
+    result = simulate(experiment, seed=2)
+    genome, parents = result["genome"].values, result["parents"].values
+    learned = replay(experiment, seed=2, generation=0)["weight_death"].values[:, 0]
+    assert (learned != genome[0, :, 0]).mean() > 0.9, "they did learn"
+    for generation in (1, 2):
+        before, pair = genome[generation - 1], parents[generation]
+        inherited = (genome[generation] == before[pair[:, 0]]) | (genome[generation] == before[pair[:, 1]])
+        assert inherited.all()
+
+
+def test_the_parents_on_record_are_the_fitter_one_and_the_other() -> None:
+    result = simulate(small("evo+self-taught", evolution={"generations": 8}), seed=3)
+    energy, parents = result["energy"].values, result["parents"].values
+    assert (parents[0] == -1).all()
+    for generation in range(1, 8):
+        fitness = energy[generation - 1][parents[generation]]
+        assert (fitness[:, 0] >= fitness[:, 1]).all()
+        if energy[generation - 1].any():
+            assert (fitness > 0).all(), "roulette never draws who ate nothing"
+
+
+def test_a_generation_is_bred_from_the_genomes_and_the_energy_of_the_one_before() -> None:
+    experiment = small("evo+self-taught", world={"food": [{"x": [20, 100], "y": [10, 90], "count": 12, "energy": 2.5}]})
+    result = simulate(experiment, seed=3, run=4)
+    genome, energy = result["genome"].values, result["energy"].values
+    assert (energy == 2.5 * result["food_eaten"].values).all()
+    for generation in (1, 2):
+        children, parents = breed(experiment, genome[generation - 1], energy[generation - 1], Moment(3, 4, generation))
+        np.testing.assert_array_equal(children, genome[generation])
+        np.testing.assert_array_equal(parents, result["parents"].values[generation])
+
+
+def test_agents_that_only_teach_themselves_are_drawn_afresh_every_generation() -> None:
+    result = simulate(small("self-taught", population={"size": 50}, lifetime={"steps": 5}), seed=3)
+    assert (result["parents"] == -1).all()
+    genome = result["genome"].values
+    for generation in range(3):
+        assert kstest(genome[generation].ravel(), "norm").pvalue > 0.001
+    assert np.intersect1d(genome[0], genome[1]).size < 3
+    assert abs(np.corrcoef(genome[0].ravel(), genome[1].ravel())[0, 1]) < 4 / np.sqrt(genome[0].size)
+
+
+def test_genomes_are_kept_of_every_so_many_th_generation_and_of_the_last() -> None:
+    sparse = simulate(small("evo", evolution={"generations": 6}, record={"genome_every": 2}, lifetime={"steps": 5}), seed=1)
+    full = simulate(small("evo", evolution={"generations": 6}, lifetime={"steps": 5}), seed=1)
+    kept = ~np.isnan(sparse["genome"].values).all(axis=(1, 2, 3))
+    assert kept.tolist() == [True, False, True, False, True, True]
+    np.testing.assert_array_equal(sparse["genome"].values[kept], full["genome"].values[kept])

@@ -1,0 +1,127 @@
+"""An experiment is frozen, whole and valid, or refused with its path, the value and what is allowed."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from baldwinlab.experiment import Experiment, ExperimentError, assign, validate
+from baldwinlab.presets import load
+
+
+@pytest.mark.parametrize(
+    ("tree", "path", "value", "allowed"),
+    [
+        ({"population": {"size": 0}}, "population.size", "0", "greater than or equal to 1"),
+        ({"population": {"size": 2.5}}, "population.size", "2.5", "integer"),
+        ({"population": {"size": True}}, "population.size", "True", "not numbers"),
+        ({"network": {"hidden": [10, 0]}}, "network.hidden.1", "0", "greater than or equal to 1"),
+        ({"network": {"hidden": [1] * 9}}, "network.hidden", "9", "at most 8"),
+        ({"network": {"biases": "perhaps"}}, "network.biases", "perhaps", "boolean"),
+        ({"senses": {"visual_radius": float("nan")}}, "senses.visual_radius", "nan", "finite"),
+        ({"senses": {"visual_radius": 321}}, "senses.visual_radius", "321", "at most half the map, 320"),
+        ({"senses": {"boundaries": "ajar"}}, "senses.boundaries", "ajar", "'closed' or 'open'"),
+        ({"contact": {"shape": "star"}}, "contact.shape", "star", "'circle' or 'square'"),
+        ({"contact": {"reach": -1}}, "contact.reach", "-1", "greater than 0"),
+        ({"learning": {"rate": -0.1}}, "learning.rate", "-0.1", "greater than or equal to 0"),
+        ({"learning": {"rule": "magic"}}, "learning.rule", "magic", "'none', 'self-taught' or 'drift'"),
+        ({"evolution": {"generations": 0}}, "evolution.generations", "0", "greater than or equal to 1"),
+        ({"evolution": {"mutation_rate": 1.5}}, "evolution.mutation_rate", "1.5", "less than or equal to 1"),
+        ({"lifetime": {"steps": 0}}, "lifetime.steps", "0", "greater than or equal to 1"),
+        ({"world": {"width": 5}}, "world.width", "5", "greater than or equal to 10"),
+        ({"world": {"start": {"x": 700}}}, "world", "700", "must lie on the map"),
+        ({"world": {"food": [{"x": [5, 1], "y": [1, 2]}]}}, "world.food.0", "[5, 1]", "from a smaller to a larger"),
+        ({"world": {"food": [{"x": [1, 700], "y": [1, 2]}]}}, "world", "food[0]", "must lie on the map"),
+        (
+            {"world": {"food": [{"x": [1, 2], "y": [1, 2], "count": -1}]}},
+            "world.food.0.count",
+            "-1",
+            "greater than or equal to 0",
+        ),
+        ({"name": "../up"}, "name", "../up", "pattern"),
+    ],
+)
+def test_a_field_out_of_range_is_refused_with_its_path_the_value_and_what_is_allowed(
+    tree: dict[str, Any], path: str, value: str, allowed: str
+) -> None:
+    with pytest.raises(ExperimentError) as refusal:
+        validate(tree)
+    message = str(refusal.value)
+    assert "\n" not in message
+    assert path in message
+    assert value in message
+    assert allowed in message
+
+
+def test_an_unknown_field_is_refused_with_the_names_there_are() -> None:
+    with pytest.raises(ExperimentError, match=r"learning\.rat: there is no such field; there are: rule, rate"):
+        validate({"learning": {"rat": 0.1}})
+    with pytest.raises(ExperimentError, match=r"^speed: there is no such field; there are: name, world"):
+        validate({"speed": 3})
+
+
+def test_all_faults_are_told_at_once() -> None:
+    with pytest.raises(ExperimentError) as refusal:
+        validate({"learning": {"rate": -1}, "lifetime": {"steps": 0}, "foo": 1})
+    assert len(str(refusal.value).splitlines()) == 3
+
+
+def test_an_experiment_cannot_be_changed_but_a_changed_copy_can_be_made() -> None:
+    experiment = load("evo/A")
+    with pytest.raises((ValidationError, dataclasses.FrozenInstanceError)):
+        experiment.name = "other"  # type: ignore[misc]
+    changed = experiment.replace(lifetime={"steps": 7})
+    assert (changed.lifetime.steps, experiment.lifetime.steps) == (7, 5000)
+    assert changed.world == experiment.world
+    with pytest.raises(ExperimentError, match=r"lifetime\.steps = 0"):
+        experiment.replace(lifetime={"steps": 0})
+
+
+def test_a_part_can_be_replaced_whole() -> None:
+    experiment = load("evo/A")
+    assert experiment.replace(network=Experiment().network.model_copy(update={"hidden": (4,)})).network.hidden == (4,)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "biases", "weights"),
+    [((), False, 9), ((), True, 12), ((10,), False, 60), ((10,), True, 73), ((4, 5), False, 47), ((4, 5), True, 59)],
+)
+def test_the_number_of_weights_follows_from_the_topology(hidden: tuple[int, ...], biases: bool, weights: int) -> None:
+    assert Experiment().replace(network={"hidden": list(hidden), "biases": biases}).weight_count == weights
+
+
+def test_assignments_change_fields_by_their_path() -> None:
+    experiment = assign(
+        load("evo/A"),
+        [
+            "lifetime.steps=12",
+            "world.food.0.count = 3",
+            "evolution.selection=rank",
+            "network.hidden=[4, 4]",
+            "network.biases=true",
+        ],
+    )
+    assert experiment.lifetime.steps == 12
+    assert experiment.world.food[0].count == 3
+    assert experiment.evolution.selection == "rank"
+    assert experiment.network.hidden == (4, 4)
+    assert experiment.network.biases
+
+
+@pytest.mark.parametrize(
+    ("assignment", "message"),
+    [
+        ("lifetime.steps", "must be path=value"),
+        ("lifetime.step=3", "lifetime.step: there is no 'step' here; there are: steps, update"),
+        ("world.food.4.count=3", "there is no '4' here; there are: 0"),
+        ("lifetime.steps.more=3", "there is no 'more' here; there are: none"),
+        ("lifetime.steps=many", "lifetime.steps = 'many'"),
+    ],
+)
+def test_an_assignment_that_fits_nothing_is_refused(assignment: str, message: str) -> None:
+    with pytest.raises(ExperimentError) as refusal:
+        assign(load("evo/A"), [assignment])
+    assert message in str(refusal.value)

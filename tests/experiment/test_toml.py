@@ -1,0 +1,40 @@
+"""An experiment survives TOML, and what is not an experiment is refused with the file's name."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.presets import load, names, paper
+
+
+@pytest.mark.parametrize("reading", names("readings"))
+def test_every_preset_comes_back_from_its_toml_unchanged(reading: str) -> None:
+    for experiment in paper(reading):
+        assert from_toml(to_toml(experiment), where="text") == experiment
+
+
+def test_an_experiment_with_no_food_and_one_with_several_regions_come_back_unchanged() -> None:
+    for food in ([], [{"x": [1, 2], "y": [3, 4]}, {"x": [5, 6], "y": [7, 8], "count": 0, "energy": 2.5}]):
+        experiment = Experiment().replace(world={"food": food}, network={"hidden": []})
+        assert from_toml(to_toml(experiment), where="text") == experiment
+
+
+def test_toml_explains_every_field() -> None:
+    for line in to_toml(load("evo/A")).splitlines():
+        if " = " in line:
+            assert " # " in line, line
+
+
+def test_text_that_is_no_experiment_is_refused_with_the_name_of_its_file() -> None:
+    with pytest.raises(ExperimentError, match=r"^mine\.toml is not TOML: "):
+        from_toml("a = = 1", where="mine.toml")
+    with pytest.raises(ExperimentError, match=r"^mine\.toml: lifetime\.steps = 0: "):
+        from_toml("[lifetime]\nsteps = 0", where="mine.toml")
+
+
+def test_toml_is_read_by_the_standard_library() -> None:
+    assert tomllib.loads(to_toml(load("evo/B")))["world"]["food"][0]["y"] == [400, 560]

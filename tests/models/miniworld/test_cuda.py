@@ -1,0 +1,168 @@
+"""The GPU's launcher, without a GPU: in Numba's simulator it has the CPU's bits, and its machine code rounds as the CPU does."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import baldwinlab
+from baldwinlab.engine.lanes import bundle, lanes_in_bundle
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld import cpu, cuda, kernels
+from baldwinlab.models.miniworld.backend import GPU_PAYS, Block, choose
+from baldwinlab.models.miniworld.state import make_model, make_state
+from tests.worlds import small
+
+WORLDS = 3
+STEPS = 20
+FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
+MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by tiles
+
+
+def experiments() -> list[Experiment]:
+    changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
+    found = [
+        small(condition, **changes | {"lifetime": {"steps": STEPS, "update": update}}, world={"food": FEW})
+        for condition in ("evo", "evo+self-taught")
+        for update in ("simultaneous", "sequential")
+    ]
+    tiled = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
+    assert make_model(tiled, 1).grid.prod(axis=1).max() > 10
+    found.append(tiled)
+    found.append(small("evo+self-taught", **changes, world={"food": []}))
+    wild = {"food": FEW, "start": {"headings": "random"}}
+    drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 15}
+    found.append(small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting))
+    return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
+
+
+def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
+    """What there is to see of three worlds after a life in two parts."""
+    shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
+    block.begin(1, np.random.default_rng(1).normal(size=shape).astype(np.float32))
+    block.live(0, 7)
+    block.live(7, STEPS)
+    state, agents = block.state, shape[0] * shape[1]
+    names = ("places", "heading", "action", "activations", "weights", "answers")
+    lanes = {name: getattr(state, name)[:, :agents].copy() for name in names}
+    return lanes | {"eaten": block.eaten(), "items": block.items()}
+
+
+def simulate_gpu(path: str) -> None:
+    """Live all experiments in the simulator, worlds in pairs, and write down what came of them."""
+    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
+    lives = [life(cuda.Block(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()]
+    arrays: dict[str, Any] = {f"{number} {name}": array for number, found in enumerate(lives) for name, array in found.items()}
+    np.savez(path, **arrays)
+
+
+def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
+    root = Path(baldwinlab.__file__).parents[1]
+    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}
+    command = f"from tests.models.miniworld.test_cuda import simulate_gpu; simulate_gpu({str(tmp_path / 'lives.npz')!r})"
+    subprocess.run([sys.executable, "-W", "ignore::RuntimeWarning", "-c", command], env=environment, cwd=root, check=True)
+    found = np.load(tmp_path / "lives.npz")
+    for number, experiment in enumerate(experiments()):
+        expected = life(cpu.Block(experiment, 5, range(WORLDS)), experiment)
+        assert expected["eaten"].any() == bool(experiment.world.food)
+        for name, array in expected.items():
+            assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
+
+
+def machine_code(experiment: Experiment) -> str:
+    """The kernels in NVIDIA's assembly language, for compute capability 9.0."""
+    from numba.cuda import compile_ptx, types
+    from numba.cuda.typing.typeof import typeof
+
+    model, state = make_model(experiment, 2), make_state(experiment, 2)
+    sizes, weights = tuple(experiment.layer_sizes), experiment.weight_count
+    begin = kernels.begin_kernel(512, weights)
+    sequential = experiment.lifetime.update == "sequential"
+    live = kernels.live_kernel(512, sizes, experiment.network.biases, model.rule, weights, sequential)
+    arrays = typeof(model), typeof(state)
+    genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
+    with kernels.uncontracted():
+        return "".join(
+            compile_ptx(kernel.py_func, (*arrays, *others), cc=(9, 0))[0]
+            for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
+        )
+
+
+@pytest.fixture
+def h200(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device to compile for, though there is none to run on."""
+    if importlib.util.find_spec("numba_cuda") is None:
+        assert "CI" not in os.environ, "the kernels must be compiled in CI: make cuda"
+        pytest.skip("needs the extra 'cuda': make cuda")
+    device = SimpleNamespace(compute_capability=(9, 0))
+    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
+
+
+@pytest.mark.parametrize("update", ["simultaneous", "sequential"])
+def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, update: str) -> None:
+    code = machine_code(small("evo+self-taught", lifetime={"update": update}, network={"hidden": [10]}))
+    operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
+    arithmetic = {each for each in operations if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)}
+    assert arithmetic == {"add.rn.f32", "sub.rn.f32", "mul.rn.f32", "div.rn.f32"}  # .rn: must not be contracted later either
+    assert not any(".f64" in each or ".ftz" in each for each in operations)
+    assert sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512  # bytes a thread, beside its registers
+    assert "call" not in code
+
+
+def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
+    from numba.cuda import compile_ptx, types
+
+    def step_and_lane(out: npt.NDArray[np.int64]) -> None:
+        out[0] = lanes_in_bundle()
+        out[1] = bundle(7)
+
+    out = np.zeros(2, np.int64)
+    numba.njit(lambda out: lanes_in_bundle() + (bundle(3) is None))(out)  # the CPU's meaning, known before the GPU's
+    assert numba.njit(lambda: lanes_in_bundle())() == 16
+    code, _ = compile_ptx(step_and_lane, (types.int64[::1],), cc=(9, 0))
+    assert re.findall(r"mov\.[ubs]64\s+\S+, (\d+);", code) == ["1", "7"]
+
+
+def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    extra = "backend cuda needs the extra 'cuda': pip install 'baldwinlab[cuda]'"
+    assert cuda.available() == extra
+    with pytest.raises(ValueError, match=re.escape(extra)):
+        choose("cuda")
+    with pytest.raises(ValueError, match=re.escape(extra)):
+        cuda.Block(small("evo"), 0, [0])
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
+    monkeypatch.setattr("numba.cuda.is_available", lambda: False)
+    assert cuda.available() == "backend cuda needs an NVIDIA GPU, and none was found"
+    assert choose("auto", GPU_PAYS).name == "cpu"
+
+
+def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cuda, "available", lambda: None)
+    assert choose("cpu", 10**6).name == "cpu"
+    assert choose("auto", 1).name == "cpu"
+    assert choose("auto", GPU_PAYS).name == "cuda"
+    assert choose("auto", GPU_PAYS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
+    assert choose("cuda").block is cuda.Block
+    with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
+        choose("gpu")
+    with pytest.raises(ValueError, match="at most 1024 agents in a world"):
+        cuda.Block(small("evo", population={"size": 1025}), 0, [0])
+
+
+@pytest.mark.parametrize(
+    ("agents", "worlds", "expected"), [(20, 1, 1), (20, 180, 1), (20, 300, 2), (20, 10_000, 6), (500, 99, 1)]
+)
+def test_worlds_share_a_thread_block_only_where_there_are_many(agents: int, worlds: int, expected: int) -> None:
+    assert cuda.worlds_in_thread_block(agents, worlds) == expected

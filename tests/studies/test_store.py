@@ -1,0 +1,132 @@
+"""A study on disk is written atomically, refuses to be mixed, and knows a damaged record when it sees one."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import netcdf_file
+
+from baldwinlab.presets import load
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.store import DamagedRecordError, Study, StudyError, create, decode, encode, verify
+from tests.small import small
+
+
+def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
+    for stride in (1, 2, 100):
+        run = simulate(small().replace(record={"genome_every": stride}), seed=2**31 - 1)
+        xr.testing.assert_identical(decode(encode(run)), run)
+
+
+def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    run = simulate(small(), seed=1)
+    path.write_bytes(encode(run))
+    with netcdf_file(path, mmap=False) as file:
+        assert np.array_equal(file.variables["food_eaten"][:], run.food_eaten.values)
+        assert getattr(file, "condition") == b"evo+self-taught/A"  # noqa: B009
+
+
+def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
+    raw = encode(simulate(small("evo/A"), seed=1))
+    rng = np.random.default_rng(0)
+    for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
+        damaged = bytearray(raw)
+        damaged[position] ^= 1 << rng.integers(8)
+        with pytest.raises(DamagedRecordError):
+            verify(bytes(damaged))
+    for length in (0, 10, len(raw) // 2, len(raw) - 1):
+        with pytest.raises(DamagedRecordError):
+            verify(raw[:length])
+
+
+def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None:
+    experiments = [small("evo/A"), small("evo/B")]
+    create(tmp_path, experiments, seed=1)
+    assert create(tmp_path, experiments, seed=1).seed == 1
+    with pytest.raises(StudyError, match="its seed is 1, not 2; choose another --out"):
+        create(tmp_path, experiments, seed=2)
+    with pytest.raises(StudyError, match="its conditions are evo/A, evo/B, not evo/A"):
+        create(tmp_path, experiments[:1], seed=1)
+    with pytest.raises(StudyError, match=r"learning\.rate of evo/B is 0\.01 there and 0\.5 here"):
+        create(tmp_path, [experiments[0], experiments[1].replace(learning={"rate": 0.5})], seed=1)
+
+
+def test_a_directory_with_anything_else_in_it_is_refused_and_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(StudyError, match="is not empty and holds no study"):
+        create(tmp_path, [load("evo/A")], seed=0)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.txt"]
+
+
+def test_a_study_whose_making_was_cut_off_can_be_made_again(tmp_path: Path) -> None:
+    experiments = [small("evo/A"), small("evo/B")]
+    create(tmp_path, experiments, seed=1)
+    (tmp_path / "study.toml").unlink()
+    with pytest.raises(StudyError, match="the beginning of another study"):
+        create(tmp_path, [experiments[0].replace(learning={"rate": 0.5})], seed=1)
+    assert list(create(tmp_path, experiments, seed=1).experiments) == ["evo/A", "evo/B"]
+
+
+def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="two conditions have the same name"):
+        create(tmp_path / "study", [load("evo/A"), load("evo/A", "literal")], seed=0)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "holds no study"),
+        ("seed = ", "cannot be read"),
+        ("seed = 1", "cannot be read"),
+        ("format = 9\nseed = 1\nconditions = []", "format 9"),
+    ],
+)
+def test_a_directory_that_is_no_study_is_refused_with_the_reason(tmp_path: Path, content: str | None, message: str) -> None:
+    if content is not None:
+        (tmp_path / "study.toml").write_text(content)
+    with pytest.raises(StudyError, match=message):
+        Study(tmp_path)
+
+
+def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
+    create(tmp_path, [small("evo/A")], seed=1)
+    (tmp_path / "runs/evo/A/experiment.toml").write_text("nonsense = 1")
+    with pytest.raises(StudyError, match=r"experiment\.toml cannot be read: .*nonsense: there is no such field"):
+        Study(tmp_path)
+
+
+def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
+    study = create(tmp_path, [small("evo/A")], seed=1)
+    with pytest.raises(StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"):
+        study.read("evo/A", 3)
+    study.path("evo/A", 3).write_bytes(b"CDF")
+    with pytest.raises(DamagedRecordError, match=r"0003\.nc is damaged: it carries no checksum"):
+        study.read("evo/A", 3)
+    with pytest.raises(StudyError, match="has no condition 'evo/C'; it has evo/A"):
+        study.experiment("evo/C")
+
+
+def test_what_a_killed_writer_left_is_swept_but_not_what_one_at_work_holds(tmp_path: Path) -> None:
+    study = create(tmp_path, [small("evo/A")], seed=1)
+    old, new = (tmp_path / "runs" / f".{name}.partial" for name in ("old", "new"))
+    for file in (old, new):
+        file.write_bytes(b"half a rec")
+    os.utime(old, (time.time() - 3600,) * 2)
+    study.sweep()
+    assert not old.exists()
+    assert new.exists()
+
+
+def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
+    study = create(tmp_path, [small("evo/A")], seed=1)
+    assert list(study.sessions()) == []
+    study.add_session({"seconds": 1.0})
+    with (tmp_path / "sessions.jsonl").open("a") as file:
+        file.write('{"seconds": 2')
+    assert list(study.sessions()) == [{"seconds": 1.0}]
