@@ -120,6 +120,15 @@ def choosing_fields(section: type[BaseModel], path: str = "") -> Iterator[tuple[
             yield from choosing_fields(info.annotation, f"{path}{name}.")
 
 
+def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+    """Kind and name of every part that an experiment chooses and that is not built in."""
+    for path, kind, _ in choosing_fields(type(experiment)):
+        names = paths.look_up(experiment, path)[0]
+        for name in (names,) if isinstance(names, str) else names:
+            if name not in choices.BUILT_IN[kind]:
+                yield kind, name
+
+
 def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False) -> Chosen:
     """The parts with fields of their own that a tree of values chooses."""
     found: list[tuple[str, type[Fields] | None]] = []
