@@ -26,7 +26,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def _sources_hash() -> str:
     digest = hashlib.sha256(f"numba {numba.__version__}".encode())
     package = Path(__file__).parents[1]
-    for source in sorted([*(package / "engine").glob("*.py"), *(package / "models").rglob("*.py")]):
+    for source in sorted(source for room in ("engine", "evolution", "models") for source in (package / room).rglob("*.py")):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, get, put
 from baldwinlab.engine.rng import DRIFT, philox
@@ -20,10 +21,16 @@ ONE = np.float32(1)
 
 def rates(experiment: Experiment, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """The learning rate of every agent, from its gene if it has one. `genomes` is [..., module, weight]."""
-    rate = experiment.learning.rate
-    if not experiment.learning.evolved_rate:
-        return np.full(genomes.shape[:-2], rate, np.float32)
-    return np.minimum(rate * 10.0 ** genomes[..., 0, -1].astype(np.float64), FASTEST_LEARNING).astype(np.float32)
+    found = np.full(genomes.shape[:-2], experiment.learning.rate, np.float32)
+    if experiment.learning.evolved_rate:
+        _express(experiment.learning.rate, genomes[..., 0, -1].ravel(), found.reshape(-1))
+    return found
+
+
+@compiled
+def _express(rate: float, genes: npt.NDArray[np.float32], found: npt.NDArray[np.float32]) -> None:
+    for agent in range(genes.size):
+        found[agent] = np.float32(min(rate * power_of_ten(genes[agent]), FASTEST_LEARNING))
 
 
 @compiled
