@@ -161,8 +161,9 @@ class Evolution(Part):
     lamarckian_share: float = Field(
         0.0, ge=0, le=1, description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian"
     )
-    selection: Literal["roulette", "tournament", "truncation", "rank"] = Field(
-        "roulette", description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4)"
+    selection: Literal["roulette", "tournament", "truncation", "rank", "neutral"] = Field(
+        "roulette",
+        description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4); neutral: uniform from all",
     )
     mutation_gate: Literal["weight", "child"] = Field(
         "weight", description="one draw for every weight, or one for the child and then every weight (R5)"
