@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import compiled, entry
 
 # What a number is for. The values are part of every stored result: never renumber, only append.
 BIRTHPLACE: Final = 0  # index: agent; draw: attempt
@@ -76,13 +76,13 @@ def draw_uniforms(seed: int, run: int, generation: int, purpose: int, index: int
         out[draw, 3] = uniform(words[3])
 
 
-@compiled
+@entry
 def _draw_all(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.float64]) -> None:
     for index in range(out.shape[0]):
         draw_uniforms(seed, run, generation, purpose, index, out[index])
 
 
-@compiled
+@entry
 def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.uint32]) -> None:
     for index in range(out.shape[0]):
         for draw in range(out.shape[1]):

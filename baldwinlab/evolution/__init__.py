@@ -4,10 +4,10 @@ Kernels allocate nothing and validate nothing; what is called from outside of th
 """
 
 from baldwinlab.evolution.breeding import breed, next_genome
+from baldwinlab.evolution.fitness import cost_of_learning, fitness
 from baldwinlab.evolution.founders import draw_genome
 from baldwinlab.evolution.inheritance import bequeath, deal_teachers
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
-from baldwinlab.evolution.payoff import cost_of_learning, fitness
 from baldwinlab.evolution.selection import SCHEMES, select
 
 __all__ = [

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from baldwinlab.engine import rng
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.founders import draw_genome
 from baldwinlab.evolution.inheritance import deal_teachers
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
@@ -39,7 +39,7 @@ def start_afresh(experiment: Experiment, genome: Genome, fitness: Fitness, momen
     return draw_genome(experiment, moment), np.full((len(genome), 2), -1, np.int32)
 
 
-@compiled
+@entry
 def bear_children(
     settings: Mutation, moment: Moment, genome: Genome, parents: Parents, draws: Uniforms, children: Genome
 ) -> None:

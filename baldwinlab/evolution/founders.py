@@ -11,7 +11,7 @@ import numpy as np
 
 from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.experiment import Experiment
 
@@ -26,7 +26,7 @@ def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
     return genome
 
 
-@compiled
+@entry
 def draw_normal(moment: Moment, purpose: int, genome: Genome, module: int) -> None:
     """Fill one module of `genome` from N(0, 1); of one draw of the generator come four weights."""
     for agent in range(genome.shape[0]):

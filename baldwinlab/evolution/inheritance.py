@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from baldwinlab.engine import rng
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.evolution.sorting import Order, sort_by
@@ -28,7 +28,7 @@ def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> 
     return inherited
 
 
-@compiled
+@entry
 def approach(share: float, learned: Genome, inherited: Genome) -> None:
     """Move the action module of every genome by `share` of the way to what was `learned` [agent, weight]."""
     for agent in range(learned.shape[0]):
@@ -63,7 +63,7 @@ def draw_teachers(genome: Genome, moment: Moment) -> Genome:
     return dealt
 
 
-@compiled
+@entry
 def deal(genome: Genome, order: Order, dealt: Genome) -> None:
     """Fill `dealt` with everybody's action module, and the reinforcement module of whom `order` names."""
     for child in range(genome.shape[0]):

@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import compiled, entry, kept
 from baldwinlab.evolution.moment import Fitness, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 
@@ -39,12 +39,12 @@ def select(scheme: str, fitness: Fitness, uniforms: Uniforms) -> Parents:
         )
     agents = fitness.size
     parents = np.empty((len(uniforms), 2), np.int32)
-    fill(fitness, uniforms, np.empty(agents), np.empty(agents, np.int64), parents)
+    kept(fill)(fitness, uniforms, np.empty(agents), np.empty(agents, np.int64), parents)
     put_fitter_first(fitness, parents)
     return parents
 
 
-@compiled
+@entry
 def misfit(fitness: Fitness, least: float) -> int:
     """The first agent whose fitness is not finite, or is below `least`; -1 if there is none."""
     for agent in range(fitness.size):
@@ -53,7 +53,7 @@ def misfit(fitness: Fitness, least: float) -> int:
     return -1
 
 
-@compiled
+@entry
 def put_fitter_first(fitness: Fitness, parents: Parents) -> None:
     for child in range(parents.shape[0]):
         first, second = parents[child, 0], parents[child, 1]

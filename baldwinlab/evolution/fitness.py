@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.moment import Fitness, Genome
 from baldwinlab.experiment import Experiment
@@ -19,7 +19,7 @@ def fitness(experiment: Experiment, eaten: npt.NDArray[np.int32], genome: Genome
     return found
 
 
-@compiled
+@entry
 def balance(of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], cost: Fitness, found: Fitness) -> None:
     """Fill `found` with the energy of what every agent has eaten, less its cost."""
     for agent in range(found.size):
@@ -42,7 +42,7 @@ def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | N
     return cost
 
 
-@compiled
+@entry
 def charge(per_change: float, genome: Genome, learned: Genome, cost: Fitness) -> None:
     """Add to `cost` for the distance between the action module at birth and as it was `learned` [agent, weight]."""
     for agent in range(cost.size):
