@@ -33,6 +33,18 @@ RUN: Mapping[str, Variable] = {
     ),
 }
 
+
+def run_variables(experiment: Any) -> Mapping[str, Variable]:
+    """What a run of an experiment records: the variables of `RUN`, and those of its own model or its own kinds of items."""
+    if experiment.model != "miniworld":
+        return {name: variable for name, variable in RUN.items() if name != "food_eaten"} | dict(experiment.of_model.records)
+    kinds = {item.kind for feature in experiment.parts("world.features") for item in feature.items()}
+    own = {
+        f"{kind}_eaten": Variable(("generation", "agent"), np.int32, "items", f"items of {kind} eaten in life") for kind in kinds
+    }
+    return dict(RUN) | own
+
+
 TRACE: Mapping[str, Variable] = {
     "x": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed"),
     "y": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed; points down"),
