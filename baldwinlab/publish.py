@@ -104,7 +104,7 @@ def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]
     return [
-        replay(experiment, study.seed, generation, run, energy)
+        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy)
         for generation in emergence_generations(experiment.evolution.generations)
     ]
 

@@ -9,7 +9,8 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version", "files"},
+    {"errors", "version"},
+    {"files"},
     {"experiment"},
     {"engine"},
     {"presets", "variables"},

@@ -122,7 +122,7 @@ def replay(directory: Directory, /, *, condition: str, run: int, generation: int
     study = Study(directory)
     experiment = study.experiment(condition)
     energy = study.read(condition, run).energy
-    trace = replay_life(experiment, study.seed, generation, run, energy)
+    trace = replay_life(experiment, seed=study.seed, run=run, generation=generation, energy=energy)
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.to_netcdf(engine="scipy")))
     elif out.suffix == ".png":

@@ -16,12 +16,14 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from baldwinlab.errors import BaldwinLabError
+
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 
 
-class ExperimentError(ValueError):
+class ExperimentError(BaldwinLabError, ValueError):
     """An experiment that cannot be: one line a fault, each with its path, the value and what is allowed."""
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
+from baldwinlab.errors import ArgumentError
 from baldwinlab.evolution import Genome, Moment, bequeath, breed, draw_genome, fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import to_toml
@@ -22,7 +23,7 @@ from baldwinlab.version import __version__
 SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
 
-def simulate(experiment: Experiment, seed: int = 0, run: int = 0, backend: str = "auto") -> xr.Dataset:
+def simulate(experiment: Experiment, *, seed: int = 0, run: int = 0, backend: str = "auto") -> xr.Dataset:
     """Evolve one population from its first generation to its last.
 
     `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
@@ -62,10 +63,10 @@ def _weights_count(experiment: Experiment) -> bool:
 
 
 def check_seed(seed: int, *runs: int) -> None:
-    """Raises ValueError for a seed or a run that is not in [0, 2**31)."""
+    """Raises ArgumentError for a seed or a run that is not in [0, 2**31)."""
     for name, value in (("seed", seed), *(("run", run) for run in runs)):
         if not 0 <= value < SEED_LIMIT:
-            raise ValueError(f"{name} = {value} must be at least 0 and less than {SEED_LIMIT}")
+            raise ArgumentError(name, value, f"must be at least 0 and less than {SEED_LIMIT}")
 
 
 def next_genome(
