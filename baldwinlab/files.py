@@ -7,7 +7,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
 from urllib.parse import urlsplit
-from urllib.request import url2pathname
 from uuid import uuid4
 
 from baldwinlab.errors import RefusedError
@@ -24,6 +23,8 @@ def location(text: str | Path) -> Path:
     if isinstance(text, Path) or "://" not in str(text):
         return Path(text)
     if str(text).startswith("file://"):
+        from urllib.request import url2pathname  # here, because to load it takes a while
+
         return Path(url2pathname(urlsplit(str(text)).path))
     require_cluster_extra(str(text))
     from upath import UPath

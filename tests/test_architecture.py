@@ -24,6 +24,7 @@ FLOORS = [
     {"figures"},
     {"report"},
     {"publish", "console"},
+    {"api"},
     {"lab"},
     {"cli"},
     {"__main__"},

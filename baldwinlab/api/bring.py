@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from baldwinlab import console
@@ -49,7 +48,7 @@ def bring(
     stored = wanted - sum(map(len, missing.values()))
     console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
     tasks = place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)  # one lives, another breeds
-    with _saying_what_is_stored(lambda: _standing(study, runs)):
+    with _saying_what_is_stored(study, runs):
         run_study(study, missing, tasks, console.progress, console.say, engine, place)
     return study
 
@@ -60,22 +59,23 @@ def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experim
     return choose(chosen, runs * len(experiments), max(experiment.population.size for experiment in experiments))
 
 
-def _standing(study: Study, runs: int) -> str:
-    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
-    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
-
-
 @contextmanager
-def _saying_what_is_stored(standing: Callable[[], str]) -> Iterator[None]:
+def _saying_what_is_stored(study: Study, runs: int) -> Iterator[None]:
+    """Whatever stops the work, its message says where the study stands."""
     try:
         yield
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"stopped; {standing()}") from None
+        raise KeyboardInterrupt(f"stopped; {_standing(study, runs)}") from None
     except ExecutorError as error:
-        raise InterruptedStudyError(f"{error}; {standing()}") from None
+        raise InterruptedStudyError(f"{error}; {_standing(study, runs)}") from None
     except OSError as error:
-        where = f"cannot write {error.filename}: {error.strerror}" if error.filename else f"cannot write: {error}"
-        raise InterruptedStudyError(f"{where}; {standing()}") from None
+        fault = f"cannot write {error.filename or study.directory}: {error.strerror or error}"
+        raise InterruptedStudyError(f"{fault}; {_standing(study, runs)}") from None
+
+
+def _standing(study: Study, runs: int) -> str:
+    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
+    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
 
 
 def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | None = None) -> None:

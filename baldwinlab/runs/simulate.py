@@ -16,6 +16,7 @@ from baldwinlab import variables
 from baldwinlab.errors import ArgumentError
 from baldwinlab.evolution import Genome, Moment, bequeath, breed, draw_genome, fitness
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backend import CPU, Backend, choose
 from baldwinlab.version import __version__
@@ -28,8 +29,9 @@ def simulate(experiment: Experiment, *, seed: int = 0, run: int = 0, backend: st
 
     `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
     "cuda". Returns the variables of `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError
-    for a seed out of range, and for a backend that cannot be used here.
+    for a seed out of range, for a setting that would do nothing, and for a backend that cannot be used here.
     """
+    require_effect([experiment])
     return simulate_block(experiment, seed, [run], choose(backend))[0]
 
 
