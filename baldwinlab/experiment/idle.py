@@ -8,28 +8,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from baldwinlab.experiment import Evolution, Experiment, ExperimentError, Learning
+from baldwinlab.experiment.base import BaseExperiment
+from baldwinlab.experiment.fields import ExperimentError
+from baldwinlab.experiment.miniworld import Experiment
+from baldwinlab.experiment.paths import look_up
 
 
-def idle_settings(experiment: Experiment) -> list[str]:
-    """The paths of the fields that are set otherwise than by default, and change nothing: ["learning.teacher"]."""
-    learning, evolution = experiment.learning, experiment.evolution
-    found = []
+def idle_settings(experiment: BaseExperiment) -> dict[str, str]:
+    """The fields that are set otherwise than by default and change nothing, each with why: {"learning.teacher": ...}."""
+    if not isinstance(experiment, Experiment):
+        return {}
+    found = {}
+    rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
-        fields = ("teacher", "evolved_rate", "cost_per_step", "cost_per_change")
-        found += [f"learning.{name}" for name in fields if getattr(learning, name) != Learning.model_fields[name].default]
-    elif evolution.inheritance == "none" and learning.teacher != Learning.model_fields["teacher"].default:
-        found.append("learning.teacher")
-    inherits_what_is_learned = experiment.learns and evolution.inheritance != "none"
-    if not inherits_what_is_learned and evolution.lamarckian_share != Evolution.model_fields["lamarckian_share"].default:
-        found.append("evolution.lamarckian_share")
-    return found
+        fields = ("learning.evolved_rate", "learning.cost_per_step", "learning.cost_per_change", "evolution.lamarckian_share")
+        found |= dict.fromkeys(fields, rule)
+    if "reinforcement" not in experiment.modules:
+        found["learning.teacher"] = rule
+    if experiment.evolution.inheritance == "none":
+        found |= dict.fromkeys(("learning.teacher", "evolution.lamarckian_share"), 'evolution.inheritance = "none"')
+    standard = Experiment()
+    return {path: why for path, why in found.items() if look_up(experiment, path)[0] != look_up(standard, path)[0]}
 
 
-def require_effect(experiments: Sequence[Experiment]) -> None:
+def require_effect(experiments: Sequence[BaseExperiment]) -> None:
     """Raises ExperimentError, with a line for every setting that does nothing in any of the experiments given together."""
-    paths = sorted(set.intersection(*(set(idle_settings(experiment)) for experiment in experiments)))
-    rule, inheritance = experiments[0].learning.rule, experiments[0].evolution.inheritance
-    where = f'learning.rule = "{rule}"' if rule == "none" else f'evolution.inheritance = "{inheritance}"'
+    idle = [idle_settings(experiment) for experiment in experiments]
+    paths = [path for path in idle[0] if all(path in others for others in idle)]
     if paths:
-        raise ExperimentError("\n".join(f"{path}: does nothing with {where}; leave it out, or change that" for path in paths))
+        lines = (f"{path}: does nothing with {idle[0][path]}; leave it out, or change that" for path in paths)
+        raise ExperimentError("\n".join(lines))
