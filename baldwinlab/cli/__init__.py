@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from baldwinlab import console
-from baldwinlab.cli import assays, lab, measure, multiverse, studies, sweeps  # noqa: F401  (each adds its commands)
+from baldwinlab.cli import assays, lab, measure, multiverse, papers, studies, sweeps  # noqa: F401  (each adds its commands)
 from baldwinlab.cli.common import InterruptedStudyError, app
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.movie import MovieError

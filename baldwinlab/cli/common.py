@@ -13,6 +13,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import choose
 from baldwinlab.multiverse import conditions_by_reading
+from baldwinlab.papers import Paper, keep
 from baldwinlab.publish import publish, publish_multiverse
 from baldwinlab.report.readings import combinations, verdict
 from baldwinlab.runs.simulate import SEED_LIMIT
@@ -59,8 +60,9 @@ def bring(
     directory: Path,
     backend_name: str,
     executor_name: str = "threads",
+    paper: Paper | None = None,
 ) -> Study:
-    """Bring a study to the given number of runs, showing how far it is."""
+    """Bring a study, that of a paper if one is given, to the given number of runs, showing how far it is."""
     require_positive("--runs", runs)
     if workers is not None:
         require_positive("--workers", workers)
@@ -73,7 +75,9 @@ def bring(
     workers = executor.workers
     if backend.name == "cuda":
         workers = max(workers, len(experiments), 2)  # one block lives while the children of another are bred
-    study = store.create(directory, experiments, seed)
+    study = store.create(directory, experiments, seed, paper.name if paper else "")
+    if paper:
+        keep(paper, directory)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
     wanted = runs * len(experiments)

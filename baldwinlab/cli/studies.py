@@ -1,16 +1,14 @@
-"""Studies: the paper's and one's own, what can be run, what came of it, and any moment of it again."""
+"""Studies of one's own: what can be run, what came of it, and any moment of it again."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from baldwinlab import console, presets
-from baldwinlab.assays import ASSAYS
-from baldwinlab.cli.assays import live_again
 from baldwinlab.cli.common import (
     Assignments,
     BackendName,
@@ -35,35 +33,6 @@ from baldwinlab.studies.store import Study
 
 
 @app.command
-def reproduce(
-    *,
-    runs: Runs = 30,
-    generations: Annotated[int | None, Parameter(help="generations of each run; 100 unless given")] = None,
-    steps: Annotated[int | None, Parameter(help="steps of a life; 5000 unless given")] = None,
-    seed: Seed = 0,
-    reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
-    workers: Workers = None,
-    out: Out = None,
-    last: Last = 10,
-    backend: BackendName = "auto",
-    executor: Executor = "threads",
-) -> None:
-    """Reproduce the whole paper: six conditions, statistics, assays, figures and report."""
-    changes: dict[str, Any] = {}
-    if generations is not None:
-        changes["evolution"] = {"generations": generations}
-    if steps is not None:
-        changes["lifetime"] = {"steps": steps}
-    experiments = [experiment.replace(**changes) for experiment in presets.paper(reading)]
-    given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
-    name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
-    require_positive("--last", last)
-    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend, executor)
-    live_again(study, list(ASSAYS), None if executor != "threads" else workers)
-    make_report(study, study.directory / "report.html", last)
-
-
-@app.command
 def run(
     experiment: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or a TOML file")],
     /,
@@ -81,16 +50,6 @@ def run(
     directory = out or Path("results") / "-".join(resolved.name.replace("/", "-") for resolved in experiments)
     study = bring(experiments, runs, seed, workers, directory, backend, executor)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
-
-
-@app.command(name="presets")
-def list_presets() -> None:
-    """List the presets: conditions, controls, maps and readings."""
-    for kind in presets.KINDS:
-        console.say(kind)
-        for name in presets.names(kind):
-            console.say(f"  {name:<22} {presets.describe(kind, name)}")
-    console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
 
 
 @app.command
