@@ -84,8 +84,8 @@ def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]
     arrays = {name: np.empty((steps, *shape), variables.TRACE[name].dtype) for name, shape in shapes.items()}
     eaten_before = np.zeros(agents, np.int64)
     for step in range(steps):
-        arrays["x"][step] = state.x[:agents]
-        arrays["y"][step] = state.y[:agents]
+        arrays["x"][step] = state.places[0, :agents]
+        arrays["y"][step] = state.places[1, :agents]
         arrays["heading"][step] = state.heading[0, :agents] * (360 / HEADING_COUNT)
         arrays["item_x"][step], arrays["item_y"][step] = block.items()[0].T
         block.live(step, step + 1)
