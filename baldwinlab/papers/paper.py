@@ -97,6 +97,8 @@ class Paper:
         layer = read(path)
         if not isinstance(layer.get("description"), str):
             raise PaperError(f"{path}: description is missing, a line that says what it is")
+        if "name" in layer:
+            raise PaperError(f"{path}: name: a preset has no such key, it is named by its file")
         return layer
 
     def experiment_names(self) -> list[str]:

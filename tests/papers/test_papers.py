@@ -129,6 +129,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         ((), {"paper": PAPER + 'emergence = "taught"\n'}, "{}/paper.toml: emergence 'taught', which there is not"),
         ((), {"paper": PAPER.replace("tiny", "le-2019", 1)}, "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab"),
         ((), {"plain": "[learning]\n"}, "{}/conditions/plain.toml: description is missing"),
+        ((), {"near": 'name = "far"\n' + NEAR}, "{}/maps/near.toml: name: a preset has no such key"),
         (
             (),
             {"plain": PLAIN + "speed = 3\n"},
