@@ -21,7 +21,7 @@ from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions, open_study
-from baldwinlab.sweep import is_sweep, open_sweep
+from baldwinlab.sweeps import is_sweep, open_sweep
 from baldwinlab.version import __version__
 
 MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder
@@ -105,7 +105,7 @@ def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]
     return [
-        replay(experiment, study.seed, generation, run, energy)
+        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy)
         for generation in emergence_generations(experiment.evolution.generations)
     ]
 

@@ -9,7 +9,8 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version", "files"},
+    {"errors", "version"},
+    {"files"},
     {"experiment"},
     {"engine"},
     {"papers", "variables"},
@@ -19,11 +20,12 @@ FLOORS = [
     {"runs"},
     {"studies"},
     {"multiverse"},
-    {"assays", "sweep"},
+    {"assays", "sweeps"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
     {"publish", "console"},
+    {"api"},
     {"lab"},
     {"cli"},
     {"__main__"},
@@ -36,7 +38,7 @@ FIRST_TOWER = {
     "studies",
     "multiverse",
     "assays",
-    "sweep",
+    "sweeps",
 }
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 

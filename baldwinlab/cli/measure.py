@@ -11,11 +11,10 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.bench import bench as benchmark
 from baldwinlab.bench import machine
-from baldwinlab.cli.common import BackendName, app
+from baldwinlab.cli.common import BackendName, require_folder_of
 from baldwinlab.files import write_atomically
 
 
-@app.command
 def bench(
     *,
     quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
@@ -23,8 +22,8 @@ def bench(
     json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
 ) -> None:
     """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
-    if json and not json.parent.is_dir():
-        raise ValueError(f"--json {json}: there is no folder {json.parent}")
+    if json:
+        require_folder_of("--json", json)
     records = []
     console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
     for record in benchmark(quick, backend):

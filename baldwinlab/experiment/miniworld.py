@@ -76,9 +76,7 @@ class World(Fields):
 
 
 class Senses(Fields):
-    kinds: tuple[SenseName, ...] = Field(
-        ("food",), min_length=1, max_length=16, description="food: three binary sensors for items"
-    )
+    kinds: tuple[SenseName, ...] = Field(("food",), min_length=1, max_length=16, description="food: three binary sensors for items")
     visual_radius: float = Field(40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)")
     boundaries: Literal["closed", "open"] = Field(
         "closed", description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)"

@@ -8,8 +8,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from baldwinlab.errors import BaldwinLabError
 
-class PaperError(ValueError):
+
+class PaperError(BaldwinLabError, ValueError):
     """A paper that there is not, or a folder that is not the paper it should be."""
 
 

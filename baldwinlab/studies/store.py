@@ -25,6 +25,7 @@ import numpy as np
 import tomlkit
 import xarray as xr
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
@@ -35,7 +36,7 @@ _BLANK = "0" * 64
 _CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
 
-class StudyError(Exception):
+class StudyError(BaldwinLabError):
     """A directory that is not the study it should be, or cannot be read or written."""
 
 
