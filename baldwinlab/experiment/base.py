@@ -17,7 +17,9 @@ from baldwinlab.experiment.choices import Choice, key_of, one_of
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, sentences
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
-Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
+Name = Annotated[
+    str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")
+]
 ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
 Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
 

@@ -21,9 +21,7 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
         elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
             value = value[int(step)]
         else:
-            names = (
-                type(value).model_fields if isinstance(value, BaseModel) else range(len(value) if isinstance(value, tuple) else 0)
-            )
+            names = type(value).model_fields if isinstance(value, BaseModel) else range(len(value) if isinstance(value, tuple) else 0)
             raise ExperimentError(f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}")
     return value, meaning
 
