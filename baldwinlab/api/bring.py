@@ -11,6 +11,7 @@ from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, run_assays
 from baldwinlab.errors import InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import Backend, choose
+from baldwinlab.papers import Paper, keep
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies import executors, store
 from baldwinlab.studies.executors import Executor, ExecutorError, available_cores
@@ -27,8 +28,9 @@ def bring(
     workers: int | None = None,
     backend: str = "auto",
     executor: str = "threads",
+    paper: Paper | None = None,
 ) -> Study:
-    """Make the study, or open the one that is there, and do the runs that it lacks.
+    """Make the study, that of a paper if one is given, or open the one that is there, and do the runs that it lacks.
 
     Raises ArgumentError for an argument beyond its limits and StudyError where the directory holds anything else, before
     anything is written; KeyboardInterrupt and InterruptedStudyError say what is stored when it is stopped.
@@ -38,7 +40,9 @@ def bring(
     place = executors.choose(executor, workers)
     check_seed(seed)
     engine = _engine(backend, place, runs, experiments)
-    study = store.create(directory, experiments, seed)
+    study = store.create(directory, experiments, seed, paper=paper.name if paper else "")
+    if paper:
+        keep(paper, directory)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
     wanted = runs * len(experiments)

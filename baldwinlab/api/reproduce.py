@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from baldwinlab import presets
+from baldwinlab import papers
 from baldwinlab.api.bring import assay, bring
 from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
-from baldwinlab.errors import RefusedError, require_positive
+from baldwinlab.errors import require_positive
 from baldwinlab.files import location
-
-PAPER = "le-2019"
 
 
 def reproduce(
-    paper: str = PAPER,
+    paper: str | Path = papers.DEFAULT,
     *,
-    runs: int = 30,
+    runs: int | None = None,
     generations: int | None = None,
     steps: int | None = None,
     seed: int = 0,
@@ -31,21 +30,29 @@ def reproduce(
 ) -> Study:
     """Run every condition of a paper and all assays, and write the report. `out` is a folder of results/ unless given.
 
-    `generations` and `steps` (of a life) shorten it. Raises ExperimentError for a reading that there is not, and as `run` does.
+    `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
+    `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
+    reading, and as `run` does.
     """
-    if paper != PAPER:
-        raise RefusedError(f"there is no paper {paper!r}; there is {PAPER}")
+    chosen = papers.load(paper)
     changes: dict[str, Any] = {}
     if generations is not None:
         changes["evolution"] = {"generations": generations}
     if steps is not None:
         changes["lifetime"] = {"steps": steps}
-    experiments = [experiment.replace(**changes) for experiment in presets.paper(reading)]
+    experiments = [experiment.replace(**changes) for experiment in chosen.experiments(reading)]
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
-    name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
     require_positive("last", last)
-    directory = Path("results") / name if out is None else location(out)
-    study = bring(experiments, directory, runs=runs, seed=seed, workers=workers, backend=backend, executor=executor)
+    directory = Path("results") / _name(chosen, given) if out is None else location(out)
+    wanted = chosen.about.runs if runs is None else runs
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
+    study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
     assay(study, workers=None if executor != "threads" else workers)
     report(study, last=last)
     return Study(study)
+
+
+def _name(paper: papers.Paper, given: Mapping[str, object]) -> str:
+    """Of the folder for a study of this paper, with what is otherwise than in the paper."""
+    first = "paper" if paper.name == papers.DEFAULT else paper.name
+    return "-".join([first, *(f"{key}{value}" for key, value in given.items() if value is not None)])

@@ -15,6 +15,7 @@ COMMANDS = {  # module and function of each
     "bench": ("measure", "bench"),
     "lab": ("lab", "lab"),
     "multiverse": ("multiverse", "multiverse"),
+    "papers": ("papers", "papers"),
     "phylogeny": ("phylogeny", "phylogeny"),
     "presets": ("presets", "list_presets"),
     "replay": ("replay", "replay"),

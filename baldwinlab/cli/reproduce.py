@@ -1,4 +1,4 @@
-"""The paper, whole."""
+"""A paper, whole."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import reproduce as papers
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Runs, Seed, Workers
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Seed, Workers
+from baldwinlab.papers import DEFAULT
 
 
 def reproduce(
+    paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")] = DEFAULT,
+    /,
     *,
-    runs: Runs = 30,
-    generations: Annotated[int | None, Parameter(help="generations of each run; 100 unless given")] = None,
-    steps: Annotated[int | None, Parameter(help="steps of a life; 5000 unless given")] = None,
+    runs: Annotated[int | None, Parameter(help="independent runs of each condition; the paper's own number unless given")] = None,
+    generations: Annotated[int | None, Parameter(help="generations of each run; the paper's own unless given")] = None,
+    steps: Annotated[int | None, Parameter(help="steps of a life; the paper's own unless given")] = None,
     seed: Seed = 0,
     reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
     workers: Workers = None,
@@ -23,8 +26,9 @@ def reproduce(
     backend: BackendName = "auto",
     executor: Executor = "threads",
 ) -> None:
-    """Reproduce the whole paper: six conditions, statistics, assays, figures and report."""
+    """Reproduce a whole paper: its conditions, statistics, assays, figures and report."""
     papers.reproduce(
+        paper,
         runs=runs,
         generations=generations,
         steps=steps,
