@@ -10,11 +10,11 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.errors import RefusedError
-from baldwinlab.evolution import Genome, Moment, draw_genome
+from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.runs.simulate import check_seed, facts, next_genome, simulate_block
+from baldwinlab.runs.simulate import check_seed, facts, simulate_block
 
 
 def replay(
