@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from html import escape
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -14,6 +15,7 @@ from rich.text import Text
 console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
+BAR_EVERY = 0.2  # seconds between two drawings of a notebook's bar
 LINE_EVERY = 10.0  # seconds between progress lines where there is no terminal
 
 
@@ -31,10 +33,13 @@ def _rate(speed: float, unit: str) -> str:
 def progress(description: str, total: int, unit: str = "agent-steps") -> Iterator[Callable[[int], None]]:
     """Show how far a long piece of work is, its rate and the time left. Yields the function to call with what has been done.
 
-    On a terminal that is a bar; elsewhere, as in a log, a plain line every few seconds.
+    On a terminal and in a notebook that is a bar; elsewhere, as in a log, a plain line every few seconds.
     """
+    if console.is_jupyter:
+        yield _Told(description, total, unit, _notebook_bar(), BAR_EVERY)
+        return
     if not console.is_terminal:
-        yield _Lines(description, total, unit)
+        yield _Told(description, total, unit, lambda sentence, share: say(sentence), LINE_EVERY)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -48,21 +53,32 @@ def progress(description: str, total: int, unit: str = "agent-steps") -> Iterato
         yield lambda amount: bar.advance(task, amount)
 
 
-class _Lines:
-    def __init__(self, description: str, total: int, unit: str) -> None:
+class _Told:
+    """Tells now and then how far the work is: `show(sentence, share)`, at most every so many seconds, and at the end."""
+
+    def __init__(self, description: str, total: int, unit: str, show: Callable[[str, float], None], every: float) -> None:
         self._description, self._total, self._unit, self._done = description, total, unit, 0
+        self._show, self._every = show, every
         self._began = self._last = time.monotonic()
 
     def __call__(self, amount: int) -> None:
         self._done += amount
         now = time.monotonic()
-        if now - self._last < LINE_EVERY and self._done < self._total:
+        if now - self._last < self._every and self._done < self._total:
             return
         self._last = now
         rate = self._done / max(now - self._began, 1e-9)
         left = (self._total - self._done) / rate
         share = self._done / self._total
-        say(f"{self._description}: {share:.0%}, {_rate(rate, self._unit)}, {left:.0f} s left")
+        self._show(f"{self._description}: {share:.0%}, {_rate(rate, self._unit)}, {left:.0f} s left", share)
+
+
+def _notebook_bar() -> Callable[[str, float], None]:
+    """A bar in the cell's output, drawn again in its place; rich's own needs ipywidgets, which not every notebook has."""
+    from IPython.display import HTML, display  # a notebook has it
+
+    shown = display(HTML("<progress></progress>"), display_id=True)
+    return lambda sentence, share: shown.update(HTML(f'<progress value="{share:.3f}"></progress> {escape(sentence)}'))
 
 
 def say(message: str) -> None:

@@ -261,7 +261,11 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
         (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "no/x.csv"], "there is no folder no"),
         (["run", "evo/A", "--out", "study"], "study holds another study"),
         (["run", "evo/A", "--runs", "many"], "many"),
-        (["rum"], "rum"),
+        (["run", "evo/A", "--set", "learning.teacher=shuffled"], 'learning.teacher: does nothing with learning.rule = "none"'),
+        (["assay", "innate", "mine"], "'mine' is too much; write: baldwinlab assay DIRECTORY [--only ONLY] [--workers WORKERS]"),
+        (["report"], "requires an argument"),
+        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
+        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, lab"),
     ],
 )
 def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(

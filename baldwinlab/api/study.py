@@ -16,7 +16,6 @@ import xarray as xr
 
 from baldwinlab import presets
 from baldwinlab.api.bring import assay, bring
-from baldwinlab.api.report import report
 from baldwinlab.assays import ASSAYS, applies, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
@@ -88,6 +87,8 @@ class Study:
 
         A run counts with its average over its `last` generations.
         """
+        from baldwinlab.api.report import report  # here, because to load the figures takes a while
+
         return report(self._stored, None if out is None else Path(out), last=last)
 
     def replay(self, condition: str, *, run: int, generation: int) -> xr.Dataset:

@@ -29,9 +29,8 @@ def bench(
     for record in benchmark(quick, backend):
         records.append(record._asdict())
         rate = record.agent_steps_per_second / 1e6
-        numbers = (
-            f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {record.peak_mib:>9.0f} {record.threads:>8}"
-        )
+        peak = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
+        numbers = f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
         console.say(f"{record.case:<18} {numbers}")
     if json:
         write_atomically(json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode())
