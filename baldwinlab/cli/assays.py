@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from baldwinlab.api import bring
 from baldwinlab.api.report import report
 from baldwinlab.assays import ASSAYS
-from baldwinlab.cli.common import Directory, Workers
+from baldwinlab.cli.common import Directory, Parts, Workers, load_parts
 from baldwinlab.studies.store import Study
 
 
@@ -19,8 +19,10 @@ def assay(
     *,
     only: Annotated[str | None, Parameter(help=f"some of {', '.join(ASSAYS)}, with commas between; all unless given")] = None,
     workers: Workers = None,
+    part: Parts = None,
 ) -> None:
     """Live the genomes of a stored study again under changed circumstances, measure them, and rebuild the report."""
+    load_parts(part)
     study = Study(directory)
     bring.assay(study, list(ASSAYS) if only is None else [name.strip() for name in only.split(",")], workers=workers)
     report(study)

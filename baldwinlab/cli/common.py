@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from difflib import get_close_matches
+from importlib.metadata import entry_points
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -59,6 +60,18 @@ BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or aut
 Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
+
+Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help="a file with a part of your own; repeatable")]
+
+
+def load_parts(files: Sequence[Path] | None) -> None:
+    """Make known the parts that installed packages bring, and those in files, before any experiment is read."""
+    if files or entry_points(group="baldwinlab.parts"):
+        from baldwinlab.parts import load_entry_points, load_file  # here, because to load the engine takes a while
+
+        load_entry_points()
+        for file in files or ():
+            load_file(file)
 
 
 def require_folder_of(option: str, path: Path) -> None:

@@ -14,7 +14,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.cli.common import Directory
+from baldwinlab.cli.common import Directory, Parts, load_parts
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
@@ -30,6 +30,7 @@ def lab(
     directory: Annotated[Directory, Parameter(help="a study, or a folder that holds studies at any depth")] = RESULTS,
     /,
     *,
+    part: Parts = None,
     port: Annotated[int, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
     browser: Annotated[bool, Parameter(help="open the page in the browser")] = True,
 ) -> None:
@@ -40,6 +41,7 @@ def lab(
         raise RefusedError(f"{directory}: the lab shows folders of this machine only")
     if directory != RESULTS and not directory.is_dir():  # whoever begins has no results yet, and may start a live run
         raise RefusedError(f"{directory}: there is no such folder; give that of a study, or one that holds studies")
+    load_parts(part)
     with listening(port) as listener:
         address = f"http://{HOST}:{listener.getsockname()[1]}/"
         seconds = cpu.warm_up([Experiment()])

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.bring import bring
 from baldwinlab.api.report import report
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Runs, Seed, Workers
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Runs, Seed, Workers, load_parts
 from baldwinlab.errors import require_positive
 from baldwinlab.multiverse import combinations, experiments, one_at_a_time
 
@@ -18,6 +18,7 @@ ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when H
 
 def multiverse(
     *,
+    part: Parts = None,
     runs: Runs = ENOUGH_RUNS,
     full: Annotated[bool, Parameter(help="all 2048 combinations of the choices, not one at a time", negative="")] = False,
     executor: Executor = "threads",
@@ -32,6 +33,7 @@ def multiverse(
     With 8 runs of each condition, a difference that every pair of runs shows stays significant when all tests of a reading are
     corrected together (p = 0.003); with fewer than 6, none can be.
     """
+    load_parts(part)
     require_positive("last", last)
     readings = combinations() if full else one_at_a_time()
     out = out or Path("results/paper") / ("multiverse-full" if full else "multiverse")

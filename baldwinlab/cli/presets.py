@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from baldwinlab import console, presets
-from baldwinlab.cli.common import Assignments
+from baldwinlab.cli.common import Assignments, Parts, load_parts
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import to_toml
 
@@ -19,6 +19,7 @@ def list_presets() -> None:
     console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
 
 
-def show(experiment: str, /, *, assignments: Assignments = None) -> None:
+def show(experiment: str, /, *, part: Parts = None, assignments: Assignments = None) -> None:
     """Show an experiment as TOML, which can be edited and run."""
+    load_parts(part)
     sys.stdout.write(to_toml(assign(presets.load(experiment), assignments or [])))

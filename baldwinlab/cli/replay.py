@@ -6,16 +6,17 @@ from pathlib import Path
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
-from baldwinlab.cli.common import Directory, require_folder_of
+from baldwinlab.cli.common import Directory, Parts, load_parts, require_folder_of
 from baldwinlab.errors import RefusedError
 from baldwinlab.files import write_atomically
 
 
-def replay(directory: Directory, /, *, condition: str, run: int, generation: int, out: Path) -> None:
+def replay(directory: Directory, /, *, condition: str, run: int, generation: int, out: Path, part: Parts = None) -> None:
     """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
     if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
     require_folder_of("--out", out)
+    load_parts(part)
     study = studies.open(directory)
     trace = study.replay(condition, run=run, generation=generation)
     experiment = study.experiment(condition)

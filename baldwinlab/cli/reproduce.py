@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import reproduce as papers
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Seed, Workers
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Seed, Workers, load_parts
 from baldwinlab.papers import DEFAULT
 
 
@@ -15,6 +15,7 @@ def reproduce(
     paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")] = DEFAULT,
     /,
     *,
+    part: Parts = None,
     runs: Annotated[int | None, Parameter(help="independent runs of each condition; the paper's own number unless given")] = None,
     generations: Annotated[int | None, Parameter(help="generations of each run; the paper's own unless given")] = None,
     steps: Annotated[int | None, Parameter(help="steps of a life; the paper's own unless given")] = None,
@@ -27,6 +28,7 @@ def reproduce(
     executor: Executor = "threads",
 ) -> None:
     """Reproduce a whole paper: its conditions, statistics, assays, figures and report."""
+    load_parts(part)
     papers.reproduce(
         paper,
         runs=runs,

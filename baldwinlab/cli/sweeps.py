@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import sweep as sweeps
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Workers
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Workers, load_parts
 from baldwinlab.errors import require_positive
 
 
@@ -16,6 +16,7 @@ def sweep(
     file: Annotated[Path, Parameter(help="a TOML file that says which fields are swept, and how; see docs/sweeps.md")],
     /,
     *,
+    part: Parts = None,
     workers: Workers = None,
     out: Out = None,
     last: Last = 10,
@@ -23,6 +24,7 @@ def sweep(
     executor: Executor = "threads",
 ) -> None:
     """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields."""
+    load_parts(part)
     require_positive("last", last)
     study = sweeps.sweep(file, out=out, workers=workers, backend=backend, executor=executor)
     study.report(last=last)
