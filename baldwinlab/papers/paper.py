@@ -11,7 +11,7 @@ out. Nothing in the folder is code.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -22,6 +22,7 @@ from typing import Any
 from pydantic import Field
 
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
+from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Figure, Words, read_words
@@ -162,24 +163,28 @@ def check(paper: Paper) -> Paper:
     for reading in paper.names("readings"):
         paper.experiment(known[0], reading)
     _require(filter(None, [paper.about.emergence]), known, f"{paper.folder / 'paper.toml'}: emergence")
-    fields = {path for experiment in experiments for path in _paths(experiment.to_dict())}
     for claim in paper.claims:
         where = f"{paper.folder / 'claims.toml'}: {claim.id}"
         _require(sorted(claim.conditions), known, f"{where} names a condition")
-        _require((choice.field for choice in claim.choices), sorted(fields), f"{where} names a field")
+        for choice in claim.choices:
+            _require_field(choice.field, experiments, f"{where}, choice {choice.id}")
     paper.words  # noqa: B018 (reading them is the check)
     return paper
 
 
-def _require(names: Any, known: list[str], where: str) -> None:
+def _require(names: Iterable[str], known: list[str], where: str) -> None:
     for name in names:
         if name not in known:
             raise PaperError(f"{where} {name!r}, which there is not{nearest(name, known)}; there are {', '.join(known)}")
 
 
-def _paths(tree: dict[str, Any], path: str = "") -> Iterator[str]:
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            yield from _paths(value, f"{path}{key}.")
-        else:
-            yield f"{path}{key}"
+def _require_field(path: str, experiments: Sequence[Experiment], where: str) -> None:
+    """A field that a part brings is there only where that part is chosen."""
+    faults = []
+    for experiment in experiments:
+        try:
+            look_up(experiment, path)
+        except ExperimentError as error:
+            faults.append(error)
+    if len(faults) == len(experiments):
+        raise PaperError(f"{where}: {faults[0]}")

@@ -69,7 +69,9 @@ def reading(experiment: Experiment, paper: Paper) -> str:
 def _changes(base: Experiment, experiment: Experiment) -> list[str]:
     there, here = dict(_leaves(base.to_dict())), dict(_leaves(experiment.to_dict()))
     return [
-        f"{path} = {toml_value(value)}" for path, value in here.items() if there[path] != value and not path.startswith("record.")
+        f"{path} = {toml_value(value)}"
+        for path, value in here.items()
+        if there.get(path) != value and not path.startswith("record.")
     ]
 
 
@@ -127,8 +129,8 @@ def open_choices(results: Sequence[ClaimResult], conditions: Experiments) -> lis
 
 def setting(field: str, conditions: Experiments) -> str:
     """What a field, such as senses.visual_radius, is in the study's experiments."""
-    values = [dict(_leaves(experiment.to_dict()))[field] for experiment in conditions.values()]
-    return " or ".join(dict.fromkeys(toml_value(value) for value in values))
+    found = [dict(_leaves(experiment.to_dict())).get(field) for experiment in conditions.values()]
+    return " or ".join(dict.fromkeys(toml_value(value) for value in found if value is not None))
 
 
 def toml_value(value: Any) -> str:

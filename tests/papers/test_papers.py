@@ -162,7 +162,11 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
             "comparisons.0: the rule 'at_least' needs a bound",
         ),
         ((), {"claims": CLAIMS.replace('["T1"]', '["T9"]')}, "claims.0.choices: there is no choice 'T9'; there are T1"),
-        ((), {"claims": CLAIMS.replace('"senses.v', '"sense.v')}, "T1 names a field 'sense.visual_radius', which there is not"),
+        (
+            (),
+            {"claims": CLAIMS.replace('"senses.v', '"sense.v')},
+            "choice T1: sense.visual_radius: there is no 'sense'",
+        ),
         ((), {"claims": CLAIMS.replace('"T2"', '"T1"')}, "claims.toml: two claims have the id 'T1'"),
         ((), {"claims": "claims = 3\n"}, "claims.toml: claims = 3: input should be a valid tuple"),
         ((), {"words": "[captions]\npie = 'x'\n"}, "words.toml: captions.pie"),
