@@ -39,7 +39,18 @@ def simulate_block(
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Several runs side by side, which is faster; each has the same bits as alone.
+    """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `live_block`."""
+    return [history.dataset() for history in live_block(experiment, seed, runs, backend, after_generation)]
+
+
+def live_block(
+    experiment: Experiment,
+    seed: int,
+    runs: Sequence[int],
+    backend: Backend = CPU,
+    after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
+) -> list[History]:
+    """Several runs side by side, each as its history, which holds no more genomes than the experiment keeps.
 
     `after_generation` is called, when a generation has lived, with each run as far as it is; what it raises ends the block.
     """
@@ -53,7 +64,7 @@ def simulate_block(
         for history, eaten, learned in zip(histories, block.eaten(), weights, strict=True):
             history.add(generation, eaten, learned)
         after_generation(histories)
-    return [history.dataset() for history in histories]
+    return histories
 
 
 def _weights_count(experiment: Experiment) -> bool:
@@ -79,7 +90,7 @@ class History:
         self._food = np.zeros((generations, agents), np.int32)
         self._energy = np.zeros((generations, agents))
         self._parents = np.full((generations, agents, 2), -1, np.int32)
-        self._genomes = np.full((generations, *self.genome.shape), np.nan, np.float32)
+        self._kept: dict[int, Genome] = {}  # by generation
 
     def add(self, generation: int, eaten: npt.NDArray[np.int32], learned: Genome | None) -> None:
         """Keep what a generation ate, `eaten` [agent, region], and breed the next.
@@ -88,8 +99,8 @@ class History:
         """
         last = self.experiment.evolution.generations - 1
         if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
-            self._genomes[generation - 1] = np.nan  # it was kept for as long as it was the last
-        self._genomes[generation] = self.genome
+            del self._kept[generation - 1]  # it was kept for as long as it was the last
+        self._kept[generation] = self.genome
         self._food[generation] = eaten.sum(axis=1)
         self._energy[generation] = fitness(self.experiment, eaten, self.genome, learned)
         if generation < last:
@@ -113,23 +124,24 @@ class History:
 
         Its arrays are those of the history, so whoever keeps it while generations still live must copy it.
         """
-        genomes = self._genomes[: self.lived]
-        arrays = {
-            "food_eaten": self.food_eaten,
-            "energy": self.energy,
-            "parents": self._parents[: self.lived],
-            "genome": genomes,
-        }
+        return variables.whole(self.record())
+
+    def record(self) -> xr.Dataset:
+        """As `dataset`, in the form in which it is stored: `baldwinlab.variables.RECORD`."""
+        genomes = np.stack(list(self._kept.values()))
+        arrays = {"food_eaten": self.food_eaten, "energy": self.energy, "parents": self._parents[: self.lived]}
         experiment = self.experiment.replace(evolution={"generations": self.lived})
-        found = variables.dataset(variables.RUN, arrays, facts(experiment, self.seed, self.run))
-        generations, agents, _, weights = genomes.shape
-        return found.assign_coords(
-            generation=np.arange(generations, dtype=np.int32),
+        found = variables.dataset(variables.RECORD, arrays, facts(experiment, self.seed, self.run))
+        _, agents, _, weights = genomes.shape
+        labelled = found.assign_coords(
+            generation=np.arange(self.lived, dtype=np.int32),
             agent=np.arange(agents, dtype=np.int32),
             parent=list(variables.PARENTS),
             module=list(self.experiment.modules),
             weight=np.arange(weights, dtype=np.int32),
+            kept_generation=np.array(list(self._kept), np.int32),
         )
+        return labelled.assign(variables.dataset(variables.RECORD, {"kept_genome": genomes}, {}).data_vars)
 
 
 def facts(experiment: Experiment, seed: int, run: int) -> dict[str, Any]:
