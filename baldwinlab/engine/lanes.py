@@ -340,6 +340,5 @@ def _magnitude(value):  # type: ignore[no-untyped-def]
 
 
 # What a GPU compiles, where a thread has a lane to itself: the functions as they stand in Python.
-FOR_ONE_LANE: Final = {bundle: _one_from} | {
-    each: each for each in (lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup, square_root)
-}
+_SAME = (lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup, square_root)
+FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in _SAME}
