@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.errors import ArgumentError
-from baldwinlab.evolution import Moment, bequeath, draw_genome, fitness, next_genome
+from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, fitness, next_genome
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.toml import to_toml
@@ -43,7 +43,18 @@ def simulate_block(
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Several runs side by side, which is faster; each has the same bits as alone.
+    """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `live_block`."""
+    return [history.dataset() for history in live_block(experiment, seed, runs, backend, after_generation)]
+
+
+def live_block(
+    experiment: Experiment,
+    seed: int,
+    runs: Sequence[int],
+    backend: Backend = CPU,
+    after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
+) -> list[History]:
+    """Several runs side by side, each as its history, which holds no more genomes than the experiment keeps.
 
     `after_generation` is called, when a generation has lived, with each run as far as it is; what it raises ends the block.
     """
@@ -55,7 +66,7 @@ def simulate_block(
         for number, history in enumerate(histories):
             history.add(generation, lived, number)
         after_generation(histories)
-    return [history.dataset() for history in histories]
+    return histories
 
 
 def check_seed(seed: int, *runs: int) -> None:
@@ -76,14 +87,14 @@ class History:
         self._energy = np.zeros((generations, agents))
         self._records: dict[str, npt.NDArray[Any]] = {}
         self._parents = np.full((generations, agents, 2), -1, np.int32)
-        self._genomes = np.full((generations, *self.genome.shape), np.nan, np.float32)
+        self._kept: dict[int, Genome] = {}  # by generation
 
     def add(self, generation: int, lives: Lives, number: int) -> None:
         """Keep what became of a generation of this run, the one of that number among the `lives`, and breed the next."""
         last = self.experiment.evolution.generations - 1
         if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
-            self._genomes[generation - 1] = np.nan  # it was kept for as long as it was the last
-        self._genomes[generation] = self.genome
+            del self._kept[generation - 1]  # it was kept for as long as it was the last
+        self._kept[generation] = self.genome
         for name, values in lives.records.items():
             kept = self._records.setdefault(name, np.zeros((last + 1, values.shape[1]), values.dtype))
             kept[generation] = values[number]
@@ -95,7 +106,7 @@ class History:
             self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, born, self._energy[generation])
         self.lived = generation + 1
 
-    def record(self, name: str) -> npt.NDArray[Any]:
+    def of_agents(self, name: str) -> npt.NDArray[Any]:
         """What is recorded of each agent, [generation, agent], of the generations that have lived; what is there stays."""
         return self._records[name][: self.lived]
 
@@ -109,23 +120,26 @@ class History:
 
         Its arrays are those of the history, so whoever keeps it while generations still live must copy it.
         """
-        genomes = self._genomes[: self.lived]
-        arrays = {
-            **{name: self.record(name) for name in self._records},
-            "energy": self.energy,
-            "parents": self._parents[: self.lived],
-            "genome": genomes,
-        }
+        return variables.whole(self.record())
+
+    def record(self) -> xr.Dataset:
+        """As `dataset`, in the form in which it is stored: the variables of `baldwinlab.variables.of_record`."""
+        genomes = np.stack(list(self._kept.values()))
+        arrays = {**{name: self.of_agents(name) for name in self._records}, "energy": self.energy}
+        arrays["parents"] = self._parents[: self.lived]
         experiment = self.experiment.replace(evolution={"generations": self.lived})
-        found = variables.dataset(variables.run_variables(experiment), arrays, facts(experiment, self.seed, self.run))
-        generations, agents, _, weights = genomes.shape
-        return found.assign_coords(
-            generation=np.arange(generations, dtype=np.int32),
+        declared = variables.of_record(experiment)
+        found = variables.dataset(declared, arrays, facts(experiment, self.seed, self.run))
+        _, agents, _, weights = genomes.shape
+        labelled = found.assign_coords(
+            generation=np.arange(self.lived, dtype=np.int32),
             agent=np.arange(agents, dtype=np.int32),
             parent=list(variables.PARENTS),
             module=list(self.experiment.modules),
             weight=np.arange(weights, dtype=np.int32),
+            kept_generation=np.array(list(self._kept), np.int32),
         )
+        return labelled.assign(variables.dataset(declared, {"kept_genome": genomes}, {}).data_vars)
 
 
 def facts(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
