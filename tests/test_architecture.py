@@ -9,7 +9,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version", "files"},
+    {"version", "files", "palette"},
     {"experiment"},
     {"engine"},
     {"presets", "variables"},

@@ -97,8 +97,8 @@ def life_of(experiment: Any) -> Life:
 
 
 def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert lives.span({}, 5000, recording.BYTES_OF_AGENT * 20) == Span(0, 5000)
-    large = recording.BYTES_OF_AGENT * 1000
+    assert lives.span({}, 5000, recording.bytes_of_step(small())) == Span(0, 5000)
+    large = recording.bytes_of_step(small().replace(population={"size": 1000}))
     parts = [lives.span({}, 5000, large)]
     while parts[-1].last < 5000:
         parts.append(lives.span({"first": str(parts[-1].last)}, 5000, large))
@@ -106,7 +106,7 @@ def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, mon
     assert len(parts) == 3
     assert lives.span({}, 100_000_000, 20) == Span(0, lives.MOST_STEPS)
     assert lives.span({}, 5000, 10**9) == Span(0, 1)
-    monkeypatch.setattr(lives, "MOST_BYTES", 100 * recording.BYTES_OF_AGENT * 20)
+    monkeypatch.setattr(lives, "MOST_BYTES", 100 * recording.bytes_of_step(small()))
     header, found = arrays(lab_server.address, "recording", **SMALL, first=7)
     assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
 

@@ -11,7 +11,7 @@ const PACE = "0.1";
  * @typedef {object} Listener
  * @property {(id: string) => void} started a live run
  * @property {(seconds: number) => void} paced the reader wants another pace, also of what runs already
- * @property {(experiment: Object<string, any>) => void} valid what the form says, whenever it has changed and can be run
+ * @property {(shown: {world: object, look: object}) => void} valid the world that the form means, whenever it has changed and can be run
  */
 export class Setup {
   /**
@@ -96,7 +96,9 @@ export class Setup {
       if (mine !== this.turn) return;
       form.show(errors);
       this.start.disabled = errors.length > 0;
-      if (!errors.length) this.listener.valid(form.value);
+      if (errors.length) return;
+      const shown = await postJSON("/api/look", { experiment: form.value }, this.signal);
+      if (mine === this.turn) this.listener.valid(shown);
     }, CHECK_AFTER);
   }
 
