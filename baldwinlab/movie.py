@@ -116,7 +116,7 @@ def _draw_things(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale:
     xs, ys = trace.item_x.values[step] * scale, trace.item_y.values[step] * scale
     first = 0
     for kind in look["item_kinds"]:
-        last = first + kind["count"]
+        last = first + kind["number"]
         for x, y in zip(xs[first:last], ys[first:last], strict=True):
             draw.rectangle((x - 5 * scale, y - 5 * scale, x + 5 * scale, y + 5 * scale), fill=shade(kind["colour"]))
         first = last

@@ -89,12 +89,12 @@ REPORT: Final[Mapping[str, tuple[str, str, str]]] = {
 
 def shade(colour: str) -> str:
     """A colour by name, as it is on light ground; "#rrggbb" is itself. Raises KeyError for a name that there is not."""
-    return colour if colour.startswith("#") else (NAMED | WORLD)[colour][0]
+    return colour if colour.startswith("#") else {**NAMED, **WORLD}[colour][0]
 
 
 def lab_css() -> str:
     """The colours of the lab as variables of CSS, `--text` and so on; `--series-0` and on are those of curves, on any ground."""
-    shades = NAMED | PAGE | WORLD
+    shades = {**NAMED, **PAGE, **WORLD}
     light = {name: on_light for name, (on_light, _) in shades.items()}
     dark = {name: on_dark for name, (_, on_dark) in shades.items()}
     series = {f"series-{number}": colour for number, colour in enumerate(SERIES_ON_SCREEN)}

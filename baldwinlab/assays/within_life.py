@@ -44,7 +44,7 @@ def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.
     block = born(sample.experiment, sample.study.seed, sample.runs, generation, genomes)
     moments = [*range(0, steps, WINDOW), steps]
     eaten = Series("eaten", moments, slice(runs * agents))
-    fed = First(lambda block: block.eaten().any(axis=-1), moments)
+    fed = First(lambda block: np.any(block.eaten(), axis=-1), moments)
     follow(block, [eaten, fed])
     sample.tell()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)

@@ -34,7 +34,8 @@ VARIABLES: Mapping[str, Callable[[Block, Lanes], Array]] = {
 class Note(Protocol):
     """Something that is to be known of a block at some moments."""
 
-    moments: Collection[int]
+    @property
+    def moments(self) -> Collection[int]: ...
 
     def take(self, block: Block, moment: int) -> None: ...
 

@@ -26,7 +26,7 @@ export class Inspector {
     });
     this.traces = {
       error: new Trace("error between the modules", tell.seek),
-      weights: new Trace("change of the weights since birth", tell.seek, 110),
+      weights: new Trace("weights, from birth on", tell.seek, 110),
       eaten: new Trace("food eaten", tell.seek),
     };
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
@@ -228,7 +228,7 @@ function hint(...colours) {
 }
 
 function largest(values) {
-  let most = 1e-6;
+  let most = 0.001;
   for (const value of values) most = Math.max(most, Math.abs(value));
   return most;
 }

@@ -52,7 +52,7 @@ function figure({ title }, { header }) {
 
 /** Such as: 50 items of food. */
 function items({ look: { item_kinds } }) {
-  return item_kinds.map(({ name, count }) => `${format(count)} items of ${name}`).join(", ");
+  return item_kinds.map(({ name, number }) => `${format(number)} items of ${name}`).join(", ");
 }
 
 /** The bar of controls, and what keeps it at the step that is shown. */

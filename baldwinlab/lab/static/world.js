@@ -182,9 +182,9 @@ export class WorldView {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
     let item = 0;
-    for (const { colour, count } of kinds) {
+    for (const { colour, number } of kinds) {
       pen.fillStyle = shade(colour);
-      for (const end = item + count; item < end; item++) {
+      for (const end = item + number; item < end; item++) {
         pen.beginPath(); // one by one, which takes half the time of one path of all
         pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
         pen.fill();

@@ -27,7 +27,7 @@ class Kind(NamedTuple):
 
     name: str
     colour: str
-    count: int
+    number: int  # of them
 
 
 class Mark(NamedTuple):
