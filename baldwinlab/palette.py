@@ -51,7 +51,6 @@ WORLD: Final[Mapping[str, tuple[str, str]]] = {
     "map": ("#ffffff", "#141b22"),
     "grid": ("#eef1f4", "#1a222b"),
     "edge": ("#c3cbd5", "#36424f"),
-    "region": NAMED["green"],
     "meal": NAMED["green"],
     "agent": NAMED["blue"],
     "hungry": ("#ffffff", "#141b22"),

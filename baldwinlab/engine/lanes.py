@@ -229,6 +229,11 @@ def any_of(mask: Mask) -> bool:
     return bool(mask)
 
 
+def negated(mask: Mask) -> Mask:
+    """True where the mask is not."""
+    return not mask
+
+
 @overload(lanes_in_bundle, target="cpu")
 def _lanes_in_bundle():  # type: ignore[no-untyped-def]
     return lambda: WIDTH
@@ -297,10 +302,22 @@ def _any_of(mask):  # type: ignore[no-untyped-def]
     return lambda mask: mask
 
 
+@intrinsic
+def _not(typing_context, mask):  # type: ignore[no-untyped-def]
+    return MASK(MASK), lambda context, builder, signature, arguments: builder.not_(arguments[0])
+
+
+@overload(negated)
+def _negated(mask):  # type: ignore[no-untyped-def]
+    if mask is MASK:
+        return lambda mask: _not(mask)
+    return lambda mask: not mask
+
+
 @overload(abs)
 def _magnitude(value):  # type: ignore[no-untyped-def]
     return (lambda value: _larger(value, _repeat(np.float32(0)) - value)) if value is WIDE else None
 
 
 # What a GPU compiles, where a thread has a lane to itself: the functions as they stand in Python.
-FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in (lanes_in_bundle, get, put, clamp, choose, any_of, lookup)}
+FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in (lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup)}

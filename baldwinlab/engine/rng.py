@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import compiled, entry
 
 # What a number is for. The values are part of every stored result: never renumber, only append.
 BIRTHPLACE: Final = 0  # index: agent; draw: attempt
@@ -59,7 +59,7 @@ def unit(word: Word) -> np.float32:
     return np.float32(np.uint32(word) >> np.uint32(8)) * _UNIT
 
 
-@compiled
+@entry
 def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.uint32]) -> None:
     for index in range(out.shape[0]):
         for draw in range(out.shape[1]):

@@ -16,7 +16,8 @@ from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer
 from baldwinlab.lab.query import number
 from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.look import look
-from baldwinlab.models.miniworld.networks import forward
+from baldwinlab.models.miniworld.recall import AskTeacher, Reflex, Teacher, kind_of_recall
+from baldwinlab.parts.kinds import forward
 from baldwinlab.runs.recorder import Series, follow
 from baldwinlab.runs.relive import born, lived
 from baldwinlab.runs.simulate import next_genome
@@ -53,7 +54,7 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     past, (seed, run, generation) = life.past(), life.moment
     block = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, block, part, agent)
-    _ask_modules(experiment, past.genome[agent, :, : experiment.weight_count], arrays)
+    _ask_modules(experiment, block, past.genome[agent, :, : experiment.weight_count], arrays)
     energy = lived(experiment, block, past.genome[None]).energy[0]
     header = {
         "kind": "inside",
@@ -80,36 +81,39 @@ def _follow(experiment: Experiment, block: Block, part: Span, agent: int) -> dic
         "action": Series("action", done, agent, np.uint16),
         "eaten": Series("eaten", done, agent, np.uint32),
     }
+    if kind_of_recall(experiment) is AskTeacher:
+        notes["teacher_activations"] = Series("teacher_activations", done, agent)
     follow(block, list(notes.values()))
     arrays = {"sample_step": samples, **{name: note.values for name, note in notes.items()}}
     arrays["eaten"] = frames.narrowed(arrays["eaten"])
     return arrays
 
 
-def _ask_modules(experiment: Experiment, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
+def _ask_modules(experiment: Experiment, block: Block, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
     """Add what the modules of `genome` [module, weight] that learning does not change answer to what was sensed.
 
-    Where nothing is learned, the engine itself looks up what the action module answers, and leaves its hidden units out.
+    Where the engine looks answers up, it leaves hidden units out: there, and only there, the modules are asked again.
     """
-    inputs = arrays["activations"][:, : experiment.layer_sizes[0]]
-    if not experiment.learns:
-        arrays["activations"] = _answers(experiment, genome[0], inputs)
+    inputs, recall = arrays["activations"][:, : len(experiment.inputs)], kind_of_recall(experiment)
+    if recall is Reflex:
+        arrays["activations"] = _answers(block, genome[0], inputs)
+    if recall is Teacher:
+        arrays["teacher_activations"] = _answers(block, genome[1], inputs)
     if len(genome) > 1:
         arrays["teacher"] = genome[1]
-        arrays["teacher_activations"] = _answers(experiment, genome[1], inputs)
-        outputs = slice(-experiment.layer_sizes[-1], None)
+        outputs = slice(-len(experiment.actions), None)
         difference = arrays["activations"][:, outputs] - arrays["teacher_activations"][:, outputs]
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))
 
 
-def _answers(experiment: Experiment, weights: Floats, inputs: Floats) -> Floats:
-    """The activations [step, unit] of a module for what was sensed, `inputs` [step, input]."""
+def _answers(block: Block, weights: Floats, inputs: Floats) -> Floats:
+    """The activations [step, unit] of a module without memory for what was sensed, `inputs` [step, input]."""
     different, which = np.unique(inputs, axis=0, return_inverse=True)
-    activations = np.zeros((sum(experiment.layer_sizes), len(different)), np.float32)
+    activations = np.zeros((len(block.state.activations), len(different)), np.float32)
     activations[: inputs.shape[1]] = different.T
-    sizes, of_lane = np.array(experiment.layer_sizes, np.int64), np.repeat(weights[:, None], len(different), axis=1)
+    of_lane = np.repeat(weights[:, None], len(different), axis=1)
     for lane in range(len(different)):
-        forward(sizes, experiment.network.biases, of_lane, activations, lane)
+        forward(block.state.network, of_lane, activations, lane)
     return np.ascontiguousarray(activations.T[which.ravel()])
 
 

@@ -12,19 +12,21 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.models.miniworld.backend import Block
+from baldwinlab.models.miniworld.make import arrays_of
 
 Lanes = slice | int  # agents of a block, world after world
 Array = npt.NDArray[Any]
 
 # What can be written down of agents, by name, an array whose first axis is the lane; and of the first world.
 VARIABLES: Mapping[str, Callable[[Block, Lanes], Array]] = {
-    "x": lambda block, lanes: block.state.x[lanes],
-    "y": lambda block, lanes: block.state.y[lanes],
+    "x": lambda block, lanes: block.state.places[0, lanes],
+    "y": lambda block, lanes: block.state.places[1, lanes],
     "heading": lambda block, lanes: block.state.heading[0, lanes],  # turns
     "action": lambda block, lanes: block.state.action[0, lanes],
     "activations": lambda block, lanes: block.state.activations[:, lanes].T,
-    "inputs": lambda block, lanes: block.state.activations[: block.model.sizes[0], lanes].T,
-    "outputs": lambda block, lanes: block.state.activations[-block.model.sizes[-1] :, lanes].T,
+    "teacher_activations": lambda block, lanes: block.state.recall.activations[:, lanes].T,  # where it is asked in every step
+    "inputs": lambda block, lanes: block.state.activations[: block.model.inputs, lanes].T,
+    "outputs": lambda block, lanes: block.state.activations[-len(block.state.targets) :, lanes].T,
     "weights": lambda block, lanes: block.state.weights[:, lanes].T,
     "eaten": lambda block, lanes: block.state.eaten[:, lanes].sum(axis=0),  # items so far in life
     "items": lambda block, lanes: block.items()[0],  # [item, (x, y)]
@@ -144,9 +146,9 @@ class First:
 
 
 def _kept(block: Block) -> list[Array]:
-    return [array.copy() for array in block.state]
+    return [array.copy() for array in arrays_of(block.state)]
 
 
 def _go_to(block: Block, kept: list[Array]) -> None:
-    for array, value in zip(block.state, kept, strict=True):
+    for array, value in zip(arrays_of(block.state), kept, strict=True):
         array[:] = value

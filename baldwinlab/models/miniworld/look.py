@@ -7,10 +7,13 @@ Whoever draws or labels takes it from here: recordings and the page's script, tr
 from __future__ import annotations
 
 import json
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from baldwinlab.experiment import Experiment, World
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.make import item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
+
+MODULES: Final = {"action": "action module", "reinforcement": "reinforcement module: teaches, fixed for life"}
 
 
 class Sector(NamedTuple):
@@ -23,7 +26,7 @@ class Sector(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """Items of one kind; they are numbered kind after kind."""
+    """Items of a kind; items are numbered in the order of these, in which a kind may come again."""
 
     name: str
     colour: str
@@ -62,22 +65,31 @@ class Look(NamedTuple):
 
 def look(experiment: Experiment) -> Look:
     radius = experiment.senses.visual_radius
-    modules = ("action module", "reinforcement module: teaches, fixed for life")
+    sectors = [sector for sense in experiment.parts("senses.kinds") for sector in sense.sectors]
     return Look(
-        inputs=("left", "front", "right"),
-        sectors=(Sector(-45, -15, radius), Sector(-15, 15, radius), Sector(15, 45, radius)),
-        actions=("left", "forward", "right"),
+        inputs=experiment.inputs,
+        sectors=tuple(sector and Sector(*sector, radius) for sector in sectors),
+        actions=experiment.actions,
         headings=HEADING_COUNT,
-        item_kinds=(Kind("food", "green", sum(region.count for region in experiment.world.food)),),
-        marks=_marks(experiment.world),
-        modules=modules[: len(experiment.modules)],
+        item_kinds=tuple(Kind(region.kind, region.color, region.count) for region in item_regions(experiment)),
+        marks=_marks(experiment),
+        modules=tuple(MODULES.get(module, module) for module in experiment.modules),
     )
 
 
-def _marks(world: World) -> tuple[Mark, ...]:
-    (x, y, radius), across = (world.start.x, world.start.y, world.start.radius), 2 * world.start.radius
-    food = [Mark("rectangle", r.x[0], r.y[0], r.x[1] - r.x[0], r.y[1] - r.y[0], "region", "food") for r in world.food]
-    return (*food, Mark("disc", x - radius, y - radius, across, across, "edge", "start"))
+def _marks(experiment: Experiment) -> tuple[Mark, ...]:
+    """Regions of items, where agents are born, and what features add."""
+    start, across = experiment.world.start, 2 * experiment.world.start.radius
+    regions = [
+        Mark("rectangle", r.x[0], r.y[0], r.x[1] - r.x[0], r.y[1] - r.y[0], r.color, r.kind) for r in item_regions(experiment)
+    ]
+    birthplace = Mark("disc", start.x - start.radius, start.y - start.radius, across, across, "edge", "start")
+    features = [
+        Mark(mark["shape"], mark["x"], mark["y"], mark["width"], mark["height"], mark["color"], mark["label"], solid=True)
+        for feature in experiment.parts("world.features")
+        for mark in feature.marks()
+    ]
+    return (*regions, birthplace, *features)
 
 
 def as_text(experiment: Experiment) -> str:

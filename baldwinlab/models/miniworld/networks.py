@@ -9,11 +9,15 @@ Source: the paper, "The neural network controller".
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Value, any_of, clamp, get, put
+from baldwinlab.parts.kinds import Network
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 
@@ -53,7 +57,7 @@ def blind(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
 
 
 @compiled
-def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
+def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
     """Fill `activations` from its first rows, the inputs, on."""
     source, weight = 0, 0  # the layer's first input unit, and its first weight
     at_rest = blind(biases, sizes[0], activations, lane)
@@ -75,12 +79,12 @@ def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: 
 
 
 @compiled
-def backward(
+def backpropagate(
     sizes: Sizes, biases: bool, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane
 ) -> None:
     """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
 
-    `activations` must be those of `forward` with the same weights. `errors` is scratch, a row a unit.
+    `activations` must be those of `feed_forward` with the same weights. `errors` is scratch, a row a unit.
     Source: Rumelhart, Hinton and Williams, 1986, which the paper cites for its learning.
     """
     layers = sizes.size - 1
@@ -112,3 +116,20 @@ def backward(
                 w = weight + inputs * outputs + unit
                 put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane))
         target = source
+
+
+class FeedForward(Network, name="feed-forward"):
+    """Layers of logistic units, without memory."""
+
+    derived: ClassVar[Mapping[str, Any]] = {
+        "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
+        "biases": lambda part, experiment: experiment.network.biases,
+    }
+
+    @staticmethod
+    def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+        feed_forward(part.sizes, part.biases, weights, activations, lane)
+
+    @staticmethod
+    def backward(part: Any, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
+        backpropagate(part.sizes, part.biases, rate, weights, activations, errors, targets, lane)
