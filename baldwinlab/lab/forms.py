@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.experiment import Experiment, ExperimentError, validate
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
 from baldwinlab.lab import Lab
 from baldwinlab.lab.query import body
 from baldwinlab.models.miniworld.look import look
@@ -44,11 +44,25 @@ def form_of(tree: Any) -> dict[str, Any]:
     try:
         experiment = completed(tree)
     except ExperimentError:
-        return {"schema": Experiment.model_json_schema(), "experiment": tree, "errors": faults(tree)}
-    return {"schema": type(experiment).model_json_schema(), "experiment": experiment.to_dict(), "errors": []}
+        return {"schema": schema_of(Experiment), "experiment": tree, "errors": faults(tree)}
+    return {"schema": schema_of(type(experiment)), "experiment": experiment.to_dict(), "errors": []}
 
 
-def completed(tree: Any) -> Experiment:
+def schema_of(kind: type[BaseExperiment]) -> Any:
+    """The JSON schema of experiments, in which each field that chooses parts says which there are."""
+    return _with_choices(kind.model_json_schema())
+
+
+def _with_choices(node: Any) -> Any:
+    if isinstance(node, list):
+        return [_with_choices(each) for each in node]
+    if not isinstance(node, dict):
+        return node
+    known = {"enum": choices.names(node["x-chooses"])} if "x-chooses" in node else {}
+    return {key: _with_choices(value) for key, value in node.items()} | known
+
+
+def completed(tree: Any) -> BaseExperiment:
     """The experiment that a tree means without the tables that it cannot have. Raises ExperimentError for any other fault."""
     while True:
         try:

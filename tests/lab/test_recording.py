@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import xarray as xr
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.lab import frames, lives, recording
 from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.models.miniworld.look import as_text
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
@@ -62,6 +64,7 @@ def test_a_recording_of_a_stored_run_is_its_replay(lab_server: LabServer, condit
     assert header["learns"] == (condition != "evo/A")
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
+    assert header["look"] == json.loads(as_text(Study(lab_server.root / "small").experiment(condition)))
 
 
 def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
