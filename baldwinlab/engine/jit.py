@@ -23,15 +23,31 @@ from typing import Any, Final, TypeVar, cast
 import numba
 import numpy as np
 import platformdirs
+from numba.extending import overload
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
 
 
+Choose = Callable[..., Any]
+GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
+"""What compiled code can call, and what chooses the function to compile from the types of the arguments: for other targets."""
+
+
+def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
+    """Let compiled code call `generic` as the Python function that `choose` gives for the types of its arguments."""
+    overload(generic, strict=False, jit_options=OPTIONS | {"no_cfunc_wrapper": True})(choose)
+    GENERIC[generic] = choose
+    return generic
+
+
 def compiled(function: Function) -> Function:
-    """Compile `function` to machine code when it is first called, without the interpreter lock."""
-    return cast(Function, numba.njit(**OPTIONS)(function))
+    """Let compiled code call `function`, which is compiled into it. From Python it is called as the Python that it is.
+
+    For that it is not wrapped to be called from Python, which of a state of sixty arrays takes as long as all else.
+    """
+    return cast(Function, register(function, lambda *types: function))
 
 
 @cache
@@ -41,7 +57,7 @@ def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(directory)  # Numba reads it when the dispatcher is made, that is, here
     try:
-        return cast(Callable[..., Any], numba.njit(cache=True, **OPTIONS)(_python(function)))
+        return cast(Callable[..., Any], numba.njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(_python(function)))
     finally:
         numba.config.CACHE_DIR = before
 

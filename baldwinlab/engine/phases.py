@@ -10,15 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
-from numba.extending import overload
-
-from baldwinlab.engine.jit import OPTIONS
-
-Choose = Callable[..., Any]
-GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
-"""Every generic function, and what chooses its implementation from the types of its arguments: for other targets than the CPU."""
+from baldwinlab.engine.jit import register
 
 
 def phase(default: Callable[..., Any]) -> Callable[..., Any]:
@@ -36,7 +30,7 @@ def phase(default: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def for_each(of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]) -> Callable[..., Any]:
-    """A phase of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` where there are none."""
+    """A phase of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` if there are none."""
 
     def generic(parts: Any, *others: Any) -> Any:
         found = nothing
@@ -65,13 +59,6 @@ def if_any(some: Callable[..., Any], none: Callable[..., Any]) -> Callable[..., 
         return lambda parts, *others: taken(parts, *others)
 
     return register(generic, choose)
-
-
-def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
-    """Let compiled code call `generic` as what `choose` gives for the types of its arguments, a Python function."""
-    overload(generic, strict=False, jit_options=OPTIONS)(choose)
-    GENERIC[generic] = choose
-    return generic
 
 
 def functions_of(holder: type) -> tuple[Callable[..., Any], ...]:

@@ -17,9 +17,7 @@ from baldwinlab.experiment.choices import Choice, key_of, one_of
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, sentences
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
-Name = Annotated[
-    str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")
-]
+Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
 ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
 Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
 
@@ -120,6 +118,15 @@ def choosing_fields(section: type[BaseModel], path: str = "") -> Iterator[tuple[
             yield f"{path}{name}", kind, info.default
         elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
             yield from choosing_fields(info.annotation, f"{path}{name}.")
+
+
+def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+    """Kind and name of every part that an experiment chooses and that is not built in."""
+    for path, kind, _ in choosing_fields(type(experiment)):
+        names = paths.look_up(experiment, path)[0]
+        for name in (names,) if isinstance(names, str) else names:
+            if name not in choices.BUILT_IN[kind]:
+                yield kind, name
 
 
 def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False) -> Chosen:

@@ -1,4 +1,4 @@
-"""The experiment of the foragers in MiniWorld, and of the paper it began with: everything that decides a result, apart from the seed.
+"""The experiment of the foragers in MiniWorld: everything that decides a result, apart from the seed.
 
 Field defaults are the standard reading of the paper; every field carries its meaning and unit, its limits are checked, and an
 unknown name is refused. TOML and Python show the same tree. A choosing field names a part; the part's own fields, if it has
@@ -10,7 +10,7 @@ leaves open, see docs/model.md.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -76,7 +76,9 @@ class World(Fields):
 
 
 class Senses(Fields):
-    kinds: tuple[SenseName, ...] = Field(("food",), min_length=1, max_length=16, description="food: three binary sensors for items")
+    kinds: tuple[SenseName, ...] = Field(
+        ("food",), min_length=1, max_length=8, description="one after the other; food: three binary sensors for food"
+    )
     visual_radius: float = Field(40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)")
     boundaries: Literal["closed", "open"] = Field(
         "closed", description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)"

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from baldwinlab.experiment.fields import ExperimentError
+from baldwinlab.experiment.fields import ExperimentError, plain
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
@@ -21,8 +21,7 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
         elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
             value = value[int(step)]
         else:
-            names = type(value).model_fields if isinstance(value, BaseModel) else range(len(value) if isinstance(value, tuple) else 0)
-            raise ExperimentError(f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}")
+            raise ExperimentError(_absent(plain(value), step, path))
     return value, meaning
 
 
@@ -40,8 +39,12 @@ def _key(table: Any, step: str, path: str) -> str | int:
         return int(step)
     if isinstance(table, dict) and step in table:
         return step
+    raise ExperimentError(_absent(table, step, path))
+
+
+def _absent(table: Any, step: str, path: str) -> str:
     names = list(table) if isinstance(table, dict) else range(len(table)) if isinstance(table, list) else ()
-    raise ExperimentError(f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}")
+    return f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}"
 
 
 def parse(assignment: str) -> tuple[str, Any]:

@@ -1,9 +1,9 @@
 """The kinds of part, and the phases of each: what a part of that kind may do, when, and with what.
 
 A part is a class derived from one of these kinds, with a name: `class Social(LearningRule, name="social")`. Its annotations are
-fields of the experiment; `arrays` declares what it works on; its static methods are its phases. A phase that it has not is the one
-written here. Phases take the part first: in compiled code that is a NamedTuple of its numeric fields, of what is `derived` and of its
-arrays. Their arguments are named as here. What the others are:
+fields of the experiment; `arrays` declares what it works on; its static methods are its phases. A phase that it has not is
+the one written here. Phases take the part first: in compiled code that is a NamedTuple of its numeric fields, of what is
+`derived` and of its arrays. Their arguments are named as here. What the others are:
 
     model   what never changes in a life: see models/miniworld/state.py, `Model`
     state   what does, and the other parts: state.network, state.rule, state.body, state.senses, state.features
@@ -54,7 +54,7 @@ class Part(Fields):
         built_in = choices.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
         cls.name = name
-        made: Any = namedtuple("Compiled", [*numeric_fields(cls), *cls.derived, *cls.arrays])  # type: ignore[misc]  # noqa: PYI024
+        made: Any = namedtuple("Compiled", [*numeric_fields(cls), *cls.derived, *cls.arrays])  # type: ignore[misc]
         made.__module__, made.__qualname__ = cls.__module__, f"{cls.__qualname__}.Compiled"  # so that Numba's cache finds it
         made.part = cls
         cls.Compiled = made

@@ -9,13 +9,13 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
-from baldwinlab.evolution import Genome, Moment, draw_genome
+from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.look import as_text, look
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.runs.recorder import Series, follow
-from baldwinlab.runs.simulate import check_seed, facts, next_genome, simulate
+from baldwinlab.runs.simulate import check_seed, facts, simulate
 
 
 def replay(

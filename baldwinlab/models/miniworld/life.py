@@ -2,9 +2,9 @@
 
 A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
 
-Who takes a step is a type: `Everyone` of a block, a bundle of lanes at a time, phase by phase; or `One` agent, as under the sequential update
-(R7). A venue may add its own (models/miniworld/kernels.py): what is done per world differs between them, and where a
-venue needs a barrier, it puts it there.
+Who takes a step is a type: `Everyone` of a block, a bundle of lanes at a time, phase by phase; or `One` agent, as under the
+sequential update (R7). A venue may add its own (kernels.py): what is done per world differs between them, and where a venue
+needs a barrier, it puts it there.
 """
 
 from __future__ import annotations

@@ -15,33 +15,15 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, Value, any_of, clamp, get, put
+from baldwinlab.engine.lanes import Lane, Value, any_of, get, put
 from baldwinlab.parts.kinds import Network
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 
-# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
-LIMIT = np.float32(15.5)
-P0, P1, P2, P3, P4 = (
-    np.float32(c) for c in (0.25, 0.008408601395785809, 5.598329516942613e-05, 8.632270720454471e-08, 1.5195286001690178e-11)
-)
-Q1, Q2, Q3, Q4 = (
-    np.float32(c) for c in (0.11696771532297134, 0.0016379167791455984, 5.36017250851728e-06, 3.3775202634700463e-09)
-)
-
 Sizes = npt.NDArray[np.int64]  # units in each layer, from the input to the output
 Rows = npt.NDArray[np.float32]  # [row, lane]
-
-
-@compiled
-def sigmoid(z: Value) -> Value:
-    """The logistic function from +, *, / alone: it vectorises, and has the same bits on every platform. In (0, 1)."""
-    z = clamp(z, LIMIT)
-    s = z * z
-    p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
-    q = ONE + s * (Q1 + s * (Q2 + s * (Q3 + s * Q4)))
-    return HALF + z * p / q
 
 
 @compiled

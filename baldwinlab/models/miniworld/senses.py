@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.lanes import Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, negated, put
-from baldwinlab.engine.phases import for_each, if_any, register
+from baldwinlab.engine.phases import for_each, if_any
 from baldwinlab.models.miniworld.items import image, slots_in_row, tiles_within
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
@@ -94,7 +94,7 @@ def _look(model: Model, state: State, world: int, region: int, x: np.float32, y:
 
 @compiled
 def see(model: Model, state: State, world: int, agent: int, kind: int) -> int:
-    """Which of left, front and right see an item of a kind (its number), as bits; and be alert to those that may be touched soon."""
+    """Which of left, front and right see an item of a kind (its number), as bits; and be alert to those soon touched."""
     lane = world * model.agents + agent
     bits = 0
     for region in range(model.regions.shape[0] if state.near[0, lane] > ZERO else 0):
