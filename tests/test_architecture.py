@@ -9,7 +9,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"errors", "version"},
+    {"errors", "version", "palette"},
     {"files"},
     {"experiment"},
     {"engine"},
