@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from PIL import Image, ImageDraw
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.files import write_atomically
 from baldwinlab.palette import MOVIE, shade
 
@@ -23,7 +24,7 @@ LONGEST = 20  # seconds; a longer life is shown faster
 TRAIL = 60  # steps
 
 
-class MovieError(Exception):
+class MovieError(BaldwinLabError):
     """A moving picture that cannot be made."""
 
 
