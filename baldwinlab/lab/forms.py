@@ -24,7 +24,8 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse(form_of((await body(request)).get("experiment")))
 
     async def preview(request: Request) -> JSONResponse:
-        return JSONResponse(shown(validate((await body(request)).get("experiment", {}))))
+        experiment = validate((await body(request)).get("experiment", {}))
+        return JSONResponse(shown(experiment) if isinstance(experiment, Experiment) else {"world": None, "look": None})
 
     endpoints = {"validate": check, "schema": schema, "look": preview}
     return [Route(f"/api/{name}", endpoint, methods=["POST"]) for name, endpoint in endpoints.items()]

@@ -123,7 +123,7 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
-            "steps": experiment.lifetime.steps,
+            "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,  # of a life that can be watched
         }
         for experiment in study.experiments.values()
     ]

@@ -103,7 +103,7 @@ def test_the_action_is_the_one_that_was_done_also_where_it_was_noise() -> None:
     moment = Moment(1, 0, 0)
     life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
     header, found = frames.unpack(look_inside(life, Span(0, 300), 2))
-    assert np.array_equal(found["action"], replay(experiment, 1).action[:, 2])
+    assert np.array_equal(found["action"], replay(experiment, seed=1).action[:, 2])
     noise = found["action"] != found["activations"][:, -3:].argmax(axis=1)
     assert 0.1 < noise.mean() < 0.3
     assert header["look"]["actions"] == ["left", "forward", "right"]

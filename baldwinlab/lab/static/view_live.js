@@ -72,7 +72,8 @@ async function empty(stage, title, sentence, signal) {
 function preview(stage, shown) {
   const map = stage.querySelector(".live-preview");
   if (!map) return;
-  map.hidden = false;
+  map.hidden = !shown.world;
+  if (map.hidden) return;
   const view = new WorldView(map);
   view.show(shown);
   view.draw(null, 0);

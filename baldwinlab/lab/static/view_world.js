@@ -39,7 +39,7 @@ class WorldTab {
     const { studies } = await getJSON("api/studies");
     for (const { problem } of studies) if (problem) message(problem, "error");
     this.studies = studies
-      .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs }) => runs.length) }))
+      .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs, steps }) => runs.length && steps) }))
       .filter(({ conditions }) => conditions.length);
     const stored = this.studies.length > 0;
     if (!stored) this.studies = [await presetsAsStudy()];

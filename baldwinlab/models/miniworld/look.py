@@ -79,17 +79,19 @@ def look(experiment: Experiment) -> Look:
 
 def _marks(experiment: Experiment) -> tuple[Mark, ...]:
     """Regions of items, where agents are born, and what features add."""
-    start, across = experiment.world.start, 2 * experiment.world.start.radius
-    regions = [
-        Mark("rectangle", r.x[0], r.y[0], r.x[1] - r.x[0], r.y[1] - r.y[0], r.color, r.kind) for r in item_regions(experiment)
-    ]
-    birthplace = Mark("disc", start.x - start.radius, start.y - start.radius, across, across, "edge", "start")
+    start = experiment.world.start
+    around = ((start.x - start.radius, start.x + start.radius), (start.y - start.radius, start.y + start.radius))
+    regions = [_mark("rectangle", region.x, region.y, region.color, region.kind) for region in item_regions(experiment)]
     features = [
-        Mark(mark["shape"], mark["x"], mark["y"], mark["width"], mark["height"], mark["color"], mark["label"], solid=True)
+        _mark(mark["shape"], mark["x"], mark["y"], mark["color"], mark["label"], solid=True)
         for feature in experiment.parts("world.features")
         for mark in feature.marks()
     ]
-    return (*regions, birthplace, *features)
+    return (*regions, _mark("disc", *around, "edge", "start"), *features)
+
+
+def _mark(kind: str, x: tuple[float, float], y: tuple[float, float], colour: str, label: str, solid: bool = False) -> Mark:
+    return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], colour, label, solid)
 
 
 def as_text(experiment: Experiment) -> str:

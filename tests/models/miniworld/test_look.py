@@ -23,7 +23,7 @@ def swamp() -> Iterator[None]:
             return (ItemRegion(kind="frog", x=(0, 100), y=(0, 50), count=3, energy=-1, color="vermilion"),)
 
         def marks(self) -> tuple[dict[str, Any], ...]:
-            return ({"shape": "rectangle", "x": 10, "y": 20, "width": 30, "height": 40, "color": "#778899", "label": "wall"},)
+            return ({"shape": "rectangle", "x": (10, 40), "y": (20, 60), "color": "#778899", "label": "wall"},)
 
     class Damp(Sense, name="damp"):
         inputs: ClassVar[tuple[str, ...]] = ("damp", "behind")
