@@ -11,7 +11,7 @@ Analysis, Perspectives on Psychological Science 11 (2016).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import cache, reduce
 from itertools import product
 from types import MappingProxyType
@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, merge
+from baldwinlab.factors import Factors
 
 STANDARD = "standard"
 JOINED_BY = "+"
@@ -91,14 +92,18 @@ def experiments(readings: Iterable[Reading]) -> list[Experiment]:
     return found
 
 
-def conditions_by_reading(conditions: Sequence[str]) -> dict[Reading, list[str]]:
-    """The conditions of a multiverse, such as `contact-5/evo/A`, by reading; none where any is of another form."""
-    known = {name for names in alternatives().values() for name in names}
-    found: dict[Reading, list[str]] = {}
-    for condition in conditions:
-        name, slash, _ = condition.partition("/")
-        parts = () if name == STANDARD else tuple(name.split(JOINED_BY))
-        if not slash or not known.issuperset(parts):
-            return {}
-        found.setdefault(Reading(parts), []).append(condition)
+def factors(readings: Iterable[Reading]) -> dict[str, Factors]:
+    """The factors of these experiments, by name."""
+    paper = {condition.name: presets.factors(condition.name) for condition in presets.paper()}
+    return {
+        f"{reading.name}/{name}": found._replace(reading=reading.name) for reading in readings for name, found in paper.items()
+    }
+
+
+def by_reading(conditions: Mapping[str, Factors]) -> dict[Reading, dict[str, str]]:
+    """The conditions of a multiverse by reading, each with the name that it has in the paper: evo/A."""
+    found: dict[Reading, dict[str, str]] = {}
+    for name, (learner, map_name, reading) in conditions.items():
+        parts = () if reading == STANDARD else tuple(reading.split(JOINED_BY))
+        found.setdefault(Reading(parts), {})[name] = f"{learner}/{map_name}"
     return found

@@ -13,7 +13,8 @@ import xarray as xr
 
 from baldwinlab.analysis import assays, claims, readings, responses
 from baldwinlab.analysis.contrasts import contrasts
-from baldwinlab.multiverse import conditions_by_reading
+from baldwinlab.factors import SWEEP
+from baldwinlab.multiverse import by_reading
 from baldwinlab.presets import paper
 from baldwinlab.report import Section, baldwin, emergence_generations, render, typical_run, write_page, write_report
 from baldwinlab.report import readings as every_reading
@@ -21,7 +22,7 @@ from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions, open_study
-from baldwinlab.sweep import is_sweep, open_sweep
+from baldwinlab.sweep import open_sweep
 from baldwinlab.version import __version__
 
 MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder
@@ -34,7 +35,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     A sweep has other results, those of `publish_sweep`, and no claims. A run counts with its average over its `last`
     generations. Raises StudyError if no run is stored yet.
     """
-    if is_sweep(study.directory):
+    if study.kind == SWEEP:
         publish_sweep(study, out, last, tell)
         return []
     study.require_runs()
@@ -52,7 +53,7 @@ def _sections(study: Study, data: xr.Dataset, last: int) -> list[Section]:
     own = set(study.experiments) - {experiment.name for experiment in paper()}
     if own and (compared := contrasts(data, last)):
         found.append(Section("compared", "Conditions compared", render("contrasts.html", contrasts=compared, last=last)))
-    if stored := assays.read(study.directory):
+    if stored := assays.read(study.directory, study.factors):
         found.append(baldwin.section(stored, study.directory, last))
     places = [study.directory / name / MULTIVERSE for name in ("multiverse-full", "multiverse")]
     multiverses = [readings.read(place) for place in places if place.exists()]
@@ -68,12 +69,12 @@ def publish_multiverse(
     """
     study.require_runs()
     found = []
-    wanted = conditions_by_reading(list(study.experiments))
+    wanted = by_reading(study.factors)
     with progress("deciding the claims", len(wanted), "readings") as show:
         for reading, conditions in wanted.items():
-            data = open_conditions(study, conditions)
+            data = open_conditions(study, list(conditions))
             if data.sizes["run"]:
-                data = data.assign_coords(condition=[condition.partition("/")[2] for condition in conditions])
+                data = data.assign_coords(condition=list(conditions.values()))
                 about = (reading.name, reading.description, reading.choices, reading.fields)
                 found.append(readings.reading(data, *about, last))
             show(1)

@@ -107,7 +107,7 @@ def test_a_way_is_broken_where_it_leaves_the_map() -> None:
 
 def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
     shown = conditions(study(AS_THE_PAPER))
-    assert [(condition.kind, condition.map_name) for condition in shown[:4:3]] == [("evo", "A"), ("evo", "B")]
+    assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [("evo", "A"), ("evo", "B")]
     assert shown[0].look == shown[3].look
     assert len({(look.line, look.marker) for look in map(series, range(28))}) == 28
 

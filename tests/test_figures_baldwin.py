@@ -44,7 +44,8 @@ def test_a_single_run_is_drawn_without_a_warning(name: str) -> None:
 
 def test_three_conditions_stand_in_two_rows_and_lives_that_were_not_lived_are_left_out() -> None:
     bare = innate(A, off=constant(1), on=constant(2))
-    figure = baldwin.innate_and_learned({"innate": {A: bare, B: bare, "mine": bare}}, [A, B, "mine"])
+    stored = {A: bare, B: bare.assign_attrs(map="B"), "mine": bare.assign_attrs(learner="mine", map="")}
+    figure = baldwin.innate_and_learned({"innate": stored}, [A, B, "mine"])
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [title for axes in shown if (title := axes.get_title("left"))]
     assert titles == ["Map A, evo+self-taught", "Map B, evo+self-taught", "mine"]

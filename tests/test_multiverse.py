@@ -10,9 +10,10 @@ from baldwinlab.experiment import NAME_PATTERN, Experiment, merge
 from baldwinlab.multiverse import (
     Reading,
     alternatives,
+    by_reading,
     combinations,
-    conditions_by_reading,
     experiments,
+    factors,
     one_at_a_time,
 )
 from baldwinlab.presets import load, paper
@@ -77,10 +78,12 @@ def test_a_combination_is_its_parts_laid_over_each_other() -> None:
 
 
 def test_conditions_are_sorted_back_into_readings() -> None:
-    names = ["standard/evo/A", "standard/evo/B", "contact-5+rank/evo/A"]
-    assert conditions_by_reading(names) == {Reading(()): names[:2], Reading(("contact-5", "rank")): names[2:]}
-    assert conditions_by_reading(["evo/A", "evo+self-taught/B"]) == {}
-    assert conditions_by_reading(["mine"]) == {}
+    readings = [Reading(()), Reading(("contact-5", "rank"))]
+    found = by_reading(factors(readings))
+    assert list(found) == readings
+    assert found[readings[1]]["contact-5+rank/evo/A"] == "evo/A"
+    names = [name for conditions in found.values() for name in conditions]
+    assert names == [experiment.name for experiment in experiments(readings)]
 
 
 def test_genomes_are_kept_of_the_first_generation_and_the_last_alone(tmp_path: Path) -> None:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.factors import Factors
 from baldwinlab.variables import ASSAYS, LIVES, from_netcdf
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
@@ -23,17 +25,20 @@ BLANK, EVOLVED = "blank slate", "evolved"
 AS_EVOLVED = "as evolved"
 
 
-def read(directory: Path) -> dict[str, dict[str, xr.Dataset]]:
+def read(directory: Path, factors: Mapping[str, Factors] = MappingProxyType({})) -> dict[str, dict[str, xr.Dataset]]:
     """The assays stored in a study's directory, `assays/ASSAY/CONDITION.nc`; none where none is.
 
-    Raises ValueError, naming the file, where one is damaged or is not the assay it should be.
+    Each has the factors of its condition among its attributes. Raises ValueError, naming the file, where one is damaged or is
+    not the assay it should be.
     """
     found: dict[str, dict[str, xr.Dataset]] = {}
     for assay in ASSAYS:
         folder = directory / "assays" / assay
         for path in sorted(folder.rglob("*.nc")):
             condition = path.relative_to(folder).with_suffix("").as_posix()
-            found.setdefault(assay, {})[condition] = _read(path, assay)
+            known = factors.get(condition, Factors())
+            named = known._replace(learner=known.learner or condition)  # of a sweep's points, nothing is written down
+            found.setdefault(assay, {})[condition] = _read(path, assay).assign_attrs(named._asdict())
     return found
 
 
@@ -53,6 +58,11 @@ def conditions(assays: Assays) -> dict[str, Experiment]:
     """The experiment of every condition that any assay has, in order of their names."""
     found = {name: data for stored in assays.values() for name, data in stored.items()}
     return {name: from_toml(found[name].attrs["experiment"], where=f"the experiment of {name}") for name in sorted(found)}
+
+
+def factors_of(data: xr.Dataset) -> Factors:
+    """Those of the condition that an assay was made of."""
+    return Factors(*(data.attrs[name] for name in Factors._fields))
 
 
 def lives(innate: xr.Dataset) -> xr.DataArray:

@@ -20,11 +20,12 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.assays import Assays, Quantity, conditions, quantities
+from baldwinlab.analysis.assays import Assays, Quantity, conditions, factors_of, quantities
 from baldwinlab.analysis.claims import finite
 from baldwinlab.analysis.rules import SIGNIFICANT
 from baldwinlab.analysis.tables import to_csv
 from baldwinlab.experiment import Experiment
+from baldwinlab.factors import Factors
 from baldwinlab.files import write_atomically
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]
@@ -67,6 +68,7 @@ class Subject:
     """A condition that evolves and learns, and what was found of it."""
 
     condition: str
+    factors: Factors
     rival: str  # the condition that differs only in that it does not learn; empty where there is none
     answers: tuple[Answer, ...]
     without_learning_nobody_ate: bool  # in any run and any generation that was assayed
@@ -139,6 +141,7 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     Raises ValueError unless `last` is at least 1.
     """
     experiments = conditions(assays)
+    factors = {name: factors_of(data) for stored in assays.values() for name, data in stored.items()}
     tables = {name: quantities(assays, name, last) for name in experiments}
     numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
     rivals = {name: _rival(name, experiments) for name, experiment in experiments.items() if _evolves_and_learns(experiment)}
@@ -156,7 +159,7 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     def subject(name: str) -> Subject:
         answers = tuple(answer(name, one) for one in criteria())
         lamarckian = experiments[name].evolution.lamarckian_share > 0
-        return Subject(name, rivals[name], answers, _nobody_ate(assays, name), lamarckian)
+        return Subject(name, factors[name], rivals[name], answers, _nobody_ate(assays, name), lamarckian)
 
     return Analysis(tuple(subject(name) for name in rivals), numbers, last)
 

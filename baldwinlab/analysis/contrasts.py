@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import fitness, statistics
-from baldwinlab.experiment import kind_and_map
+from baldwinlab.factors import of_study
 
 MEASURES = ("mean", "best")
 
@@ -24,13 +24,14 @@ class Contrast(NamedTuple):
 def contrasts(study: xr.Dataset, last: int = 10) -> list[Contrast]:
     """Every condition against the first one that was run on its map, in best and mean fitness over the last generations.
 
-    A map is what follows the last slash of a condition's name; conditions without one share a map. `study` has the dimensions
-    (condition, run, generation, agent); a condition without runs is left out. Raises ValueError unless `last` is at least 1.
+    Conditions of no map share one. `study` has the dimensions (condition, run, generation, agent); a condition without runs is
+    left out. Raises ValueError unless `last` is at least 1.
     """
     finals = {measure: fitness.final(study, measure, last) for measure in MEASURES}
     lived = [str(name) for name in study["condition"].values if bool(finals["mean"].sel(condition=name).notnull().any())]
     references: dict[str, str] = {}
-    pairs = [(name, references.setdefault(kind_and_map(name)[1], name)) for name in lived]
+    factors = of_study(study)
+    pairs = [(name, references.setdefault(factors[name].map, name)) for name in lived]
     found = [
         (name, reference, measure, statistics.compare(_runs(finals[measure], name), _runs(finals[measure], reference)))
         for name, reference in pairs

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter, Token
 
 from baldwinlab import console
 from baldwinlab.experiment import Experiment
+from baldwinlab.factors import CONDITIONS, MULTIVERSE, Factors, Kind
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import choose
-from baldwinlab.multiverse import conditions_by_reading
 from baldwinlab.publish import publish, publish_multiverse
 from baldwinlab.report.readings import combinations, verdict
 from baldwinlab.runs.simulate import SEED_LIMIT
@@ -59,8 +60,10 @@ def bring(
     directory: Path,
     backend_name: str,
     executor_name: str = "threads",
+    kind: Kind = CONDITIONS,
+    factors: Mapping[str, Factors] = MappingProxyType({}),
 ) -> Study:
-    """Bring a study to the given number of runs, showing how far it is."""
+    """Bring a study to the given number of runs, showing how far it is. `kind` and `factors` are as `store.create` takes them."""
     require_positive("--runs", runs)
     if workers is not None:
         require_positive("--workers", workers)
@@ -73,7 +76,7 @@ def bring(
     workers = executor.workers
     if backend.name == "cuda":
         workers = max(workers, len(experiments), 2)  # one block lives while the children of another are bred
-    study = store.create(directory, experiments, seed)
+    study = store.create(directory, experiments, seed, kind, factors)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
     wanted = runs * len(experiments)
@@ -107,7 +110,7 @@ def _standing(study: Study, runs: int) -> str:
 
 def make_report(study: Study, out: Path, last: int) -> None:
     """Bring the results of a study, or of a multiverse, on the page and on the screen."""
-    if conditions_by_reading(list(study.experiments)):
+    if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)
         console.console.print(console.readings_table(multiverse))
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):

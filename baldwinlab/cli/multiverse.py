@@ -8,7 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.cli.common import BackendName, Executor, Last, Out, Runs, Seed, Workers, app, bring, make_report, require_positive
-from baldwinlab.multiverse import combinations, experiments, one_at_a_time
+from baldwinlab.factors import MULTIVERSE
+from baldwinlab.multiverse import combinations, experiments, factors, one_at_a_time
 
 ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when Holm corrects 19 tests; 6 against 6 only 0.041
 
@@ -33,5 +34,5 @@ def multiverse(
     require_positive("--last", last)
     readings = combinations() if full else one_at_a_time()
     out = out or Path("results/paper") / ("multiverse-full" if full else "multiverse")
-    study = bring(experiments(readings), runs, seed, workers, out, backend, executor)
+    study = bring(experiments(readings), runs, seed, workers, out, backend, executor, MULTIVERSE, factors(readings))
     make_report(study, out / "report.html", last)

@@ -58,7 +58,8 @@ def reproduce(
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
     name = "-".join(["paper", *(f"{key}{value}" for key, value in given.items() if value is not None)])
     require_positive("--last", last)
-    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend, executor)
+    factors = {experiment.name: presets.factors(experiment.name) for experiment in experiments}
+    study = bring(experiments, runs, seed, workers, out or Path("results") / name, backend, executor, factors=factors)
     live_again(study, list(ASSAYS), None if executor != "threads" else workers)
     make_report(study, study.directory / "report.html", last)
 
@@ -77,9 +78,11 @@ def run(
     executor: Executor = "threads",
 ) -> None:
     """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
-    experiments = [assign(presets.load(name), assignments or []) for name in (experiment, *others)]
+    given = (experiment, *others)
+    experiments = [assign(presets.load(name), assignments or []) for name in given]
+    factors = {resolved.name: presets.factors(name) for resolved, name in zip(experiments, given, strict=True)}
     directory = out or Path("results") / "-".join(resolved.name.replace("/", "-") for resolved in experiments)
-    study = bring(experiments, runs, seed, workers, directory, backend, executor)
+    study = bring(experiments, runs, seed, workers, directory, backend, executor, factors=factors)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
 
 

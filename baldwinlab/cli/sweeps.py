@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab import sweep as sweeps
 from baldwinlab.cli.common import BackendName, Executor, Last, Out, Workers, app, bring, make_report, require_positive
+from baldwinlab.factors import SWEEP
 
 
 @app.command
@@ -29,5 +30,5 @@ def sweep(
     plan = sweeps.read(file)
     directory = out or Path("results") / file.stem
     points = sweeps.create(directory, plan, file)
-    study = bring(points, plan.runs, plan.seed, workers, directory, backend, executor)
+    study = bring(points, plan.runs, plan.seed, workers, directory, backend, executor, SWEEP)
     make_report(study, directory / "report.html", last)

@@ -25,12 +25,6 @@ class ExperimentError(ValueError):
     """An experiment that cannot be: one line a fault, each with its path, the value and what is allowed."""
 
 
-def kind_and_map(name: str) -> tuple[str, str]:
-    """`evo/A` is the kind `evo` on the map `A`; a name without a slash has no map, ""."""
-    kind, slash, map_name = name.rpartition("/")
-    return (kind, map_name) if slash else (name, "")
-
-
 class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=False, validate_default=True)
 

@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.assays import AS_EVOLVED, BLANK, Assays, conditions, distances, lifetime, lives, share
+from baldwinlab.analysis.assays import AS_EVOLVED, BLANK, Assays, conditions, distances, factors_of, lifetime, lives, share
 from baldwinlab.analysis.fitness import interval_of_mean
-from baldwinlab.experiment import kind_and_map
+from baldwinlab.factors import Factors
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
 
 LIFE_LOOKS = {
@@ -33,7 +33,7 @@ MODULE_LOOKS = (Series(BLUE, "-", "o"), Series(GREEN, "-", "^"), Series(ORANGE, 
 @styled
 def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, food by generation in each kind of life; below, the innate share and what the weights at death are worth."""
-    figure, grid = _grid(subjects, rows=2, height=2.4)
+    figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.4)
     for (above, below), subject in zip(grid, subjects, strict=True):
         food = lives(assays["innate"][subject])
         for life, (label, look) in LIFE_LOOKS.items():
@@ -54,7 +54,7 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
 @styled
 def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer."""
-    figure, grid = _grid(subjects, rows=2, height=2.2)
+    figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.2)
     for (above, below), subject in zip(grid, subjects, strict=True):
         data = assays["innate"][subject]
         food = lives(data)
@@ -73,7 +73,7 @@ def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
 @styled
 def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, items eaten from one part of life to the next; below, the share of agents that have had their first meal."""
-    figure, grid = _grid(subjects, rows=2, height=2.3)
+    figure, grid = _grid(assays["within-life"], subjects, rows=2, height=2.3)
     for (above, below), subject in zip(grid, subjects, strict=True):
         data = assays["within-life"][subject]
         steps = lifetime(data)
@@ -108,7 +108,7 @@ def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
 @styled
 def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Food of agents with evolved and with random modules: a point a run, the median as a line."""
-    figure, grid = _grid(subjects, rows=1, height=2.3)
+    figure, grid = _grid(assays["modules"], subjects, rows=1, height=2.3)
     for number, ((axes,), subject) in enumerate(zip(grid, subjects, strict=True)):
         data = assays["modules"][subject]
         names = [str(name) for name in data["modules"].values]
@@ -129,33 +129,39 @@ def reaction_norms(assays: Assays) -> Figure:
     """Food of the last generation under circumstances it did not evolve in: a row a field, a column a map, a line a condition."""
     stored = assays["reaction"]
     experiments = {name: experiment.to_dict() for name, experiment in conditions({"reaction": stored}).items()}
-    kinds = list(dict.fromkeys(kind_and_map(name)[0] for name in stored))
-    maps = list(dict.fromkeys(kind_and_map(name)[1] for name in stored))
+    factors = {name: factors_of(data) for name, data in stored.items()}
+    learners, maps = _distinct(factors)
     fields = list(dict.fromkeys(str(field) for data in stored.values() for field in data["field"].values if field != AS_EVOLVED))
     figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
     for row, field in zip(grid, fields, strict=True):
         for axes, map_name in zip(row, maps, strict=True):
-            shown = [name for name in stored if kind_and_map(name)[1] == map_name]
-            norms = {name: _norm(stored[name], field, _as_evolved(name, experiments[name], field)) for name in shown}
+            shown = [name for name in stored if factors[name].map == map_name]
+            norms = {name: _norm(stored[name], field, _as_evolved(factors[name].map, experiments[name], field)) for name in shown}
             labels = sorted({label for norm in norms.values() for label in norm}, key=_number)
             for name, norm in norms.items():
-                _reaction(axes, norm, labels, series(kinds.index(kind_and_map(name)[0])))
-            base = {_as_evolved(name, experiments[name], field) for name in shown}
+                _reaction(axes, norm, labels, series(learners.index(factors[name].learner)))
+            base = {_as_evolved(factors[name].map, experiments[name], field) for name in shown}
             axes.set_xticks(range(len(labels)), [f"({label})" if label in base else label for label in labels])
             axes.set(xlim=(-0.4, max(len(labels), 1) - 0.6), xlabel=field)
             _from_zero(axes)
         row[0].set_ylabel("food (energy)")
     for axes, map_name in zip(grid[0], maps, strict=True):
         axes.set_title(f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold")
-    _kinds_legend(figure, kinds)
+    _legend(figure, learners)
     return figure
 
 
-def _as_evolved(name: str, experiment: Mapping[str, object], field: str) -> str:
+def _distinct(factors: Mapping[str, Factors]) -> tuple[list[str], list[str]]:
+    """The learners, and the maps, that there are."""
+    found = factors.values()
+    return list(dict.fromkeys(one.learner for one in found)), list(dict.fromkeys(one.map for one in found))
+
+
+def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> str:
     """The value of a field that a condition evolved with, as the assay writes values."""
     if field == "map":
-        return kind_and_map(name)[1]
+        return map_name
     value: object = experiment
     for step in field.split("."):
         value = value[int(step)] if isinstance(value, list) else value[step] if isinstance(value, dict) else None
@@ -191,8 +197,8 @@ def _reaction(axes: Axes, norm: Mapping[str, xr.DataArray], labels: Sequence[str
 def descent(assays: Assays) -> Figure:
     """Left, since when all agents have had a common ancestor; right, of how many founders the gene pool is made, in effect."""
     stored = {name: data for name, data in assays["descent"].items() if data["effective_ancestors"].notnull().any()}
-    kinds = list(dict.fromkeys(kind_and_map(name)[0] for name in stored))
-    maps = list(dict.fromkeys(kind_and_map(name)[1] for name in stored))
+    factors = {name: factors_of(data) for name, data in stored.items()}
+    learners, maps = _distinct(factors)
     figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
     grid = figure.subplots(len(maps), 2, squeeze=False)
     measures = {
@@ -201,22 +207,17 @@ def descent(assays: Assays) -> Figure:
     }
     for row, map_name in zip(grid, maps, strict=True):
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
-            for name in (name for name in stored if kind_and_map(name)[1] == map_name):
-                _curve(axes, stored[name][measure], series(kinds.index(kind_and_map(name)[0])), "")
+            for name in (name for name in stored if factors[name].map == map_name):
+                _curve(axes, stored[name][measure], series(learners.index(factors[name].learner)), "")
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)
             _from_zero(axes)
             _generations(axes)
-    _kinds_legend(figure, kinds)
+    _legend(figure, learners)
     return figure
 
 
-def _title(condition: str) -> str:
-    kind, map_name = kind_and_map(condition)
-    return f"Map {map_name}, {kind}" if map_name else kind
-
-
-def _grid(subjects: Sequence[str], rows: int, height: float) -> tuple[Figure, np.ndarray]:
+def _grid(data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, height: float) -> tuple[Figure, np.ndarray]:
     """A figure, and its panels [subject, row]: a column a subject, two side by side."""
     columns = min(len(subjects), 2)
     blocks = -(-len(subjects) // columns)
@@ -226,7 +227,7 @@ def _grid(subjects: Sequence[str], rows: int, height: float) -> tuple[Figure, np
     for axes in panels[len(subjects) :].flat:
         axes.set_visible(False)
     for (first, *_), subject in zip(panels, subjects, strict=False):
-        first.set_title(_title(subject), loc="left", fontweight="bold")
+        first.set_title(factors_of(data[subject]).title, loc="left", fontweight="bold")
     return figure, panels[: len(subjects)]
 
 
@@ -267,10 +268,10 @@ def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
     return list(found.values())
 
 
-def _kinds_legend(figure: Figure, kinds: Sequence[str]) -> None:
-    looks = [series(number) for number in range(len(kinds))]
+def _legend(figure: Figure, learners: Sequence[str]) -> None:
+    looks = [series(number) for number in range(len(learners))]
     handles = [
-        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=kind)[0]
-        for look, kind in zip(looks, kinds, strict=True)
+        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner)[0]
+        for look, learner in zip(looks, learners, strict=True)
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)

@@ -119,6 +119,7 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
     conditions = [
         {
             "name": experiment.name,
+            **study.factors[experiment.name]._asdict(),
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
@@ -132,7 +133,12 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
 
 def _presets() -> list[dict[str, str]]:
     return [
-        {"name": f"{name}/{place}", "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}"}
+        {
+            "name": f"{name}/{place}",
+            "learner": name,
+            "map": place,
+            "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}",
+        }
         for kind in ("conditions", "controls")
         for name in presets.names(kind)
         for place in presets.names("maps")

@@ -13,6 +13,7 @@ from typing import Any
 
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.factors import Factors
 
 KINDS = ("conditions", "controls", "maps", "readings")
 
@@ -74,6 +75,15 @@ def load(experiment: str | Path, reading: str = "standard") -> Experiment:
         tree = merge(tree, _layer(kind, name))
     del tree["description"]
     return validate(tree)
+
+
+def factors(experiment: str | Path) -> Factors:
+    """The learner and the map that `load` puts together; of a TOML file, neither is known."""
+    text = str(experiment)
+    if text.endswith(".toml"):
+        return Factors()
+    learner, _, map_name = text.rpartition("/")
+    return Factors(learner, map_name)
 
 
 def _load_file(path: Path, reading: str) -> Experiment:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from baldwinlab import figures
 from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.factors import of_study
 from baldwinlab.report.content import Experiments, typical_run, worlds
 from baldwinlab.report.words import number
 
@@ -48,7 +49,7 @@ def pictures(
     )
     if traces:
         yield _emergence(study, traces)
-    found = worlds(conditions)
+    found = worlds(conditions, of_study(study))
     yield Picture(
         "maps",
         "The maps",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from baldwinlab.analysis.baldwin import NO, NOT_MEASURED, UNDECIDED, YES, Analysis, Answer, Subject
-from baldwinlab.experiment import kind_and_map
 from baldwinlab.report.words import number
 
 MORE, LESS, SAME = "more", "less", "the same"
@@ -33,9 +32,9 @@ SECOND_PHASE = {
 
 
 def where(subject: Subject) -> str:
-    """The condition in words: "map A", where its name tells, else the name."""
-    kind, map_name = kind_and_map(subject.condition)
-    return f"map {map_name} ({kind})" if map_name else subject.condition
+    """The condition in words: by its map, if it has one."""
+    learner, map_name = subject.factors.learner, subject.factors.map
+    return f"map {map_name} ({learner})" if map_name else subject.condition
 
 
 def headline(subject: Subject) -> str:

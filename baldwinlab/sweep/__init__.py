@@ -25,13 +25,14 @@ from scipy.stats import qmc
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.factors import SWEEP
 from baldwinlab.files import location, write_atomically
 from baldwinlab.studies import store
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweep.plan import Range, Sweep, read
 
-__all__ = ["Sweep", "create", "experiments", "is_sweep", "open_sweep", "read"]
+__all__ = ["Sweep", "create", "experiments", "open_sweep", "read"]
 
 FILE = "sweep.toml"
 
@@ -151,15 +152,11 @@ def create(directory: Path, sweep: Sweep, path: Path) -> list[Experiment]:
     directory holds anything else, as `store.create` does.
     """
     points = experiments(sweep, path)
-    if is_sweep(directory) and (there := len(Study(directory).experiments)) != len(points):
+    if (directory / FILE).exists() and (there := len(Study(directory).experiments)) != len(points):
         raise StudyError(f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out")
-    store.create(directory, points, sweep.seed)
+    store.create(directory, points, sweep.seed, SWEEP)
     write_atomically(directory / FILE, path.read_bytes())
     return points
-
-
-def is_sweep(directory: Path) -> bool:
-    return (directory / FILE).exists()
 
 
 def open_sweep(directory: str | Path) -> xr.Dataset:
@@ -172,7 +169,7 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     """
     folder = location(directory)
     study = Study(folder)
-    if not is_sweep(folder):
+    if study.kind != SWEEP or not (folder / FILE).exists():
         raise StudyError(f"{folder} is no sweep: it has no {FILE}")
     sweep = read(folder / FILE)
     points = list(study.experiments.values())

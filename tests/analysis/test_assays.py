@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.assays import distances, quantities, read
+from baldwinlab.analysis.assays import distances, factors_of, quantities, read
+from baldwinlab.factors import Factors
 from tests.analysis.assayed import RUNS, STEPS, constant, innate, rising, spread, whole, within_life
 
 A = "evo+self-taught/A"
@@ -32,6 +33,8 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
         assay: set(conditions) for assay, conditions in whole(runs=2).items()
     }
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
+    assert factors_of(found["innate"][A]) == Factors(learner=A)
+    assert factors_of(read(tmp_path, {A: Factors("evo+self-taught", "A")})["innate"][A]).map == "A"
     assert quantities(found, A, 10).keys() == quantities(whole(runs=2), A, 10).keys()
 
 

@@ -25,7 +25,8 @@ from tests.small import small
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
     (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
-    conditions = [{"name": name, **sizes} for name in ("evo/A", "evo+self-taught/A")]
+    learners = ("evo", "evo+self-taught")
+    conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", **sizes} for name in learners]
     assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}
 
 
