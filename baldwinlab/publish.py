@@ -22,7 +22,7 @@ from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions, open_study
-from baldwinlab.sweep import open_sweep
+from baldwinlab.sweeps import open_sweep
 from baldwinlab.version import __version__
 
 MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder

@@ -9,7 +9,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version", "files"},
+    {"version", "files", "factors"},
     {"experiment"},
     {"engine"},
     {"presets", "variables"},
@@ -18,7 +18,7 @@ FLOORS = [
     {"runs"},
     {"studies"},
     {"multiverse"},
-    {"assays", "sweep"},
+    {"assays", "sweeps"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
@@ -35,7 +35,7 @@ FIRST_TOWER = {
     "studies",
     "multiverse",
     "assays",
-    "sweep",
+    "sweeps",
 }
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import sweep as sweeps
+from baldwinlab import sweeps
 from baldwinlab.cli.common import BackendName, Executor, Last, Out, Workers, app, bring, make_report, require_positive
 from baldwinlab.factors import SWEEP
 

@@ -30,7 +30,7 @@ from baldwinlab.files import location, write_atomically
 from baldwinlab.studies import store
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweep.plan import Range, Sweep, read
+from baldwinlab.sweeps.plan import Range, Sweep, read
 
 __all__ = ["Sweep", "create", "experiments", "open_sweep", "read"]
 
