@@ -14,7 +14,7 @@ from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import StudyError
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweeps import open_sweep
+from baldwinlab.sweeps.design import open_sweep
 from baldwinlab.version import __version__
 
 __all__ = [

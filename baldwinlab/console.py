@@ -14,11 +14,11 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgres
 from rich.table import Table
 from rich.text import Text
 
-from baldwinlab.analysis.rules import MARKS
+from baldwinlab.statistics.rules import MARKS
 
 if TYPE_CHECKING:
     from baldwinlab.analysis.claims import ClaimResult
-    from baldwinlab.analysis.readings import Multiverse
+    from baldwinlab.multiverse.analysis import Multiverse
 
 console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 errors = Console(stderr=True, highlight=False, soft_wrap=True)

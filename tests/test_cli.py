@@ -24,7 +24,7 @@ from baldwinlab.cli import main
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.presets import KINDS, load, names
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweeps import open_sweep
+from baldwinlab.sweeps.design import open_sweep
 from tests.small import contents, small_study
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]

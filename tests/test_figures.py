@@ -23,9 +23,10 @@ from baldwinlab.experiment import World
 from baldwinlab.figures.emergence import unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
+from baldwinlab.multiverse.figures import readings, readings_shares
 from baldwinlab.presets import load
-from tests.analysis.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
 from tests.analysis.studies import AS_THE_PAPER, study, trace
+from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
 
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
@@ -43,8 +44,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
     "senses": lambda: figures.agent_senses(load("evo/A")),
-    "readings": lambda: figures.readings(MULTIVERSE),
-    "readings-shares": lambda: figures.readings_shares(MULTIVERSE),
+    "readings": lambda: readings(MULTIVERSE),
+    "readings-shares": lambda: readings_shares(MULTIVERSE),
 }
 
 ODD = {

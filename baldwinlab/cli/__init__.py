@@ -5,11 +5,14 @@ from __future__ import annotations
 import sys
 
 from baldwinlab import console
-from baldwinlab.cli import assays, lab, measure, multiverse, studies, sweeps  # noqa: F401  (each adds its commands)
+from baldwinlab.assays import command as assays  # noqa: F401  (each adds its commands)
+from baldwinlab.cli import lab, measure, studies  # noqa: F401
 from baldwinlab.cli.common import InterruptedStudyError, app
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.movie import MovieError
+from baldwinlab.multiverse import command as multiverse  # noqa: F401
 from baldwinlab.studies.store import StudyError
+from baldwinlab.sweeps import command as sweeps  # noqa: F401
 
 
 def main() -> None:

@@ -14,8 +14,9 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, MULTIVERSE, Factors, Kind
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import choose
-from baldwinlab.publish import publish, publish_multiverse
-from baldwinlab.report.readings import combinations, verdict
+from baldwinlab.multiverse.publish import publish as publish_multiverse
+from baldwinlab.multiverse.section import combinations, verdict
+from baldwinlab.publish import publish
 from baldwinlab.runs.simulate import SEED_LIMIT
 from baldwinlab.studies import executors, store
 from baldwinlab.studies.executors import ExecutorError

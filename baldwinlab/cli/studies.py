@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from baldwinlab import console, presets
 from baldwinlab.assays import ASSAYS
-from baldwinlab.cli.assays import live_again
+from baldwinlab.assays.command import live_again
 from baldwinlab.cli.common import (
     Assignments,
     BackendName,

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.fitness import interval_of_mean
-from baldwinlab.analysis.rules import SIGNIFICANT
 from baldwinlab.factors import of_study
 from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
+from baldwinlab.statistics import fitness
+from baldwinlab.statistics.fitness import interval_of_mean
+from baldwinlab.statistics.rules import SIGNIFICANT
 
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 

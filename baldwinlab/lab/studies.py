@@ -16,11 +16,11 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import presets
-from baldwinlab.analysis import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.query import text
 from baldwinlab.report import typical_run
+from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import open_conditions
 

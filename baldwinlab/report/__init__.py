@@ -49,7 +49,7 @@ def write_report(
     differing = content.differing(results)
     shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last)]
     page = render(
-        "report.html",
+        "report/report.html",
         sections=sections,
         overview=content.overview(study, conditions, facts),
         verdict_counts=content.verdict_counts(results),

@@ -8,13 +8,13 @@ from typing import Any
 import xarray as xr
 
 from baldwinlab import presets
-from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import Choice, ClaimResult, Finding
-from baldwinlab.analysis.rules import HOLDS, VERDICTS
 from baldwinlab.experiment import Experiment, ExperimentError, World
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.report import words
+from baldwinlab.statistics import fitness
+from baldwinlab.statistics.rules import HOLDS, VERDICTS
 
 Experiments = Mapping[str, Experiment]
 

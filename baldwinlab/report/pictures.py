@@ -11,11 +11,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab import figures
-from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.factors import of_study
 from baldwinlab.report.content import Experiments, typical_run, worlds
 from baldwinlab.report.words import number
+from baldwinlab.statistics import fitness
 
 
 class Picture(NamedTuple):

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.analysis import claims, fitness
+from baldwinlab.analysis import claims
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
 from baldwinlab.report import typical_run
 from baldwinlab.runs.simulate import simulate
+from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import create
 from baldwinlab.studies.study import open_study
 from tests.lab.asking import data, refusal
