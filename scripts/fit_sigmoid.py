@@ -1,4 +1,4 @@
-"""Fit the rational function that stands for the logistic one in models/miniworld/networks.py, and print its coefficients.
+"""Fit the rational function that stands for the logistic one in engine/arithmetic.py, and print its coefficients.
 
 sigmoid(z) - 1/2 = z P(z^2) / Q(z^2) on |z| <= 15.5, P and Q of degree 4 with Q(0) = 1: iteratively reweighted least squares
 (Lawson's weights for the largest error, and 1/Q for the linearised denominator).

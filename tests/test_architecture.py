@@ -16,7 +16,7 @@ FLOORS = [
     {"version", "files", "factors"},
     {"experiment"},
     {"engine"},
-    {"presets", "variables"},
+    {"parts", "presets", "variables"},
     {"evolution"},
     {"models"},
     {"runs"},
@@ -32,7 +32,7 @@ FLOORS = [
     {"__main__"},
 ]
 CAPABILITIES = ("assays", "multiverse", "sweeps")
-LIVES = {"engine", "evolution", "models", "runs", "studies"}
+LIVES = {"engine", "parts", "evolution", "models", "runs", "studies"}
 READS = {"statistics", "analysis", "figures", "report", "movie"}  # besides these files of each capability:
 FILES_THAT_READ = {"stored", "analysis", "figures", "section", "verdict"}
 

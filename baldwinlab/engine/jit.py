@@ -4,8 +4,9 @@ No fast-math anywhere: every operation is an IEEE float32 (or integer) operation
 depend on vector width, thread count or block size. No reference counts (`_nrt`) either: kernels allocate nothing, and to count
 the state's arrays at every call cost more than the work.
 
-Numba's own cache goes stale when a callee in *another* file changes, so the folder's name carries a hash of all of the
-engine's sources and of Numba's version.
+Only *entry points* are kept on disk, with all that is compiled into them; the functions that they call are not kept by
+themselves. The folder's name carries a hash of everything that goes in: the engine's sources, the functions as they are in memory
+(so that one which somebody has put in another's place is never taken for it), the sources of foreign parts, Numba's version.
 """
 
 from __future__ import annotations
@@ -13,31 +14,86 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache, wraps
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, Final, TypeVar, cast
 
 import numba
+import numpy as np
 import platformdirs
+from numba.extending import overload
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
 
-def _sources_hash() -> str:
+
+Choose = Callable[..., Any]
+GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
+"""What compiled code can call, and what chooses the function to compile from the types of the arguments: for other targets."""
+
+
+def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
+    """Let compiled code call `generic` as the Python function that `choose` gives for the types of its arguments."""
+    overload(generic, strict=False, jit_options=OPTIONS | {"no_cfunc_wrapper": True})(choose)
+    GENERIC[generic] = choose
+    return generic
+
+
+def compiled(function: Function) -> Function:
+    """Let compiled code call `function`, which is compiled into it. From Python it is called as the Python that it is.
+
+    For that it is not wrapped to be called from Python, which of a state of sixty arrays takes as long as all else.
+    """
+    return cast(Function, register(function, lambda *types: function))
+
+
+@cache
+def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> Callable[..., Any]:
+    """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts."""
+    directory = cache_directory(fingerprint([function, *with_these]))
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(directory)  # Numba reads it when the dispatcher is made, that is, here
+    try:
+        return cast(Callable[..., Any], numba.njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(_python(function)))
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def entry(function: Function) -> Function:
+    """A compiled function that Python calls, and no compiled one: it is kept for the next start."""
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        return kept(function)(*arguments)
+
+    return cast(Function, call)
+
+
+@cache
+def sources_hash() -> str:
+    """Of the sources of all that can be compiled, and of Numba's version: equal where compiled code is."""
     digest = hashlib.sha256(f"numba {numba.__version__}".encode())
     package = Path(__file__).parents[1]
-    for source in sorted([*(package / "engine").glob("*.py"), *(package / "models").rglob("*.py")]):
-        digest.update(source.read_bytes())
+    for room in ("engine", "evolution", "models", "parts"):
+        for source in sorted((package / room).rglob("*.py")):
+            digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _cache_directory() -> Path:
-    """`$BALDWINLAB_CACHE`, else the user's cache folder, else (where that cannot be written) a temporary one."""
+@cache
+def cache_directory(code: str) -> Path:
+    """Where compiled code with that fingerprint is kept, made where it is missing.
+
+    In `$BALDWINLAB_CACHE`, else the user's cache folder, else (where that cannot be written) a temporary one.
+    """
     chosen = os.environ.get("BALDWINLAB_CACHE")
     candidates = [Path(chosen) if chosen else Path(platformdirs.user_cache_dir("baldwinlab"))]
     candidates.append(Path(tempfile.gettempdir()) / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}")
     for candidate in candidates:
-        directory = candidate / f"engine-{_sources_hash()}"
+        directory = candidate / f"engine-{sources_hash()}" / code
         try:
             directory.mkdir(parents=True, exist_ok=True)
         except OSError:
@@ -47,14 +103,46 @@ def _cache_directory() -> Path:
     raise OSError(f"no writable place for compiled code: tried {', '.join(map(str, candidates))}")
 
 
-CACHE_DIRECTORY = _cache_directory()
+def fingerprint(functions: Iterable[Callable[..., Any]]) -> str:
+    """A hash of what functions do, as they are in memory: their code and constants, and so on through all that they call."""
+    digest, seen = hashlib.sha256(), set[int]()
+    for function in functions:
+        for piece in _pieces(function, seen):
+            digest.update(piece.encode() + b"\0")
+    return digest.hexdigest()[:16]
 
 
-def compiled(function: Function) -> Function:
-    """Compile `function` to machine code on first call, without the interpreter lock, cached for the next start."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(CACHE_DIRECTORY)  # Numba reads it when the dispatcher is made, that is, here
-    try:
-        return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function))
-    finally:
-        numba.config.CACHE_DIR = before
+def _python(function: Any) -> Any:
+    return getattr(function, "py_func", function)
+
+
+def _pieces(value: Any, seen: set[int]) -> Iterator[str]:
+    value = _python(value)
+    if isinstance(value, FunctionType):
+        if id(value) not in seen:
+            seen.add(id(value))
+            inside = [cell.cell_contents for cell in value.__closure__ or ()]
+            yield from _of_code(value.__code__)
+            for each in (*_globals_of(value.__code__, value.__globals__), *inside):
+                yield from _pieces(each, seen)
+    elif isinstance(value, int | float | str | bytes | tuple | np.generic):
+        yield repr(value)
+
+
+def _of_code(code: CodeType) -> Iterator[str]:
+    yield code.co_code.hex()
+    yield repr(code.co_names)
+    for constant in code.co_consts:
+        yield from _of_code(constant) if isinstance(constant, CodeType) else (repr(constant),)
+
+
+def _globals_of(code: CodeType, there: dict[str, Any]) -> Iterator[Any]:
+    for name in code.co_names:
+        value = there.get(name)
+        if isinstance(value, ModuleType):  # `np.float32`, or a function of a module by its name
+            yield from (vars(value)[each] for each in code.co_names if isinstance(vars(value).get(each), FunctionType))
+        elif value is not None:
+            yield value
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _globals_of(constant, there)

@@ -13,6 +13,7 @@ Every operation is elementwise and IEEE, in the order written: a lane has the sa
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable
 from typing import Any, Final
@@ -199,6 +200,15 @@ def _any(typing_context, mask):  # type: ignore[no-untyped-def]
     return types.boolean(MASK), generate
 
 
+@intrinsic
+def _root(typing_context, value):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        instruction = builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type])
+        return builder.call(instruction, arguments)
+
+    return value(value), generate
+
+
 def lanes_in_bundle() -> int:
     """Sixteen; where a bundle is a single lane (in plain Python, and on a GPU, for a thread has but one), one."""
     return 1
@@ -227,6 +237,21 @@ def choose(mask: Mask, a: Value, b: Value) -> Value:
 def any_of(mask: Mask) -> bool:
     """Whether a mask is true anywhere."""
     return bool(mask)
+
+
+def negated(mask: Mask) -> Mask:
+    """True where the mask is not."""
+    return not mask
+
+
+def square_root(value: Value) -> Value:
+    """As IEEE 754 rounds it, of a number or of a bundle's: Numba makes a call to libm of `math.sqrt`."""
+    return math.sqrt(value)
+
+
+@overload(square_root, target="cpu", inline="always")
+def _square_root(value):  # type: ignore[no-untyped-def]
+    return lambda value: _root(value)
 
 
 @overload(lanes_in_bundle, target="cpu")
@@ -297,10 +322,23 @@ def _any_of(mask):  # type: ignore[no-untyped-def]
     return lambda mask: mask
 
 
+@intrinsic
+def _not(typing_context, mask):  # type: ignore[no-untyped-def]
+    return MASK(MASK), lambda context, builder, signature, arguments: builder.not_(arguments[0])
+
+
+@overload(negated)
+def _negated(mask):  # type: ignore[no-untyped-def]
+    if mask is MASK:
+        return lambda mask: _not(mask)
+    return lambda mask: not mask
+
+
 @overload(abs)
 def _magnitude(value):  # type: ignore[no-untyped-def]
     return (lambda value: _larger(value, _repeat(np.float32(0)) - value)) if value is WIDE else None
 
 
 # What a GPU compiles, where a thread has a lane to itself: the functions as they stand in Python.
-FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in (lanes_in_bundle, get, put, clamp, choose, any_of, lookup)}
+_SAME = (lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup, square_root)
+FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in _SAME}

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import compiled, entry
 
 # What a number is for. The values are part of every stored result: never renumber, only append.
 BIRTHPLACE: Final = 0  # index: agent; draw: attempt
@@ -60,6 +60,29 @@ def unit(word: Word) -> np.float32:
 
 
 @compiled
+def uniform(word: Word) -> np.float64:
+    """A float64 in the open interval (0, 1), on a grid of 2**-32 with an offset of half a step, from a random word."""
+    return (np.float64(word) + 0.5) * 2.0**-32
+
+
+@compiled
+def draw_uniforms(seed: int, run: int, generation: int, purpose: int, index: int, out: npt.NDArray[np.float64]) -> None:
+    """Fill `out` [draw, 4] with the uniform numbers of one index."""
+    for draw in range(out.shape[0]):
+        words = philox(draw, index, generation, purpose, seed, run)
+        out[draw, 0] = uniform(words[0])
+        out[draw, 1] = uniform(words[1])
+        out[draw, 2] = uniform(words[2])
+        out[draw, 3] = uniform(words[3])
+
+
+@entry
+def _draw_all(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.float64]) -> None:
+    for index in range(out.shape[0]):
+        draw_uniforms(seed, run, generation, purpose, index, out[index])
+
+
+@entry
 def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.uint32]) -> None:
     for index in range(out.shape[0]):
         for draw in range(out.shape[1]):
@@ -78,5 +101,7 @@ def words(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, 
 
 
 def uniforms(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
-    """Uniform numbers [index, draw, 4] in the open interval (0, 1), on a grid of 2**-32 with an offset of half a step."""
-    return (words(seed, run, generation, purpose, shape).astype(np.float64) + 0.5) * 2.0**-32
+    """Uniform numbers [index, draw, 4] in (0, 1), as `uniform` makes them."""
+    out = np.empty((*shape, 4))
+    _draw_all(seed, run, generation, purpose, out)
+    return out

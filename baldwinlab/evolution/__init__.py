@@ -1,148 +1,28 @@
-"""Evolution: initial weights, selection, crossover and mutation, as pure functions of arrays and of uniform numbers.
+"""Evolution: founders, selection, variation, inheritance and fitness, as compiled functions of arrays and of random numbers.
 
-Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the alternatives (R4, R5).
-
-Arrays: genome float32 [agent, module, weight]; fitness float64 [agent]; parents int32 [child, 2], the fitter one first.
+Kernels allocate nothing and validate nothing; what is called from outside of this package does both.
 """
 
-from __future__ import annotations
+from baldwinlab.evolution.breeding import breed, next_genome
+from baldwinlab.evolution.fitness import cost_of_learning, fitness
+from baldwinlab.evolution.founders import draw_genome
+from baldwinlab.evolution.inheritance import bequeath, deal_teachers
+from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
+from baldwinlab.evolution.selection import SCHEMES, select
 
-from typing import NamedTuple
-
-import numpy as np
-import numpy.typing as npt
-from scipy.special import ndtri
-from scipy.stats import rankdata
-
-from baldwinlab.engine import rng
-from baldwinlab.experiment import Evolution, Experiment
-
-Genome = npt.NDArray[np.float32]
-Uniforms = npt.NDArray[np.float64]
-Parents = npt.NDArray[np.int32]
-
-_WEIGHTS_OF_MODULE = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
-
-
-class Moment(NamedTuple):
-    """Where in the study random numbers are drawn."""
-
-    seed: int
-    run: int
-    generation: int
-
-    def uniforms(self, purpose: int, shape: tuple[int, int]) -> Uniforms:
-        return rng.uniforms(*self, purpose, shape)
-
-
-def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
-    """Fresh genomes: every weight from N(0, 1). Paper, "The neural network controller"."""
-    agents, weights = experiment.population.size, experiment.genome_length
-    genome = np.empty((agents, len(experiment.modules), weights), np.float32)
-    for module, name in enumerate(experiment.modules):
-        uniforms = moment.uniforms(_WEIGHTS_OF_MODULE[name], (agents, -(-weights // 4)))
-        genome[:, module] = ndtri(uniforms.reshape(agents, -1)[:, :weights])
-    return genome
-
-
-def breed(experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], moment: Moment) -> tuple[Genome, Parents]:
-    """The children of a generation that has lived, and their parents. `moment` is the children's."""
-    agents, modules, weights = genome.shape
-    evolution = experiment.evolution
-    parents = select(evolution.selection, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
-    draws = moment.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(agents, modules, weights, 4)
-    children = cross_over(genome, parents, draws[..., 0])
-    of_child = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
-    gates = draws[..., 1] if evolution.mutation_gate == "weight" else of_child
-    return deal_teachers(experiment, mutate(children, evolution, gates, draws[..., 2]), moment), parents
-
-
-def deal_teachers(experiment: Experiment, genome: Genome, moment: Moment) -> Genome:
-    """A control: what if the reinforcement module were not inherited together with the action module, or not at all?"""
-    taught = len(experiment.modules) > 1
-    if taught and experiment.learning.teacher == "shuffled":
-        order = np.argsort(moment.uniforms(rng.TEACHER, (len(genome), 1))[:, 0, 0])
-        return np.stack([genome[:, 0], genome[order, 1]], axis=1)
-    if taught and experiment.learning.teacher == "fresh":
-        return np.stack([genome[:, 0], draw_genome(experiment, moment)[:, 1]], axis=1)
-    return genome
-
-
-def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
-    """The genomes that are inherited: as they were born, or nearer to what the action module [agent, weight] was at death.
-
-    Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
-    """
-    share, weights = experiment.evolution.lamarckian_share, experiment.weight_count
-    if learned is None or share == 0:
-        return genome
-    inherited = genome.copy()
-    inherited[:, 0, :weights] = (1 - share) * genome[:, 0, :weights].astype(np.float64) + share * learned
-    return inherited
-
-
-def fitness(
-    experiment: Experiment, eaten: npt.NDArray[np.int32], genome: Genome, learned: Genome | None
-) -> npt.NDArray[np.float64]:
-    """Energy [agent] of the items `eaten` [agent, region], less the cost of learning, but at least 0."""
-    of_region = np.array([region.energy for region in experiment.world.food] or [0.0])
-    gained: npt.NDArray[np.float64] = (eaten * of_region).sum(axis=1)
-    return np.maximum(0, gained - cost_of_learning(experiment, genome, learned))
-
-
-def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | None) -> npt.NDArray[np.float64]:
-    """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
-
-    Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary Computation 4 (1996).
-    """
-    cost = np.zeros(len(genome))
-    if experiment.learns:
-        cost += experiment.learning.cost_per_step * min(experiment.learning.steps, experiment.lifetime.steps)
-        if learned is not None:
-            born = genome[:, 0, : experiment.weight_count].astype(np.float64)
-            cost += experiment.learning.cost_per_change * np.sqrt(((learned - born) ** 2).sum(axis=1))
-    return cost
-
-
-def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
-    """Two parents for each child, drawn independently and with replacement; the fitter one comes first.
-
-    `uniforms` is [agent, 2, 4] in (0, 1).
-    """
-    agents = fitness.size
-    draws = uniforms[:, 0]
-    if scheme == "tournament":
-        contestants = (draws * agents).astype(np.int32).reshape(agents, 2, 2)  # child, parent, contestant
-        drawn: npt.NDArray[np.integer] = _fitter_first(contestants, fitness)[..., 0]
-    elif scheme == "truncation":
-        half = max(1, agents // 2)
-        best = np.lexsort((uniforms[:, 1, 0], -fitness))[:half]  # equals in random order
-        drawn = best[(draws[:, :2] * half).astype(np.int32)]
-    else:
-        shares = rankdata(fitness) if scheme == "rank" else fitness
-        drawn = _spin(shares, draws[:, :2])
-    return _fitter_first(drawn.astype(np.int32), fitness)
-
-
-def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.integer]:
-    """Roulette wheel: probability proportional to the share; uniform if nobody has one."""
-    wheel = np.cumsum(shares if shares.any() else np.ones_like(shares))
-    drawn: npt.NDArray[np.integer] = np.minimum(np.searchsorted(wheel, uniforms * wheel[-1], side="right"), shares.size - 1)
-    return drawn
-
-
-def _fitter_first(pairs: Parents, fitness: npt.NDArray[np.float64]) -> Parents:
-    """Pairs [..., 2] of agents, the fitter one first; of equals, the one drawn first."""
-    swap = fitness[pairs[..., 1]] > fitness[pairs[..., 0]]
-    return np.where(swap[..., None], pairs[..., ::-1], pairs)
-
-
-def cross_over(genome: Genome, parents: Parents, uniforms: Uniforms) -> Genome:
-    """Every weight is copied from the fitter parent with probability 0.5, else from the other."""
-    return np.where(uniforms < 0.5, genome[parents[:, 0]], genome[parents[:, 1]])
-
-
-def mutate(genome: Genome, evolution: Evolution, gates: Uniforms, uniforms: Uniforms) -> Genome:
-    """Where the gate is open (one a weight, or one a child), a weight changes by U(-size, size)."""
-    change = ((2 * uniforms - 1) * evolution.mutation_size).astype(np.float32)
-    return np.where(gates < evolution.mutation_rate, genome + change, genome)
+__all__ = [
+    "SCHEMES",
+    "Fitness",
+    "Genome",
+    "Moment",
+    "Parents",
+    "Uniforms",
+    "bequeath",
+    "breed",
+    "cost_of_learning",
+    "deal_teachers",
+    "draw_genome",
+    "fitness",
+    "next_genome",
+    "select",
+]

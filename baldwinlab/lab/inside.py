@@ -11,6 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from baldwinlab.evolution import next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError, frames
 from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer
@@ -19,7 +20,6 @@ from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.networks import forward
 from baldwinlab.models.miniworld.state import CODES
 from baldwinlab.runs.relive import born, lived
-from baldwinlab.runs.simulate import next_genome
 
 SAMPLES = 201  # of the weights over a life, birth and death among them
 

@@ -9,11 +9,11 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
-from baldwinlab.evolution import Genome, Moment, draw_genome
+from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.runs.simulate import check_seed, facts, next_genome, simulate
+from baldwinlab.runs.simulate import check_seed, facts, simulate
 
 
 def replay(
@@ -84,8 +84,8 @@ def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]
     arrays = {name: np.empty((steps, *shape), variables.TRACE[name].dtype) for name, shape in shapes.items()}
     eaten_before = np.zeros(agents, np.int64)
     for step in range(steps):
-        arrays["x"][step] = state.x[:agents]
-        arrays["y"][step] = state.y[:agents]
+        arrays["x"][step] = state.places[0, :agents]
+        arrays["y"][step] = state.places[1, :agents]
         arrays["heading"][step] = state.heading[0, :agents] * (360 / HEADING_COUNT)
         arrays["item_x"][step], arrays["item_y"][step] = block.items()[0].T
         block.live(step, step + 1)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
-from baldwinlab.evolution import Genome, Moment, bequeath, breed, draw_genome, fitness
+from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, fitness, next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backend import CPU, Backend, choose
@@ -66,15 +66,6 @@ def check_seed(seed: int, *runs: int) -> None:
     for name, value in (("seed", seed), *(("run", run) for run in runs)):
         if not 0 <= value < SEED_LIMIT:
             raise ValueError(f"{name} = {value} must be at least 0 and less than {SEED_LIMIT}")
-
-
-def next_genome(
-    experiment: Experiment, moment: Moment, genome: Genome, energy: npt.NDArray[np.float64]
-) -> tuple[Genome, npt.NDArray[np.int32]]:
-    """Genomes and parents of the generation at `moment`, from the one before it and what that one ate."""
-    if experiment.evolution.inheritance == "none":
-        return draw_genome(experiment, moment), np.full((experiment.population.size, 2), -1, np.int32)
-    return breed(experiment, genome, energy, moment)
 
 
 class History:

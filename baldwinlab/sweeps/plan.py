@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
-from baldwinlab.experiment import ExperimentError, Part
+from baldwinlab.experiment import ExperimentError, Fields
 from baldwinlab.runs.simulate import SEED_LIMIT
 
 MOST_POINTS = 10_000
 
 
-class Range(Part):
+class Range(Fields):
     """What a field may be in a random or a Sobol sample: a number from `low` to `high`, both included."""
 
     low: float
@@ -52,7 +52,7 @@ def _kind(value: Any) -> str:
 Values = Annotated[list[Any], Field(min_length=1)]
 
 
-class Sweep(Part):
+class Sweep(Fields):
     """What a sweep's file says. Whether its fields are an experiment's, `experiments` finds out."""
 
     experiment: str = Field(min_length=1)

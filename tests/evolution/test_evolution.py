@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import numpy.typing as npt
 import pytest
 from scipy.stats import chisquare, kstest, rankdata
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Genome, Moment, breed, cross_over, draw_genome, mutate, select
-from baldwinlab.experiment import Evolution
+from baldwinlab.evolution import Genome, Moment, breed, draw_genome, select
+from baldwinlab.evolution.variation import Mutation, vary
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
@@ -17,6 +19,7 @@ from tests.worlds import small
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
 MOMENT = Moment(seed=11, run=0, generation=1)
+SCHEMES = ["roulette", "tournament", "truncation", "rank", "neutral"]
 
 
 def drawn_parents(scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2500) -> npt.NDArray[np.int32]:
@@ -32,11 +35,12 @@ def probabilities(scheme: str) -> npt.NDArray[np.float64]:
     rank: npt.NDArray[np.float64] = rankdata(FITNESS)
     if scheme == "tournament":  # the better of two is of rank r: both are at most r, and not both below it
         return (rank**2 - (rank - 1) ** 2) / agents**2
-    shares = {"roulette": FITNESS, "truncation": (rank > agents / 2).astype(float), "rank": rank}[scheme]
+    upper_half = (rank > agents / 2).astype(float)
+    shares = {"roulette": FITNESS, "truncation": upper_half, "rank": rank, "neutral": np.ones(agents)}[scheme]
     return np.asarray(shares / shares.sum())
 
 
-@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_an_agent_becomes_a_parent_with_the_probability_of_the_scheme(scheme: str) -> None:
     expected = probabilities(scheme)
     counts = np.bincount(drawn_parents(scheme, FITNESS).ravel(), minlength=FITNESS.size)
@@ -45,13 +49,13 @@ def test_an_agent_becomes_a_parent_with_the_probability_of_the_scheme(scheme: st
     assert chisquare(counts[possible], expected[possible] * counts.sum()).pvalue > 0.001
 
 
-@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_if_nobody_ate_everybody_is_as_likely(scheme: str) -> None:
     counts = np.bincount(drawn_parents(scheme, np.zeros(6)).ravel(), minlength=6)
     assert chisquare(counts).pvalue > 0.001
 
 
-@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_two_parents_are_drawn_independently_and_with_replacement(scheme: str) -> None:
     pairs = drawn_parents(scheme, FITNESS)
     joint = np.outer(probabilities(scheme), probabilities(scheme))
@@ -64,14 +68,14 @@ def test_the_two_parents_are_drawn_independently_and_with_replacement(scheme: st
     assert chisquare(counts[possible], joint[possible] * counts.sum()).pvalue > 0.001
 
 
-@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_fitter_parent_comes_first(scheme: str) -> None:
     pairs = drawn_parents(scheme, FITNESS, rounds=200)
     assert (FITNESS[pairs[:, 0]] >= FITNESS[pairs[:, 1]]).all()
     assert (FITNESS[pairs[:, 0]] > FITNESS[pairs[:, 1]]).any()
 
 
-@pytest.mark.parametrize("scheme", ["roulette", "tournament", "truncation", "rank"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("edge", [2.0**-33, 1 - 2.0**-33])
 def test_the_extreme_draws_choose_an_agent_that_ate(scheme: str, edge: float) -> None:
     fitness = np.array([0.0, 0.1, 0.3, 0.0])
@@ -87,6 +91,27 @@ def test_truncation_keeps_the_upper_half_rounded_down_but_never_nobody(agents: i
     fitness = np.arange(agents, dtype=float)
     chosen = set(drawn_parents("truncation", fitness, rounds=100).ravel().tolist())
     assert chosen == set(range(agents - max(1, agents // 2), agents))
+
+
+@pytest.mark.parametrize("scheme", ["tournament", "truncation", "rank", "neutral"])
+def test_fitness_below_0_is_as_good_as_any_other(scheme: str) -> None:
+    np.testing.assert_array_equal(drawn_parents(scheme, FITNESS - 100, rounds=50), drawn_parents(scheme, FITNESS, rounds=50))
+
+
+@pytest.mark.parametrize(
+    ("scheme", "fitness", "message"),
+    [
+        ("roulete", [1.0], "evolution.selection = 'roulete' must be one of roulette, tournament, truncation, rank, neutral"),
+        ("roulette", [1.0, -2.5], "evolution.selection = 'roulette': the fitness of agent 1 is -2.5 and must be 0 or more: "
+         "choose rank or tournament, or a fitness that is never negative"),
+        ("roulette", [np.nan], "evolution.selection = 'roulette': the fitness of agent 0 is nan and must be 0 or more"),
+        ("rank", [1.0, np.inf], "evolution.selection = 'rank': the fitness of agent 1 is inf and must be a finite number"),
+        ("tournament", [np.nan, 0.0], "evolution.selection = 'tournament': the fitness of agent 0 is nan and must be a finite"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_selected_by_is_refused_in_a_sentence(scheme: str, fitness: list[float], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        select(scheme, np.array(fitness), np.full((len(fitness), 2, 4), 0.5))
 
 
 def alphabet(agents: int, weights: int) -> Genome:
@@ -111,10 +136,13 @@ def test_every_weight_comes_from_one_of_the_two_parents_about_half_the_time_each
 
 
 def test_a_draw_below_a_half_takes_the_weight_of_the_fitter_parent() -> None:
-    genome = alphabet(2, 3)
-    draws = np.array([[[0.0, 0.49, 0.5], [0.51, 0.99, 0.2]]])
-    child = cross_over(genome, np.array([[1, 0]], np.int32), draws)
-    assert (child == genome[1]).tolist() == [[[True, True, False], [False, False, True]]]
+    other, fitter = alphabet(2, 3)
+    draws = np.ones((6, 4))
+    draws[:, 0] = [0.0, 0.49, 0.5, 0.51, 0.99, 0.2]
+    child = np.empty_like(fitter)
+    vary(Mutation(one_gate=False, rate=0, size=0), fitter, other, draws, 1.0, child)
+    assert (child == fitter).tolist() == [[True, True, False], [False, False, True]]
+    assert (child == other).tolist() == [[False, False, True], [True, True, False]]
 
 
 @pytest.mark.parametrize(("rate", "size"), [(0.05, 0.05), (0.5, 2.0), (1.0, 0.1)])
@@ -143,10 +171,14 @@ def test_one_gate_for_a_child_opens_for_all_its_weights_or_for_none() -> None:
 
 
 def test_the_gate_opens_below_the_mutation_rate() -> None:
-    evolution = Evolution(mutation_rate=0.25, mutation_size=0.5)
-    genome, draws = np.ones((1, 1, 4), np.float32), np.array([[[0.0, 1.0, 0.5, 0.0]]])
-    gates = np.array([[[0.0, 0.2499, 0.1, 0.25]]])
-    assert mutate(genome, evolution, gates, draws).tolist() == [[[0.5, 1.5, 1.0, 1.0]]]
+    parent, child, draws = np.ones((1, 4), np.float32), np.empty((1, 4), np.float32), np.zeros((4, 4))
+    draws[:, 1] = [0.0, 0.2499, 0.1, 0.25]
+    draws[:, 2] = [0.0, 1.0, 0.5, 0.0]
+    vary(Mutation(one_gate=False, rate=0.25, size=0.5), parent, parent, draws, 1.0, child)
+    assert child.tolist() == [[0.5, 1.5, 1.0, 1.0]]
+    for gate, changed in ((0.2499, [[0.5, 1.5, 1.0, 0.5]]), (0.25, [[1.0, 1.0, 1.0, 1.0]])):
+        vary(Mutation(one_gate=True, rate=0.25, size=0.5), parent, parent, draws, gate, child)
+        assert child.tolist() == changed
 
 
 def test_initial_weights_are_standard_normal_and_those_of_the_modules_independent() -> None:

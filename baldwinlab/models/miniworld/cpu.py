@@ -4,30 +4,41 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine.jit import kept
 from baldwinlab.engine.rng import words
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.learning import rates
 from baldwinlab.models.miniworld.life import begin, live_one_by_one, live_together
-from baldwinlab.models.miniworld.state import make_model, make_state
+from baldwinlab.models.miniworld.make import make_model, make_state, phases_of
+from baldwinlab.models.miniworld.recall import kind_of_recall
 
 
 def warm_up(experiments: Iterable[Experiment]) -> float:
-    """Compile the engine, or load it from the cache, and return the seconds that took.
-
-    One engine serves all experiments, but for how a step is taken: simultaneously, or agent after agent.
-    """
+    """Compile the engine for the parts of these experiments, or load it from the cache, and return the seconds that took."""
     began = time.perf_counter()
-    for update in {experiment.lifetime.update for experiment in experiments}:
-        experiment = Experiment().replace(lifetime={"update": update})
+    for experiment in _one_of_each(experiments):
         block = Block(experiment, seed=0, runs=[0])
-        block.begin(0, np.zeros((1, experiment.population.size, 1, experiment.weight_count), np.float32))
+        block.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
         block.live(0, 1)
     words(0, 0, 0, 0, (1, 1))
     return time.perf_counter() - began
+
+
+def _one_of_each(experiments: Iterable[Experiment]) -> Iterable[Experiment]:
+    """An experiment for each way of living that must be compiled."""
+    return {_code_of(experiment): experiment for experiment in experiments}.values()
+
+
+def _code_of(experiment: Experiment) -> tuple[Any, ...]:
+    """What decides which code an experiment's lives run."""
+    parts = [experiment.part(path) for path in ("network.kind", "learning.rule", "motor.body")]
+    parts += [*experiment.parts("senses.kinds"), *experiment.parts("world.features")]
+    return (*map(type, parts), kind_of_recall(experiment), experiment.lifetime.update)
 
 
 class Block:
@@ -37,7 +48,9 @@ class Block:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        self._live = live_one_by_one if experiment.lifetime.update == "sequential" else live_together
+        phases = phases_of(self.state)
+        self._begin = kept(begin, phases)
+        self._live = kept(live_one_by_one if experiment.lifetime.update == "sequential" else live_together, phases)
         self._shape = (len(runs), experiment.population.size)
         self._experiment = experiment
 
@@ -50,7 +63,7 @@ class Block:
         self.state.weights[:, :agents] = modules[:, 0].T
         fixed = np.zeros_like(self.state.weights)
         fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
-        begin(self.model, self.state, fixed)
+        self._begin(self.model, self.state, fixed)
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""

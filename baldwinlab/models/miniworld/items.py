@@ -1,8 +1,9 @@
-"""Food: where items appear, which of them are near an agent, and eating.
+"""Items: where they appear, which of them are near an agent, and eating.
 
 The items of a region with many of them are kept sorted by square tiles, so that an agent looks only at tiles within its reach:
 the items of neighbouring tiles of a row lie side by side, in *slots*, and are looked at sixteen at a time. A region with few
-items is one tile, whose items never change slots.
+items is one tile, whose items never change slots. Behind each region's slots are sixteen with nothing in them, so that nobody who
+looks at one region sees another.
 
 Source: the paper, "The Simulated World of Foods and Agents"; docs/model.md for what the paper leaves open.
 """
@@ -14,29 +15,34 @@ import math
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, Mask, any_of, bundle, get, lanes_in_bundle
+from baldwinlab.engine.lanes import WIDTH, Lane, Mask, any_of, bundle, get, lanes_in_bundle
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.models.miniworld.world import wrapped
+from baldwinlab.models.miniworld.world import forbidden, wrapped
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+MOST_PLACES = 100_000  # that are tried, before an item takes one that is forbidden
 DIAGONAL = np.float32(1.5)  # a square reaches farther than a circle, by less than this factor
 
 
 @compiled
 def grow(model: Model, state: State, world: int, region: int, item: int) -> None:
-    """Let an item appear at its next place: uniformly in its region."""
+    """Let an item appear at its next place: uniformly in its region, where nothing forbids it."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
-    words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
     left, width = model.regions[region, 0], model.regions[region, 1]
     upper, height = model.regions[region, 2], model.regions[region, 3]
-    x, y = wrapped(left + width * unit(words[0]), model.width), wrapped(upper + height * unit(words[1]), model.height)
-    state.appearances[world, item] += 1
+    x, y, searching = ZERO, ZERO, MOST_PLACES
+    while searching > 0:
+        words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
+        x, y = wrapped(left + width * unit(words[0]), model.width), wrapped(upper + height * unit(words[1]), model.height)
+        state.appearances[world, item] += 1
+        searching = searching - 1 if forbidden(state.features, model, x, y) else 0
     state.item_x[world, item] = x
     state.item_y[world, item] = y
     if model.region_tiles[region + 1] - model.region_tiles[region] == 1:
-        state.slot_x[world, item] = x
-        state.slot_y[world, item] = y
+        slot = item + region * WIDTH
+        state.slot_x[world, slot] = x
+        state.slot_y[world, slot] = y
     else:
         state.stale[world, region] = 1
 
@@ -59,13 +65,13 @@ def settle(model: Model, state: State, world: int, region: int) -> None:
         state.tile_next[world, tile] = 0
     for item in range(first, last):
         state.tile_next[world, _tile(model, state, world, region, item)] += 1
-    slot = first
+    slot = first + region * WIDTH
     for tile in range(first_tile, last_tile):
         count = state.tile_next[world, tile]
-        state.tile_slots[world, tile] = slot
+        state.tile_slots[world, tile + region] = slot
         state.tile_next[world, tile] = slot
         slot += count
-    state.tile_slots[world, last_tile] = slot
+    state.tile_slots[world, last_tile + region] = slot
     for item in range(first, last):
         tile = _tile(model, state, world, region, item)
         slot = state.tile_next[world, tile]
@@ -111,7 +117,7 @@ def tiles_within(model: Model, region: int, axis: int, position: np.float32, rad
 @compiled
 def slots_in_row(model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]) -> tuple[int, int]:
     """The slots of a row's tiles from the first of `columns`, without the second: from the first slot, without the second."""
-    tile = model.region_tiles[region] + row * model.grid[region, 0]
+    tile = model.region_tiles[region] + region + row * model.grid[region, 0]
     return state.tile_slots[world, tile + columns[0]], state.tile_slots[world, tile + columns[1]]
 
 
@@ -146,11 +152,11 @@ def _eat_from(model: Model, state: State, world: int, region: int, lane: int, st
 def eat(model: Model, state: State, world: int, agent: int, step: int) -> None:
     """Eat every item that the agent touches, but none that has been eaten in this step already. Each reappears at once."""
     lane = world * model.agents + agent
-    if state.alert[lane] == 0:
+    if state.alert[0, lane] == 0:
         return
     for region in range(model.regions.shape[0]):
         for number in range(model.images[region]):
-            x, y = image(model, region, number, state.x[lane], state.y[lane])
+            x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
             _eat_from(model, state, world, region, lane, step, x, y)
 
 

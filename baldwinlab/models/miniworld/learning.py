@@ -1,89 +1,92 @@
-"""Thinking and learning in life: the action module, and the reinforcement module that teaches it.
+"""Learning in life: none, self-teaching, and drift, which is a control for it.
 
 Source: the paper, "The Self-taught neural architecture". Drift is a control of ours: docs/controls.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.arithmetic import power_of_ten
+from baldwinlab.engine.jit import entry
 from baldwinlab.engine.lanes import Lane, get, put
+from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.networks import Rows, backward, forward
-from baldwinlab.models.miniworld.state import CODES, DRIFTING, FASTEST_LEARNING, NO_LEARNING, SELF_TAUGHT, Model, State
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.parts.kinds import LearningRule, backward, forward
 
 ONE = np.float32(1)
+FASTEST: Final = 10.0  # the highest rate that an evolved gene can give
 
 
 def rates(experiment: Experiment, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """The learning rate of every agent, from its gene if it has one. `genomes` is [..., module, weight]."""
-    rate = experiment.learning.rate
-    if not experiment.learning.evolved_rate:
-        return np.full(genomes.shape[:-2], rate, np.float32)
-    return np.minimum(rate * 10.0 ** genomes[..., 0, -1].astype(np.float64), FASTEST_LEARNING).astype(np.float32)
+    found = np.full(genomes.shape[:-2], experiment.learning.rate, np.float32)
+    if experiment.learning.evolved_rate:
+        _express(experiment.learning.rate, genomes[..., 0, -1].ravel(), found.reshape(-1))
+    return found
 
 
-@compiled
-def prepare(model: Model, state: State, fixed: Rows, lane: Lane) -> None:
-    """Ask the module that learning does not change (weights `fixed`) for its answer to everything that can be sensed.
-
-    That is the reinforcement module of an agent that learns; of one that does not, it is the action module.
-    """
-    outputs = state.activations.shape[0] - 3
-    for code in range(CODES):
-        for k in range(3):
-            put(state.activations, k, lane, np.float32((code >> k) & 1))
-        forward(model.sizes, model.biases, fixed, state.activations, lane)
-        for k in range(3):
-            put(state.answers, code * 3 + k, lane, get(state.activations, outputs + k, lane))
+@entry
+def _express(rate: float, genes: npt.NDArray[np.float32], found: npt.NDArray[np.float32]) -> None:
+    for agent in range(genes.size):
+        found[agent] = np.float32(min(rate * power_of_ten(genes[agent]), FASTEST))
 
 
-@compiled
-def choose_directions(model: Model, state: State, world: int, agent: int) -> None:
-    """For drift: whether each weight will move as self-teaching would move it, or against it."""
-    lane = world * model.agents + agent
-    if model.rule == DRIFTING:
-        seed, run = state.keys[world, 0], state.keys[world, 1]
-        for weight in range(state.weights.shape[0]):
-            words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
-            state.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE
-            state.newborn[weight, lane] = state.weights[weight, lane]
-            state.pupil[weight, lane] = state.weights[weight, lane]
+class NoLearning(LearningRule, name="none"):
+    """The weights stay as they were born."""
+
+    learns = False
 
 
-@compiled
-def think(model: Model, state: State, lane: Lane) -> None:
-    """The action module's outputs; those of an agent that does not learn have been looked up when it sensed."""
-    if model.rule != NO_LEARNING:
-        forward(model.sizes, model.biases, state.weights, state.activations, lane)
+class SelfTaught(LearningRule, name="self-taught"):
+    """Backpropagation: the answer to what was sensed moves towards the reinforcement module's."""
+
+    modules = ("action", "reinforcement")
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        rate = get(state.rate, 0, lane)
+        backward(state.network, rate, state.weights, state.activations, state.errors, state.targets, lane)
 
 
-@compiled
-def learn(model: Model, state: State, step: int, lane: Lane) -> None:
-    """Change the weights: in self-teaching, the answer to what was sensed moves towards the reinforcement module's."""
-    if step >= model.learning_steps:
-        return
-    rate = get(state.rate, 0, lane)
-    if model.rule == SELF_TAUGHT:
-        backward(model.sizes, model.biases, rate, state.weights, state.activations, state.errors, state.targets, lane)
-    if model.rule == DRIFTING:
-        drift(model, state, lane)
-
-
-@compiled
-def drift(model: Model, state: State, lane: Lane) -> None:
+class Drift(LearningRule, name="drift"):
     """A pupil teaches itself from what the agent senses, and each of the agent's weights stays as far from birth as the pupil's.
 
     Some move in the same direction, some in the opposite one, so it is as much change, but nothing is learned.
     """
-    for k in range(3):
-        put(state.pupil_activations, k, lane, get(state.activations, k, lane))
-    forward(model.sizes, model.biases, state.pupil, state.pupil_activations, lane)
-    rate = get(state.rate, 0, lane)
-    backward(model.sizes, model.biases, rate, state.pupil, state.pupil_activations, state.errors, state.targets, lane)
-    for weight in range(state.weights.shape[0]):
-        moved = get(state.pupil, weight, lane) - get(state.newborn, weight, lane)
-        put(state.weights, weight, lane, get(state.newborn, weight, lane) + get(state.signs, weight, lane) * moved)
+
+    modules = ("action", "reinforcement")
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "pupil": per_agent("weights"),  # the weights as self-teaching would have made them
+        "pupil_activations": per_agent("units"),
+        "newborn": per_agent("weights"),  # the weights at birth
+        "signs": per_agent("weights"),  # 1 or -1, whether a weight moves as the pupil's or against it
+    }
+
+    @staticmethod
+    def hatch(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+        """Draw whether each weight will move as self-teaching would move it, or against it."""
+        lane = world * model.agents + agent
+        seed, run = state.keys[world, 0], state.keys[world, 1]
+        for weight in range(state.weights.shape[0]):
+            words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
+            part.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE
+            part.newborn[weight, lane] = state.weights[weight, lane]
+            part.pupil[weight, lane] = state.weights[weight, lane]
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        for k in range(model.inputs):
+            put(part.pupil_activations, k, lane, get(state.activations, k, lane))
+        forward(state.network, part.pupil, part.pupil_activations, lane)
+        rate = get(state.rate, 0, lane)
+        backward(state.network, rate, part.pupil, part.pupil_activations, state.errors, state.targets, lane)
+        for weight in range(state.weights.shape[0]):
+            moved = get(part.pupil, weight, lane) - get(part.newborn, weight, lane)
+            put(state.weights, weight, lane, get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved)

@@ -1,96 +1,174 @@
-"""One lifetime: the phases of a step, in the order of the paper.
+"""One lifetime: the phases of a step, in the order of the paper, written once for everybody who takes one.
 
 A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
+
+Who takes a step is a type: `Everyone` of a block, a bundle of lanes at a time, phase by phase; or `One` agent, as under the
+sequential update (R7). A venue may add its own (kernels.py): what is done per world differs between them, and where a venue
+needs a barrier, it puts it there.
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, bundle
+from baldwinlab.engine.lanes import Lane, bundle, lanes_in_bundle
+from baldwinlab.engine.phases import for_each, phase
 from baldwinlab.models.miniworld.items import eat, grow, settle, tidy
-from baldwinlab.models.miniworld.learning import choose_directions, learn, prepare, think
-from baldwinlab.models.miniworld.networks import Rows
-from baldwinlab.models.miniworld.senses import look_out, sense
-from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.models.miniworld.world import ZERO, bear, choose_action, move, stumble
+from baldwinlab.models.miniworld.recall import ready, think
+from baldwinlab.models.miniworld.senses import look_out, perceive
+from baldwinlab.models.miniworld.state import Floats, Model, State
+from baldwinlab.models.miniworld.world import ZERO, bear, stumble, travel
+from baldwinlab.parts.kinds import advance, build, decide, hatch, learn, meet
 
 
 @compiled
-def begin(model: Model, state: State, fixed: Rows) -> None:
-    """Birth: places, food, and sensors that have sensed nothing yet. `state.weights` must be set."""
+def _both(one: None, other: None) -> None:
+    return None
+
+
+build_all = for_each(build, None, _both)
+advance_all = for_each(advance, None, _both)
+
+
+@phase
+def lane_of(who: Any, first: int) -> Lane:
+    """The lanes that begin with `first`, as many as are worked on at a time."""
+    return first
+
+
+@phase
+def gather(who: Any, model: Model, state: State, step: int) -> None:
+    """Per world: the learning rule's look at others, when all have acted."""
+
+
+@phase
+def feed(who: Any, model: Model, state: State, step: int) -> None:
+    """All eat. Who touches an item first in the step's order has it."""
+
+
+@compiled
+def take_step(who: Any, model: Model, state: State, step: int) -> None:
+    """Sense, think, act, learn, eat."""
+    for first in range(who.first, who.last, who.stride):
+        look_out(model, state, lane_of(who, first))
+    for world in range(who.first_world, who.last_world):
+        for agent in range(who.first_agent, who.last_agent):
+            perceive(model, state, world, agent)
+    for first in range(who.first, who.last, who.stride):
+        think(state.recall, model, state, lane_of(who, first))
+    for first in range(who.first, who.last, who.stride):
+        decide(state.body, model, state, lane_of(who, first))
+    if model.motor_noise > ZERO:
+        for world in range(who.first_world, who.last_world):
+            for agent in range(who.first_agent, who.last_agent):
+                stumble(model, state, world, world * model.agents + agent, agent + who.offset, step)
+    for first in range(who.first, who.last, who.stride):
+        travel(state.features, model, state, lane_of(who, first))
+    gather(who, model, state, step)
+    if step < model.learning_steps:
+        for first in range(who.first, who.last, who.stride):
+            learn(state.rule, model, state, step, lane_of(who, first))
+    feed(who, model, state, step)
+
+
+class _Everyone:
+    """All agents of a block, at the same time."""
+
+    @staticmethod
+    def lane_of(who: Any, first: int) -> Lane:
+        return bundle(first)
+
+    @staticmethod
+    def gather(who: Any, model: Model, state: State, step: int) -> None:
+        for world in range(model.worlds):
+            meet(state.rule, model, state, world, step)
+
+    @staticmethod
+    def feed(who: Any, model: Model, state: State, step: int) -> None:
+        for world in range(model.worlds):
+            agent = step % model.agents
+            for _ in range(model.agents):
+                eat(model, state, world, agent, step)
+                agent = agent + 1 if agent + 1 < model.agents else 0
+            tidy(model, state, world)
+
+
+class _One:
+    """One agent, when it is its turn."""
+
+    lane_of = staticmethod(lane_of.default)
+
+    @staticmethod
+    def gather(who: Any, model: Model, state: State, step: int) -> None:
+        meet(state.rule, model, state, who.first_world, step)
+
+    @staticmethod
+    def feed(who: Any, model: Model, state: State, step: int) -> None:
+        eat(model, state, who.first_world, who.first_agent, step)
+        tidy(model, state, who.first_world)
+
+
+class Everyone(NamedTuple):
+    first: int  # lanes, from the first up to, and without, the last
+    last: int
+    stride: int
+    first_world: int
+    last_world: int
+    first_agent: int
+    last_agent: int
+    offset: int  # of an agent's number in its world from that in its arrays
+
+
+class One(NamedTuple):
+    first: int
+    last: int
+    stride: int
+    first_world: int
+    last_world: int
+    first_agent: int
+    last_agent: int
+    offset: int
+
+
+Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
+
+
+def begin(model: Model, state: State, fixed: Floats) -> None:
+    """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set."""
     state.code[:] = -1
     state.eaten[:] = 0
     state.touched[:] = -1
     state.appearances[:] = 0
     for world in range(model.worlds):
+        build_all(state.features, model, state, world)
         for agent in range(model.agents):
             bear(model, state, world, agent)
-            choose_directions(model, state, world, agent)
+            hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 grow(model, state, world, region, item)
             settle(model, state, world, region)
-    for first in range(0, state.x.size, WIDTH):
-        prepare(model, state, fixed, bundle(first))
+    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+        ready(state.recall, model, state, fixed, bundle(first))
 
 
-@compiled
 def live_together(model: Model, state: State, first_step: int, last_step: int) -> None:
     """Live through the steps from `first_step` up to, and without, `last_step`; all agents at a time."""
+    everyone = Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents, 0)
     for step in range(first_step, last_step):
-        _step_together(model, state, step)
+        take_step(everyone, model, state, step)
+        for world in range(model.worlds):
+            advance_all(state.features, model, state, world, step)
 
 
-@compiled
 def live_one_by_one(model: Model, state: State, first_step: int, last_step: int) -> None:
     """Live through the steps from `first_step` up to, and without, `last_step`; agent after agent (R7)."""
     for step in range(first_step, last_step):
-        _step_one_by_one(model, state, step)
-
-
-@compiled
-def _step_together(model: Model, state: State, step: int) -> None:
-    """All agents sense, all think, all act, all learn, all eat. Who touches an item first in the step's order has it."""
-    for first in range(0, state.x.size, WIDTH):
-        look_out(model, state, bundle(first))
-    for world in range(model.worlds):
-        for agent in range(model.agents):
-            sense(model, state, world, agent)
-    for first in range(0, state.x.size, WIDTH):
-        think(model, state, bundle(first))
-    for first in range(0, state.x.size, WIDTH):
-        choose_action(model, state, bundle(first))
-    if model.motor_noise > ZERO:
         for world in range(model.worlds):
-            for agent in range(model.agents):
-                stumble(model, state, world, world * model.agents + agent, agent, step)
-    for first in range(0, state.x.size, WIDTH):
-        move(model, state, bundle(first))
-    for first in range(0, state.x.size, WIDTH):
-        learn(model, state, step, bundle(first))
-    for world in range(model.worlds):
-        agent = step % model.agents
-        for _ in range(model.agents):
-            eat(model, state, world, agent, step)
-            agent = agent + 1 if agent + 1 < model.agents else 0
-        tidy(model, state, world)
-
-
-@compiled
-def _step_one_by_one(model: Model, state: State, step: int) -> None:
-    """Agent after agent, in the step's order, each finds what the last one left."""
-    for world in range(model.worlds):
-        agent = step % model.agents
-        for _ in range(model.agents):
-            lane = world * model.agents + agent
-            look_out(model, state, lane)
-            sense(model, state, world, agent)
-            think(model, state, lane)
-            choose_action(model, state, lane)
-            if model.motor_noise > ZERO:
-                stumble(model, state, world, lane, agent, step)
-            move(model, state, lane)
-            learn(model, state, step, lane)
-            eat(model, state, world, agent, step)
-            tidy(model, state, world)
-            agent = agent + 1 if agent + 1 < model.agents else 0
+            agent = step % model.agents
+            for _ in range(model.agents):
+                lane = world * model.agents + agent
+                take_step(One(lane, lane + 1, 1, world, world + 1, agent, agent + 1, 0), model, state, step)
+                agent = agent + 1 if agent + 1 < model.agents else 0
+            advance_all(state.features, model, state, world, step)

@@ -9,35 +9,21 @@ Source: the paper, "The neural network controller".
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, Value, any_of, clamp, get, put
+from baldwinlab.engine.lanes import Lane, Value, any_of, get, put
+from baldwinlab.parts.kinds import Network
 
 ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
 
-# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
-LIMIT = np.float32(15.5)
-P0, P1, P2, P3, P4 = (
-    np.float32(c) for c in (0.25, 0.008408601395785809, 5.598329516942613e-05, 8.632270720454471e-08, 1.5195286001690178e-11)
-)
-Q1, Q2, Q3, Q4 = (
-    np.float32(c) for c in (0.11696771532297134, 0.0016379167791455984, 5.36017250851728e-06, 3.3775202634700463e-09)
-)
-
 Sizes = npt.NDArray[np.int64]  # units in each layer, from the input to the output
 Rows = npt.NDArray[np.float32]  # [row, lane]
-
-
-@compiled
-def sigmoid(z: Value) -> Value:
-    """The logistic function from +, *, / alone: it vectorises, and has the same bits on every platform. In (0, 1)."""
-    z = clamp(z, LIMIT)
-    s = z * z
-    p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
-    q = ONE + s * (Q1 + s * (Q2 + s * (Q3 + s * Q4)))
-    return HALF + z * p / q
 
 
 @compiled
@@ -53,7 +39,7 @@ def blind(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
 
 
 @compiled
-def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
+def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
     """Fill `activations` from its first rows, the inputs, on."""
     source, weight = 0, 0  # the layer's first input unit, and its first weight
     at_rest = blind(biases, sizes[0], activations, lane)
@@ -75,12 +61,12 @@ def forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: 
 
 
 @compiled
-def backward(
+def backpropagate(
     sizes: Sizes, biases: bool, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane
 ) -> None:
     """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
 
-    `activations` must be those of `forward` with the same weights. `errors` is scratch, a row a unit.
+    `activations` must be those of `feed_forward` with the same weights. `errors` is scratch, a row a unit.
     Source: Rumelhart, Hinton and Williams, 1986, which the paper cites for its learning.
     """
     layers = sizes.size - 1
@@ -112,3 +98,20 @@ def backward(
                 w = weight + inputs * outputs + unit
                 put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane))
         target = source
+
+
+class FeedForward(Network, name="feed-forward"):
+    """Layers of logistic units, without memory."""
+
+    derived: ClassVar[Mapping[str, Any]] = {
+        "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
+        "biases": lambda part, experiment: experiment.network.biases,
+    }
+
+    @staticmethod
+    def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
+        feed_forward(part.sizes, part.biases, weights, activations, lane)
+
+    @staticmethod
+    def backward(part: Any, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
+        backpropagate(part.sizes, part.biases, rate, weights, activations, errors, targets, lane)

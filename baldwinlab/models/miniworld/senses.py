@@ -1,4 +1,4 @@
-"""What an agent sees: three binary sensors, left, front and right.
+"""What an agent sees of items of a kind: three binary sensors, left, front and right.
 
 With u and v an item's coordinates along and across the heading (v to the right, as y points down), its bearing theta is in
 front when |v| <= u tan 15, and at a side when u tan 15 < |v| < u: no angle is ever computed.
@@ -9,18 +9,41 @@ Source: the paper, "The Simulated World of Foods and Agents", on theta; docs/mod
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, any_of, bundle, choose, get, lanes_in_bundle, put
+from baldwinlab.engine.jit import compiled, register
+from baldwinlab.engine.lanes import Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, negated, put
+from baldwinlab.engine.phases import for_each, if_any
 from baldwinlab.models.miniworld.items import image, slots_in_row, tiles_within
-from baldwinlab.models.miniworld.state import NO_LEARNING, Model, State
+from baldwinlab.models.miniworld.recall import remember
+from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.models.miniworld.world import shortest
+from baldwinlab.parts.kinds import Sense, hides, sense
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
+
+
+@compiled
+def _behind_nothing(features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask) -> Mask:
+    return seen & negated(hidden(features, model, x, y, dx, dy))
+
+
+@compiled
+def _as_it_is(features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask) -> Mask:
+    return seen
+
+
+@compiled
+def _either(one: Mask, other: Mask) -> Mask:
+    return one | other
+
+
+hidden = for_each(hides, False, _either)
+visible = if_any(_behind_nothing, _as_it_is)
 
 
 @compiled
@@ -46,7 +69,7 @@ def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: 
     v = dy * model.cosine[heading] - dx * model.sine[heading]
     edge = u * TAN_15
     aside = abs(v)
-    seen = distance <= model.visual_radius * model.visual_radius
+    seen = visible(state.features, model, x, y, dx, dy, distance <= model.visual_radius * model.visual_radius)
     front = seen & ((aside < edge) if model.open_boundaries else (aside <= edge))
     side = seen & (aside > edge) & (aside < u)
     bits = FRONT * int(any_of(front))
@@ -70,24 +93,61 @@ def _look(model: Model, state: State, world: int, region: int, x: np.float32, y:
 
 
 @compiled
-def sense(model: Model, state: State, world: int, agent: int) -> None:
-    """Set the agent's sensors. What follows from them alone is looked up only when they have changed."""
+def see(model: Model, state: State, world: int, agent: int, kind: int) -> int:
+    """Which of left, front and right see an item of a kind (its number), as bits; and be alert to those soon touched."""
     lane = world * model.agents + agent
     bits = 0
     for region in range(model.regions.shape[0] if state.near[0, lane] > ZERO else 0):
-        for number in range(model.images[region]):
-            x, y = image(model, region, number, state.x[lane], state.y[lane])
-            bits |= _look(model, state, world, region, x, y, int(state.heading[0, lane]))
-    state.alert[lane] = bits & ALERT
-    code = bits & (LEFT | FRONT | RIGHT)
-    if code == state.code[lane]:
+        if model.region_kind[region] == kind:
+            for number in range(model.images[region]):
+                x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
+                bits |= _look(model, state, world, region, x, y, int(state.heading[0, lane]))
+    state.alert[0, lane] |= bits & ALERT
+    return bits & (LEFT | FRONT | RIGHT)
+
+
+class Sight(Sense, name="food"):
+    """Three binary sensors: whether any food is at the left, in front, or at the right."""
+
+    inputs = ("left", "front", "right")
+    sectors = ((315, 345), (345, 15), (15, 45))
+    item_kind = FOOD
+
+    @staticmethod
+    def sense(part: Any, model: Model, state: State, world: int, agent: int) -> int:
+        return see(model, state, world, agent, 0)
+
+
+def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:
+    """What all senses tell, as bits, one sense's above the other's."""
+    code, first = 0, 0
+    for one in senses:
+        code |= sense(one, model, state, world, agent) << first
+        first += len(type(one).part.inputs)
+    return code
+
+
+def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: Any) -> Any:
+    if len(senses) == 1:
+        return lambda senses, model, state, world, agent: sense(senses[0], model, state, world, agent)
+    own = len(senses[0].instance_class.part.inputs)
+    return lambda senses, model, state, world, agent: (
+        sense(senses[0], model, state, world, agent) | (sense_all(senses[1:], model, state, world, agent) << own)
+    )
+
+
+sense_all = register(_sense_all, _choose_sense_all)
+
+
+@compiled
+def perceive(model: Model, state: State, world: int, agent: int) -> None:
+    """Set the agent's inputs. What follows from them alone is looked up only when they have changed."""
+    lane = world * model.agents + agent
+    state.alert[0, lane] = model.always_alert
+    code = sense_all(state.senses, model, state, world, agent)
+    if code == state.code[0, lane]:
         return
-    state.code[lane] = code
-    outputs = state.activations.shape[0] - 3
-    for k in range(3):
+    state.code[0, lane] = code
+    for k in range(model.inputs):
         state.activations[k, lane] = np.float32((code >> k) & 1)
-        answer = state.answers[code * 3 + k, lane]
-        if model.rule == NO_LEARNING:
-            state.activations[outputs + k, lane] = answer
-        else:
-            state.targets[k, lane] = answer
+    remember(state.recall, model, state, lane)

@@ -1,20 +1,33 @@
-"""The map: births and movement on a torus.
+"""The map: births, and what may get in the way on a torus.
 
 Source: the paper, "The Simulated World of Foods and Agents"; docs/model.md for what the paper leaves open.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, Value, choose, get, lookup, put
+from baldwinlab.engine.lanes import Lane, Mask, Value, choose, get, put
+from baldwinlab.engine.phases import for_each, if_any
 from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
 from baldwinlab.models.miniworld.state import HEADING_COUNT, Model, State
+from baldwinlab.parts.kinds import forbids, move, stops
 
 ZERO, ONE, TWO, HALF = np.float32(0), np.float32(1), np.float32(2), np.float32(0.5)
-ACTIONS = np.float32(3)
-HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
+HEADINGS = np.float32(HEADING_COUNT)
+MOST_PLACES = 100_000  # that are tried, before somebody is born where it is forbidden
+
+
+@compiled
+def _either(one: Mask, other: Mask) -> Mask:
+    return one | other
+
+
+forbidden = for_each(forbids, False, _either)  # whether any feature forbids a place
+stopped_by = for_each(stops, False, _either)  # whether any feature stops somebody there
 
 
 @compiled
@@ -37,14 +50,16 @@ def bear(model: Model, state: State, world: int, agent: int) -> None:
     """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
     x, y, attempt = ONE, ONE, 0
-    while x * x + y * y > ONE:  # of a square's points, the first that lies in the disc
+    lane, searching = world * model.agents + agent, True
+    while searching:  # of a square's points, the first that lies in the disc, and where nothing forbids it
         words = philox(attempt, agent, state.generation[0], BIRTHPLACE, seed, run)
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
-    lane = world * model.agents + agent
-    state.x[lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
-    state.y[lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
+        state.places[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
+        state.places[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
+        taken = forbidden(state.features, model, state.places[0, lane], state.places[1, lane]) and attempt < MOST_PLACES
+        searching = x * x + y * y > ONE or taken
     state.heading[0, lane] = ZERO
     if model.random_headings:
         words = philox(0, agent, state.generation[0], HEADING, seed, run)
@@ -52,34 +67,28 @@ def bear(model: Model, state: State, world: int, agent: int) -> None:
 
 
 @compiled
-def choose_action(model: Model, state: State, lane: Lane) -> None:
-    """The largest output, a tie going to the lowest index."""
-    rows = state.activations.shape[0]
-    left = get(state.activations, rows - 3, lane)
-    forward = get(state.activations, rows - 2, lane)
-    right = get(state.activations, rows - 1, lane)
-    action = choose(forward > left, ONE, ZERO)
-    put(state.action, 0, lane, choose((right > left) & (right > forward), TWO, action))
-
-
-@compiled
 def stumble(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
-    """Motor noise: now and then, another action than the chosen one, drawn at random of all three."""
+    """Motor noise: now and then, another action than the chosen one, drawn at random of all there are."""
     words = philox(step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1])
     if unit(words[0]) < model.motor_noise:
-        state.action[0, lane] = np.float32(int(ACTIONS * unit(words[1])))
+        state.action[0, lane] = np.float32(int(np.float32(state.targets.shape[0]) * unit(words[1])))
 
 
 @compiled
-def move(model: Model, state: State, lane: Lane) -> None:
-    """Turn by the action, then move."""
-    action = get(state.action, 0, lane)
-    heading = get(state.heading, 0, lane) + (action - ONE)
-    heading = choose(heading < ZERO, heading + HEADINGS, heading)
-    heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
-    speed = choose((action > ZERO) & (action < TWO), TWO, ONE)
-    x = get(state.places, 0, lane) + speed * lookup(model.cosine, heading)
-    y = get(state.places, 1, lane) + speed * lookup(model.sine, heading)
-    put(state.places, 0, lane, wrapped(x, model.width))
-    put(state.places, 1, lane, wrapped(y, model.height))
-    put(state.heading, 0, lane, heading)
+def _stay_out(features: Any, model: Model, state: State, lane: Lane) -> None:
+    """Do the action; who would step where something stops it stays where it is."""
+    old_x, old_y = get(state.places, 0, lane), get(state.places, 1, lane)
+    move(state.body, model, state, lane)
+    x, y = get(state.places, 0, lane), get(state.places, 1, lane)
+    stopped = stopped_by(features, model, x, y)
+    put(state.places, 0, lane, choose(stopped, old_x, x))
+    put(state.places, 1, lane, choose(stopped, old_y, y))
+
+
+@compiled
+def _move_freely(features: Any, model: Model, state: State, lane: Lane) -> None:
+    """Do the action, where there is nothing that could stop anybody."""
+    move(state.body, model, state, lane)
+
+
+travel = if_any(_stay_out, _move_freely)

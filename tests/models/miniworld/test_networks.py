@@ -1,42 +1,13 @@
-"""The logistic unit against math, and the oracle's own learning against the gradient."""
+"""The oracle's own learning against the gradient."""
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from random import Random
 
-import numpy as np
 import pytest
 
-from baldwinlab.models.miniworld.networks import sigmoid
 from tests import naive
-
-
-def grid() -> list[np.float32]:
-    values = np.concatenate([np.linspace(-20, 20, 40_001), np.geomspace(1e-30, 1e30, 4_001), -np.geomspace(1e-30, 1e30, 4_001)])
-    return list(values.astype(np.float32))
-
-
-def logistic(z: float) -> float:
-    return 1 / (1 + math.exp(-z)) if z > -700 else 0.0
-
-
-def test_the_sigmoid_is_the_logistic_function_to_the_precision_of_float32() -> None:
-    assert max(abs(float(sigmoid(z)) - logistic(float(z))) for z in grid()) < 2.5e-7
-
-
-def test_the_sigmoid_lies_strictly_between_0_and_1_and_is_a_half_at_0() -> None:
-    values = [sigmoid(z) for z in grid()]
-    assert all(0 < value < 1 for value in values)
-    assert all(isinstance(value, float | np.float32) for value in values)
-    assert sigmoid(np.float32(0)) == 0.5
-    assert sigmoid(np.float32(-0.0)) == 0.5
-
-
-def test_the_sigmoid_of_minus_z_is_1_minus_the_sigmoid_of_z() -> None:
-    for z in grid():
-        assert abs(float(sigmoid(z)) + float(sigmoid(-z)) - 1) < 1e-7
 
 
 def half_squared_error(weights: list[float], sizes: list[int], biases: bool, inputs: list[int], target: list[float]) -> float:

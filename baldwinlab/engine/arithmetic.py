@@ -1,0 +1,171 @@
+"""Functions made of + - * / and square root, which IEEE 754 rounds alike everywhere, and of bits: no libm.
+
+The mathematical library of one machine is not that of another, in the last bit. These functions give the same bits on every CPU,
+on a GPU and in a browser, compiled or in plain Python. All but the sigmoid work on one float64.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import Value, clamp, square_root
+
+Coefficients = tuple[float, ...]  # of a polynomial, the highest power's first
+
+# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
+LIMIT = np.float32(15.5)
+P0, P1, P2, P3, P4 = (
+    np.float32(c) for c in (0.25, 0.008408601395785809, 5.598329516942613e-05, 8.632270720454471e-08, 1.5195286001690178e-11)
+)
+Q1, Q2, Q3, Q4 = (
+    np.float32(c) for c in (0.11696771532297134, 0.0016379167791455984, 5.36017250851728e-06, 3.3775202634700463e-09)
+)
+HALF, ONE = np.float32(0.5), np.float32(1.0)
+
+# A float64 is sign, exponent and fraction.
+FRACTION_BITS, BIAS = np.int64(52), np.int64(1023)
+FRACTION, UNIT = np.int64(2**52 - 1), np.int64(1023 << 52)  # the bits of a fraction; those of 1.0
+SMALLEST_NORMAL: Final = 2.0**-1022
+
+# Of the logarithm: ln 2 in two parts, and a minimax polynomial.
+LN2, LN2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+LOGARITHM: Coefficients = (
+    1.479819860511658591e-01, 1.531383769920937332e-01, 1.818357216161805012e-01, 2.222219843214978396e-01,
+    2.857142874366239149e-01, 3.999999999940941908e-01, 6.666666666666735130e-01,
+)  # fmt: skip
+
+# Of the power of ten: log2(10), its inverse in two parts, and the numerator and denominator of a rational approximation.
+LOG2_10, LOG10_2, LOG10_2_REST = 3.32192809488736234787, 3.01025390625e-1, 4.60503898119521373889e-6
+POWER_ABOVE: Coefficients = (
+    4.09962519798587023075e-2, 1.17452732554344059015e1, 4.06717289936872725516e2, 2.39423741207388267439e3
+)  # fmt: skip
+POWER_BELOW: Coefficients = (1.0, 8.50936160849306532625e1, 1.27209271178345121210e3, 2.07960819286001865907e3)
+
+# Of the normal quantile: numerator and denominator near the middle, in the tails, and far out.
+MIDDLE_ABOVE: Coefficients = (
+    2.5090809287301226727e3, 3.3430575583588128105e4, 6.7265770927008700853e4, 4.5921953931549871457e4,
+    1.3731693765509461125e4, 1.9715909503065514427e3, 1.3314166789178437745e2, 3.3871328727963666080,
+)  # fmt: skip
+MIDDLE_BELOW: Coefficients = (
+    5.2264952788528545610e3, 2.8729085735721942674e4, 3.9307895800092710610e4, 2.1213794301586595867e4,
+    5.3941960214247511077e3, 6.8718700749205790830e2, 4.2313330701600911252e1, 1.0,
+)  # fmt: skip
+TAIL_ABOVE: Coefficients = (
+    7.74545014278341407640e-4, 2.27238449892691845833e-2, 2.41780725177450611770e-1, 1.27045825245236838258,
+    3.64784832476320460504, 5.76949722146069140550, 4.63033784615654529590, 1.42343711074968357734,
+)  # fmt: skip
+TAIL_BELOW: Coefficients = (
+    1.05075007164441684324e-9, 5.47593808499534494600e-4, 1.51986665636164571966e-2, 1.48103976427480074590e-1,
+    6.89767334985100004550e-1, 1.67638483018380384940, 2.05319162663775882187, 1.0,
+)  # fmt: skip
+FAR_ABOVE: Coefficients = (
+    2.01033439929228813265e-7, 2.71155556874348757815e-5, 1.24266094738807843860e-3, 2.65321895265761230930e-2,
+    2.96560571828504891230e-1, 1.78482653991729133580, 5.46378491116411436990, 6.65790464350110377720,
+)  # fmt: skip
+FAR_BELOW: Coefficients = (
+    2.04426310338993978564e-15, 1.42151175831644588870e-7, 1.84631831751005468180e-5, 7.86869131145613259100e-4,
+    1.48753612908506148525e-2, 1.36929880922735805310e-1, 5.99832206555887937690e-1, 1.0,
+)  # fmt: skip
+
+
+@compiled
+def sigmoid(z: Value) -> Value:
+    """The logistic function of a float32, or of a bundle's: in (0, 1)."""
+    z = clamp(z, LIMIT)
+    s = z * z
+    p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
+    q = ONE + s * (Q1 + s * (Q2 + s * (Q3 + s * Q4)))
+    return HALF + z * p / q
+
+
+@compiled
+def polynomial(x: float, coefficients: Coefficients) -> float:
+    """By Horner's rule."""
+    total = 0.0
+    for coefficient in coefficients:
+        total = total * x + coefficient
+    return total
+
+
+@compiled
+def bits_of(x: float) -> np.int64:
+    """The bits of a float64, as they stand."""
+    return np.float64(x).view(np.int64)
+
+
+@compiled
+def from_bits(bits: np.int64) -> np.float64:
+    """The float64 that has these bits."""
+    return np.int64(bits).view(np.float64)
+
+
+@compiled
+def power_of_two(exponent: np.int64) -> np.float64:
+    """2 to a whole number from -1022 to 1023."""
+    return from_bits((exponent + BIAS) << FRACTION_BITS)
+
+
+@compiled
+def logarithm(x: float) -> float:
+    """The natural logarithm, within 1 ulp; -inf of 0, NaN of less.
+
+    Source: FDLIBM's e_log.c, Sun Microsystems, 1993.
+    """
+    x, exponent = np.float64(x), np.int64(0)
+    if not 0 < x < math.inf:
+        return x if x > 0 else -math.inf if x == 0 else math.nan
+    if x < SMALLEST_NORMAL:
+        x, exponent = x * 2.0**54, np.int64(-54)
+    bits = bits_of(x)
+    exponent += (bits >> FRACTION_BITS) - BIAS
+    mantissa = from_bits((bits & FRACTION) | UNIT)
+    if mantissa > 1.4142135623730951:  # so that what is left lies evenly around 1
+        mantissa, exponent = 0.5 * mantissa, exponent + np.int64(1)
+    f, k = mantissa - 1.0, np.float64(exponent)
+    s, half_square = f / (2.0 + f), 0.5 * f * f
+    z = s * s
+    rest = s * (half_square + z * polynomial(z, LOGARITHM)) + k * LN2_REST
+    return k * LN2 - ((half_square - rest) - f)
+
+
+@compiled
+def power_of_ten(x: float) -> float:
+    """10 to the power x, within 2 ulp.
+
+    Source: Cephes' exp10.c, S. L. Moshier, Methods and Programs for Mathematical Functions, 1989.
+    """
+    x = np.float64(x)
+    if not -400.0 < x < 400.0:  # beyond what a float64 holds
+        return math.inf if x > 0 else 0.0 if x < 0 else x
+    doublings = x * LOG2_10
+    whole = np.int64(doublings + (0.5 if doublings > 0 else -0.5))
+    left = x - np.float64(whole) * LOG10_2 - np.float64(whole) * LOG10_2_REST
+    square = left * left
+    above = left * polynomial(square, POWER_ABOVE)
+    ratio = 1.0 + 2.0 * (above / (polynomial(square, POWER_BELOW) - above))
+    half = whole >> np.int64(1)
+    return ratio * power_of_two(half) * power_of_two(whole - half)  # in two, so that neither is beyond a float64
+
+
+@compiled
+def normal_quantile(p: float) -> float:
+    """What a standard normal number is below with probability p, within 1e-15 of itself; p in [0, 1], else NaN.
+
+    Source: M. J. Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988).
+    """
+    if not 0.0 < p < 1.0:
+        return -math.inf if p == 0.0 else math.inf if p == 1.0 else math.nan
+    q = p - 0.5
+    if abs(q) <= 0.425:
+        r = 0.180625 - q * q
+        return q * polynomial(r, MIDDLE_ABOVE) / polynomial(r, MIDDLE_BELOW)
+    r = square_root(-logarithm(p if q < 0.0 else 1.0 - p))
+    if r <= 5.0:
+        distance = polynomial(r - 1.6, TAIL_ABOVE) / polynomial(r - 1.6, TAIL_BELOW)
+    else:
+        distance = polynomial(r - 5.0, FAR_ABOVE) / polynomial(r - 5.0, FAR_BELOW)
+    return -distance if q < 0.0 else distance

@@ -1,0 +1,90 @@
+"""Phases: functions that every part of a kind has, chosen by the part's type when the step is compiled.
+
+In compiled code a part is a NamedTuple whose class has the attribute `part`: the class that holds its phases as static methods.
+A phase is called with the part first, as `learn(rule, model, state, step, lane)`; Numba compiles the part's own function in its
+place, so that a step has neither branch nor indirection. In plain Python, and in the simulator of a GPU, the same call looks
+the function up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, NamedTuple
+
+from baldwinlab.engine.jit import register
+
+
+def phase(default: Callable[..., Any]) -> Callable[..., Any]:
+    """A phase, named and documented by the function, which is also what parts do that have none of their own."""
+
+    @wraps(default)
+    def generic(part: Any, *others: Any) -> Any:
+        return getattr(type(part).part, default.__name__)(part, *others)
+
+    def choose(part: Any, *others: Any) -> Any:
+        return getattr(part.instance_class.part, default.__name__)
+
+    generic.default = default  # type: ignore[attr-defined]
+    return register(generic, choose)
+
+
+def for_each(of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    """A phase of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` if there are none."""
+
+    def generic(parts: Any, *others: Any) -> Any:
+        found = nothing
+        for number, part in enumerate(parts):
+            found = of_one(part, *others) if number == 0 else join(found, of_one(part, *others))
+        return found
+
+    def choose(parts: Any, *others: Any) -> Any:
+        if len(parts) == 0:
+            return lambda parts, *others: nothing
+        if len(parts) == 1:
+            return lambda parts, *others: of_one(parts[0], *others)
+        return lambda parts, *others: join(of_one(parts[0], *others), generic(parts[1:], *others))
+
+    return register(generic, choose)
+
+
+def if_any(some: Callable[..., Any], none: Callable[..., Any]) -> Callable[..., Any]:
+    """One function where there are parts in a tuple, and another where it is empty."""
+
+    def generic(parts: Any, *others: Any) -> Any:
+        return (some if len(parts) else none)(parts, *others)
+
+    def choose(parts: Any, *others: Any) -> Any:
+        taken = some if len(parts) else none
+        return lambda parts, *others: taken(parts, *others)
+
+    return register(generic, choose)
+
+
+def functions_of(holder: type) -> tuple[Callable[..., Any], ...]:
+    """The static methods of a class and of those it derives from: the phases of a part."""
+    names = {name: None for each in holder.__mro__ for name, value in vars(each).items() if isinstance(value, staticmethod)}
+    return tuple(getattr(holder, name) for name in names)
+
+
+class Array(NamedTuple):
+    """An array of a part, or of the step itself, declared with its owner, from which every venue derives where it lies.
+
+    owner: "agent", [*rows, lane]; "world", [world, *rows]; "block", [*rows], the same for all worlds.
+    Rows are numbers, or names of dimensions.
+    """
+
+    owner: str
+    rows: tuple[int | str, ...] = ()
+    dtype: str = "float32"
+    fill: float = 0
+
+
+def per_agent(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
+    """An array [row, lane] that belongs to agents: a phase per agent reaches only the column of its own."""
+    return Array("agent", rows or (1,), dtype, fill)
+
+
+def per_world(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
+    """An array [world, *rows] that belongs to worlds."""
+    return Array("world", rows or (1,), dtype, fill)

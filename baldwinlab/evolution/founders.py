@@ -1,0 +1,36 @@
+"""Fresh genomes: every weight from N(0, 1).
+
+Source: the paper, "The neural network controller".
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from baldwinlab.engine import rng
+from baldwinlab.engine.arithmetic import normal_quantile
+from baldwinlab.engine.jit import entry
+from baldwinlab.evolution.moment import Genome, Moment
+from baldwinlab.experiment import Experiment
+
+WEIGHTS_OF_MODULE: Final = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
+
+
+def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
+    """The genomes of a generation that has no parents."""
+    genome = np.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
+    for module, name in enumerate(experiment.modules):
+        draw_normal(moment, WEIGHTS_OF_MODULE[name], genome, module)
+    return genome
+
+
+@entry
+def draw_normal(moment: Moment, purpose: int, genome: Genome, module: int) -> None:
+    """Fill one module of `genome` from N(0, 1); of one draw of the generator come four weights."""
+    for agent in range(genome.shape[0]):
+        for first in range(0, genome.shape[2], 4):
+            words = rng.philox(first // 4, agent, moment.generation, purpose, moment.seed, moment.run)
+            for weight in range(first, min(first + 4, genome.shape[2])):
+                genome[agent, module, weight] = np.float32(normal_quantile(rng.uniform(words[weight - first])))

@@ -1,0 +1,264 @@
+"""What the experiments of all models share, and how one is made of a tree of values.
+
+The class of an experiment depends on the parts that it chooses: each part's own fields stand in a table of its name beside the
+field that chooses it. Classes are made once for each choice of parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
+
+from pydantic import BaseModel, Field, ValidationError, create_model
+
+from baldwinlab.experiment import choices, paths
+from baldwinlab.experiment.choices import Choice, key_of, one_of
+from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, sentences
+
+NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
+Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
+ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
+Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
+
+Chosen = tuple[tuple[str, type[Fields] | None], ...]
+"""Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""
+
+
+class Population(Fields):
+    size: int = Field(20, ge=1, le=1_000_000, description="agents in the world, and in every generation (R6)")
+
+
+class Evolution(Fields):
+    generations: int = Field(100, ge=1, le=1_000_000, description="generations in a run")
+    inheritance: Inheritance = Field(
+        "darwinian", description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation"
+    )
+    lamarckian_share: float = Field(
+        0.0, ge=0, le=1, description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian"
+    )
+    selection: Selection = Field(
+        "roulette",
+        description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4); neutral: at random",
+    )
+    variation: Variation = Field("crossover", description="crossover: a weight from either parent, then mutation")
+    fitness: Fitness = Field("energy", description="energy: of the items eaten, less the cost of learning, but at least 0")
+    mutation_gate: Literal["weight", "child"] = Field(
+        "weight", description="one draw for every weight, or one for the child and then every weight (R5)"
+    )
+    mutation_rate: float = Field(0.05, ge=0, le=1, description="probability that the gate opens")
+    mutation_size: float = Field(0.05, ge=0, le=1000, description="a mutation adds U(-size, size)")
+
+
+class Record(Fields):
+    genome_every: int = Field(
+        1, ge=1, le=1_000_000, description="genomes are kept of every so-many-th generation, and of the last"
+    )
+
+
+class BaseExperiment(Fields):
+    """One experimental condition of any model, whole: same experiment and seed, same bits."""
+
+    if TYPE_CHECKING:
+        name: str
+        model: str
+        population: Population
+        evolution: Evolution
+        record: Record
+
+    def __new__(cls, **values: Any) -> Self:
+        """An experiment made in Python has the tables of the parts that it chooses, too."""
+        return object.__new__(_class_for(cls, _chosen(cls, values)))
+
+    def __reduce__(self) -> Any:
+        return validate, (self.to_dict(),)
+
+    def replace(self, **changes: Any) -> Self:
+        """A changed copy. A table may be given whole, or as a dict of the fields to change.
+
+        Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
+        """
+        return validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))  # type: ignore[return-value]
+
+    def to_dict(self) -> dict[str, Any]:
+        return self.model_dump(mode="json")
+
+    def part(self, path: str) -> Any:
+        """The part that the field at a dotted path chooses, with its fields. Raises ExperimentError for one that is not here."""
+        return self.parts(path)[0]
+
+    def parts(self, path: str) -> tuple[Any, ...]:
+        """As `part`, of a field that chooses any number of parts."""
+        table, _, field = path.rpartition(".")
+        section = paths.look_up(self, table)[0] if table else self
+        kind = _kind(type(section), field)
+        assert kind is not None, path
+        found = getattr(section, field)
+        return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
+
+    def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
+        try:
+            return getattr(section, key_of(name), None) or choices.find(kind, name)()
+        except KeyError:
+            raise ExperimentError(f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE") from None
+
+
+@cache
+def _kind(section: type[BaseModel], field: str) -> str | None:
+    """The kind of part that a field chooses, if it does."""
+    info = section.model_fields[field]
+    inside = [part for argument in get_args(info.annotation) for part in getattr(argument, "__metadata__", ())]
+    return next((mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, Choice)), None)
+
+
+def choosing_fields(section: type[BaseModel], path: str = "") -> Iterator[tuple[str, str, Any]]:
+    """Path, kind and default of every field that chooses parts."""
+    for name, info in section.model_fields.items():
+        if kind := _kind(section, name):
+            yield f"{path}{name}", kind, info.default
+        elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
+            yield from choosing_fields(info.annotation, f"{path}{name}.")
+
+
+def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+    """Kind and name of every part that an experiment chooses and that is not built in."""
+    for path, kind, _ in choosing_fields(type(experiment)):
+        names = paths.look_up(experiment, path)[0]
+        for name in (names,) if isinstance(names, str) else names:
+            if name not in choices.BUILT_IN[kind]:
+                yield kind, name
+
+
+def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False) -> Chosen:
+    """The parts with fields of their own that a tree of values chooses."""
+    found: list[tuple[str, type[Fields] | None]] = []
+    for path, kind, default in _choosing_fields_of(base):
+        *steps, last = path.split(".")
+        table: Any = tree
+        for step in steps:
+            table = plain(table.get(step, {})) if isinstance(table, dict) else {}
+        names = table.get(last, default) if isinstance(table, dict) else default
+        for name in (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ():
+            where = ".".join([*steps, key_of(str(name))])
+            if reading and name not in choices.names(kind):
+                found.append((where, None))
+            elif kind != "model" and (part := choices.own_fields(kind, str(name))):
+                found.append((where, part))
+    return tuple(found)
+
+
+@cache
+def _choosing_fields_of(base: type[BaseExperiment]) -> tuple[tuple[str, str, Any], ...]:
+    return tuple(choosing_fields(base))
+
+
+@cache
+def _class_for(base: type[BaseExperiment], chosen: Chosen) -> type[BaseExperiment]:
+    """`base` with the tables of the chosen parts."""
+    made: Any = base
+    for path, part in chosen:
+        made = _with_table(made, path.split("."), part)
+    return made  # type: ignore[no-any-return]
+
+
+def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] | None) -> Any:
+    below: Any
+    if len(steps) > 1:
+        inside = _with_table(section.model_fields[steps[0]].annotation, steps[1:], part)  # type: ignore[arg-type]
+        below = (inside, _default(inside))
+    elif part is None:
+        below = (dict[str, Any], Field(default_factory=dict))
+    else:
+        below = (part, _default(part))
+    return create_model(section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below})
+
+
+def _default(table: type[BaseModel]) -> Any:
+    """The table as it is where nothing is given; required where it has a field without a default."""
+    required = any(info.is_required() for info in table.model_fields.values())
+    return Field(description=_meaning(table)) if required else Field(default_factory=table, description=_meaning(table))
+
+
+def _meaning(table: type[BaseModel]) -> str:
+    return (table.__doc__ or "").strip().split("\n")[0]
+
+
+def _without_idle_tables(before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """A tree without the tables of parts that are no longer chosen, unless the changes name them."""
+    base = _base_of(tree)
+    kept = {path for path, _ in _chosen(base, tree)}
+    for path, _ in _chosen(_base_of(before.to_dict()), before.to_dict(), reading=True):
+        *steps, last = path.split(".")
+        table, given = tree, changes
+        for step in steps:
+            table, given = table[step], given.get(step, {}) if isinstance(given, dict) else {}
+        if path not in kept and last not in given:
+            table.pop(last, None)
+    return tree
+
+
+def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
+    """The class of a model's experiments, before any part is chosen."""
+    from baldwinlab.experiment.miniworld import Experiment
+
+    name = tree.get("model", "miniworld")
+    if name == "miniworld" or name not in choices.names("model"):
+        return Experiment
+    return _of_foreign_model(choices.find("model", name), name)
+
+
+@cache
+def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
+    fields: dict[str, Any] = {
+        "name": (Name, "experiment"),
+        "model": (ModelName, Field(name, description="the kind of life")),
+        key_of(name): (model, _default(model)),
+        "population": (Population, Population()),
+        "evolution": (getattr(model, "Evolution", Evolution), _default(getattr(model, "Evolution", Evolution))),
+        "record": (Record, Record()),
+    }
+    return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
+
+
+class _Unread(BaseExperiment, extra="allow"):
+    """An experiment of a model that is not here: its tables are plain data."""
+
+    name: Name = "experiment"
+    model: str = "?"
+    population: Population = Population()
+    evolution: Evolution = Evolution()
+    record: Record = Record()
+
+
+def validate(tree: dict[str, Any], reading: bool = False) -> BaseExperiment:
+    """The experiment that `tree` describes. Raises ExperimentError with a line for every fault.
+
+    `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
+    """
+    unread = reading and tree.get("model", "miniworld") not in choices.names("model")
+    base = _Unread if unread else _base_of(tree)
+    made = _class_for(base, _chosen(base, tree, reading))
+    try:
+        return made.model_validate(tree, context={"reading": reading})
+    except ValidationError as error:
+        raise ExperimentError(sentences(error, made)) from None
+
+
+def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
+    """A copy changed by assignments such as `lifetime.steps=1000` or `world.food.0.count=10`.
+
+    A value is TOML; what is not TOML is a plain string. What chooses parts is assigned first, whatever the order, so that
+    the fields of those parts can be assigned too. Raises ExperimentError.
+    """
+    given = [paths.parse(assignment) for assignment in assignments]
+    choosing = {path for path, _, _ in _choosing_fields_of(_base_of(experiment.to_dict()))}
+    tree = experiment.to_dict()
+    first = [(path, value) for path, value in given if path in choosing]
+    for path, value in first:
+        paths.put(tree, path, value)
+    if first:
+        tree = validate(_without_idle_tables(experiment, tree, {})).to_dict()
+    for path, value in given:
+        if path not in choosing:
+            paths.put(tree, path, value)
+    return validate(tree)

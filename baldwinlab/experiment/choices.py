@@ -1,0 +1,122 @@
+"""Which parts there are, by kind and name: what a choosing field of an experiment may say.
+
+A built-in part is known by name before its module is loaded, so that to read an experiment loads no engine. A foreign part is
+known as soon as its class exists. Nothing here knows what a part does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from importlib import import_module
+from typing import Annotated, Any, Final, NamedTuple
+
+from pydantic import AfterValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+_MINIWORLD, _EVOLUTION = "baldwinlab.models.miniworld", "baldwinlab.evolution"
+
+# Kind -> name -> where its class is. These names can never be taken.
+BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
+    "model": {"miniworld": "baldwinlab.experiment.miniworld:Experiment"},
+    "sense": {"food": f"{_MINIWORLD}.senses:Sight"},
+    "body": {"walker": f"{_MINIWORLD}.bodies:Walker"},
+    "network": {"feed-forward": f"{_MINIWORLD}.networks:FeedForward"},
+    "learning rule": {
+        "none": f"{_MINIWORLD}.learning:NoLearning",
+        "self-taught": f"{_MINIWORLD}.learning:SelfTaught",
+        "drift": f"{_MINIWORLD}.learning:Drift",
+    },
+    "world feature": {},
+    "selection": {
+        "roulette": f"{_EVOLUTION}.selection:Roulette",
+        "tournament": f"{_EVOLUTION}.selection:Tournament",
+        "truncation": f"{_EVOLUTION}.selection:Truncation",
+        "rank": f"{_EVOLUTION}.selection:Rank",
+        "neutral": f"{_EVOLUTION}.selection:Neutral",
+    },
+    "variation": {"crossover": f"{_EVOLUTION}.variation:Crossover"},
+    "inheritance": {
+        "darwinian": f"{_EVOLUTION}.inheritance:Darwinian",
+        "none": f"{_EVOLUTION}.inheritance:NoInheritance",
+    },
+    "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
+}
+_FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
+
+
+class Choice(NamedTuple):
+    """Marks the field that chooses parts of a kind: one, or (in a tuple) any number."""
+
+    kind: str
+
+
+def names(kind: str) -> list[str]:
+    """What may be chosen, the built-in ones first."""
+    return [*BUILT_IN[kind], *_FOREIGN[kind]]
+
+
+def foreign() -> dict[tuple[str, str], type]:
+    """The classes of all foreign parts that have been loaded, by kind and name."""
+    return {(kind, name): part for kind, parts in _FOREIGN.items() for name, part in parts.items()}
+
+
+def find(kind: str, name: str) -> Any:
+    """The class of a part. Raises KeyError for one that is not here."""
+    if name in _FOREIGN[kind]:
+        return _FOREIGN[kind][name]
+    module, _, attribute = BUILT_IN[kind][name].partition(":")
+    return getattr(import_module(module), attribute)
+
+
+def is_built_in(kind: str, name: str, module: str) -> bool:
+    """Whether the class of that name in that module is the built-in part. Raises ValueError where it takes a built-in's name."""
+    there = BUILT_IN[kind].get(name)
+    if there is None:
+        return False
+    if there.partition(":")[0] != module:
+        raise ValueError(f"{name!r} is a built-in {kind}; a part of one's own needs another name")
+    return True
+
+
+def add(kind: str, name: str, part: type) -> None:
+    """Make a foreign part known, in the place of one of the same name that was loaded before."""
+    _FOREIGN[kind][name] = part
+
+
+def forget(kind: str, name: str) -> None:
+    _FOREIGN[kind].pop(name, None)
+
+
+def refusal(kind: str, name: str) -> str:
+    """What is said of a name that is not known."""
+    known = [repr(each) for each in names(kind)]
+    near = get_close_matches(name, names(kind), n=1)
+    listed = known[0] if len(known) == 1 else f"{', '.join(known[:-1])} or {known[-1]}" if known else "nothing, as none is loaded"
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    return f"input should be {listed}{hint}; a {kind} of one's own is given by --part FILE"
+
+
+def _known(kind: str) -> Any:
+    def check(name: str, info: Any) -> str:
+        if name not in names(kind) and not (info.context or {}).get("reading"):
+            raise PydanticCustomError("unknown_part", "{refusal}", {"refusal": refusal(kind, name)})
+        return name
+
+    return check
+
+
+def one_of(kind: str) -> Any:
+    """The type of a field that chooses a part of a kind."""
+    return Annotated[str, Choice(kind), AfterValidator(_known(kind)), WithJsonSchema({"type": "string", "x-chooses": kind})]
+
+
+def own_fields(kind: str, name: str) -> Any:
+    """The class of a foreign part that has fields of its own; None for any other, also for every built-in one."""
+    part: Any = _FOREIGN[kind].get(name)
+    return part if part is not None and part.model_fields else None
+
+
+def key_of(name: str) -> str:
+    """The table of a part: its name, with underscores for hyphens."""
+    return name.replace("-", "_")

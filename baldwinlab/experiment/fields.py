@@ -1,0 +1,81 @@
+"""What every table of an experiment is made of: frozen fields with limits, units and meaning; faults in plain sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
+
+
+class ExperimentError(ValueError):
+    """An experiment that cannot be: one line a fault, each with its path, the value and what is allowed."""
+
+
+class Fields(BaseModel):
+    """A table of an experiment. Unknown names are refused, and so are true and false where a number is wanted."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, strict=False, validate_default=True, protected_namespaces=()
+    )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_number_from_truth(cls, value: Any, info: Any) -> Any:
+        """`true` is not 1: Python would take it so, and hide a slip."""
+        if isinstance(value, bool) and cls.model_fields[info.field_name].annotation not in (bool, Any):
+            raise ValueError("true and false are not numbers")
+        return value
+
+
+def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """`base` with `changes` laid over it, table by table; lists are replaced whole."""
+    merged = dict(base)
+    for key, value in changes.items():
+        below = merged.get(key)
+        merged[key] = merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def plain(value: Any) -> Any:
+    """Tables as dicts and tuples as lists, all the way down."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    return value
+
+
+def sentences(error: ValidationError, model: type[BaseModel]) -> str:
+    """One line a fault: its path, the value, what is allowed. `model` is what was to be made."""
+    return "\n".join(_sentence(fault, model) for fault in error.errors())
+
+
+def _sentence(fault: Any, model: type[BaseModel]) -> str:
+    path = ".".join(str(step) for step in fault["loc"])
+    message = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden":
+        return f"{path}: there is no such field; there are: {', '.join(_names_beside(fault['loc'], model))}"
+    if fault["type"] == "missing":
+        return f"{path}: is missing"
+    if not path:
+        return message
+    value = fault["input"]
+    shown = repr(value) if not isinstance(value, dict) else "this table"
+    if isinstance(value, float) and not math.isfinite(value):
+        shown = str(value)
+    return f"{path} = {shown}: {message[0].lower()}{message[1:]}"
+
+
+def _names_beside(location: Iterable[str | int], model: Any) -> list[str]:
+    """The fields there are where an unknown one was given."""
+    steps = list(location)[:-1]
+    for step in steps:
+        if isinstance(step, str):
+            annotation = model.model_fields[step].annotation
+            inside = getattr(annotation, "__args__", ())
+            model = inside[0] if inside else annotation
+    return list(model.model_fields)

@@ -1,0 +1,207 @@
+"""The experiment of the foragers in MiniWorld: everything that decides a result, apart from the seed.
+
+Field defaults are the standard reading of the paper; every field carries its meaning and unit, its limits are checked, and an
+unknown name is refused. TOML and Python show the same tree. A choosing field names a part; the part's own fields, if it has
+any, stand in a table of its name beside it, and only while it is chosen.
+
+Source: the paper's section "Simulation setup"; the fields that name a reading (R1 to R8) are the choices that the paper
+leaves open, see docs/model.md.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
+from baldwinlab.experiment.choices import one_of
+from baldwinlab.experiment.fields import Fields
+
+Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
+SenseName, BodyName, NetworkName = one_of("sense"), one_of("body"), one_of("network")
+RuleName, FeatureName = one_of("learning rule"), one_of("world feature")
+
+
+class Start(Fields):
+    """Where agents are born: uniformly in a disc."""
+
+    x: Coordinate = Field(160.0, description="centre of the disc, units of length")
+    y: Coordinate = Field(160.0, description="centre of the disc, units of length; y points down")
+    radius: float = Field(40.0, ge=0, le=1_000_000, description="radius of the disc, units of length")
+    headings: Literal["equal", "random"] = Field(
+        "equal", description="of newborns; equal: all along +x; random: each one of the 40 there are"
+    )
+
+
+class FoodRegion(Fields):
+    """A rectangle in which items lie uniformly; an eaten item reappears in its own region at once."""
+
+    x: tuple[Coordinate, Coordinate] = Field(description="left and right edge, units of length")
+    y: tuple[Coordinate, Coordinate] = Field(description="upper and lower edge, units of length")
+    count: int = Field(50, ge=0, le=1_000_000, description="items in the region at any time")
+    energy: float = Field(1.0, ge=0, le=1_000_000, description="energy that an item gives to its eater")
+
+    @model_validator(mode="after")
+    def _edges_in_order(self) -> Self:
+        for axis, (low, high) in (("x", self.x), ("y", self.y)):
+            if not low < high:
+                raise ValueError(f"{axis} = [{low:g}, {high:g}] must go from a smaller to a larger number")
+        return self
+
+
+class World(Fields):
+    """The map: a torus, y pointing down, so that headings grow clockwise."""
+
+    width: float = Field(640.0, ge=10, le=1_000_000, description="units of length")
+    height: float = Field(640.0, ge=10, le=1_000_000, description="units of length")
+    start: Start = Start()
+    food: tuple[FoodRegion, ...] = Field((), max_length=64, description="food regions, none to 64")
+    features: tuple[FeatureName, ...] = Field((), max_length=16, description="what else there is in the world; [] for nothing")
+
+    @model_validator(mode="after")
+    def _everything_on_the_map(self) -> Self:
+        if self.start.x >= self.width or self.start.y >= self.height:
+            raise ValueError(
+                f"start ({self.start.x:g}, {self.start.y:g}) must lie on the map of {self.width:g} x {self.height:g}"
+            )
+        if self.start.radius > min(self.width, self.height) / 2:
+            raise ValueError(
+                f"start.radius {self.start.radius:g} must be at most half the map, {min(self.width, self.height) / 2:g}"
+            )
+        for number, region in enumerate(self.food):
+            if region.x[1] > self.width or region.y[1] > self.height:
+                raise ValueError(f"food[{number}] must lie on the map of {self.width:g} x {self.height:g}")
+        return self
+
+
+class Senses(Fields):
+    kinds: tuple[SenseName, ...] = Field(
+        ("food",), min_length=1, max_length=8, description="one after the other; food: three binary sensors for food"
+    )
+    visual_radius: float = Field(40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)")
+    boundaries: Literal["closed", "open"] = Field(
+        "closed", description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)"
+    )
+
+
+class Contact(Fields):
+    shape: Literal["circle", "square"] = Field(
+        "circle", description="circle: Euclidean distance of centres; square: the larger of its two components (R2)"
+    )
+    reach: float = Field(10.0, gt=0, le=100_000, description="an item nearer than this is touched, units of length (R2)")
+
+
+class Motor(Fields):
+    body: BodyName = Field("walker", description="walker: turns left or right by 9 degrees, or goes straight at double speed")
+    noise: float = Field(
+        0.0, ge=0, le=1, description="probability, in every step, that the action is drawn at random instead of chosen"
+    )
+
+
+class Network(Fields):
+    """Topology of the action module, and of the reinforcement module."""
+
+    kind: NetworkName = Field("feed-forward", description="feed-forward: layers of logistic units, without memory")
+    hidden: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = Field(
+        (10,), max_length=8, description="units in each hidden layer; [] for none"
+    )
+    biases: bool = Field(False, description="biases on hidden and output units, N(0, 1), evolved and learned like weights (R3)")
+
+
+class Learning(Fields):
+    """What changes weights in life, and what controls for it."""
+
+    rule: RuleName = Field(
+        "none",
+        description="self-taught: backpropagation towards the reinforcement module; drift: each weight moves as far as "
+        "self-teaching would have moved it, in a direction drawn at birth",
+    )
+    rate: float = Field(0.01, ge=0, le=10, description="learning rate, per step")
+    evolved_rate: bool = Field(
+        False, description="every agent inherits a gene g, like a weight, and learns at rate * 10^g, but at most at 10"
+    )
+    steps: int = Field(100_000_000, ge=0, le=100_000_000, description="steps of a life after which learning stops")
+    teacher: Literal["inherited", "shuffled", "fresh"] = Field(
+        "inherited",
+        description="reinforcement modules of the children; shuffled: dealt anew among them; fresh: drawn from N(0, 1)",
+    )
+    cost_per_step: float = Field(0.0, ge=0, le=1_000_000, description="energy that a step of learning costs")
+    cost_per_change: float = Field(
+        0.0,
+        ge=0,
+        le=1_000_000,
+        description="energy per unit of distance between an agent's weights at birth and at death",
+    )
+
+
+class Lifetime(Fields):
+    steps: int = Field(5000, ge=1, le=100_000_000, description="time steps in a life")
+    update: Literal["simultaneous", "sequential"] = Field(
+        "simultaneous", description="sequential: agent after agent, each finds what the last one left (R7)"
+    )
+
+
+class Experiment(BaseExperiment):
+    """One experimental condition of foragers, whole: same experiment and seed, same bits.
+
+    >>> import baldwinlab as bl
+    >>> bl.load("evo/A").replace(lifetime={"steps": 100}).lifetime.steps
+    100
+    """
+
+    name: Name = "experiment"
+    model: Literal["miniworld"] = Field("miniworld", description="the kind of life")
+    world: World = World()
+    population: Population = Population()
+    senses: Senses = Senses()
+    contact: Contact = Contact()
+    motor: Motor = Motor()
+    network: Network = Network()
+    learning: Learning = Learning()
+    evolution: Evolution = Evolution()
+    lifetime: Lifetime = Lifetime()
+    record: Record = Record()
+
+    @model_validator(mode="after")
+    def _reach_within_the_map(self) -> Self:
+        half = min(self.world.width, self.world.height) / 2
+        for path, value in (("senses.visual_radius", self.senses.visual_radius), ("contact.reach", self.contact.reach)):
+            if value > half:
+                raise ValueError(f"{path} {value:g} must be at most half the map, {half:g}, or a thing would be seen twice")
+        return self
+
+    @property
+    def learns(self) -> bool:
+        return self.learning.rule != "none"
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """The networks in a genome."""
+        return tuple(self.part("learning.rule").modules)
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """What is sensed, a name an input."""
+        return tuple(name for sense in self.parts("senses.kinds") for name in sense.inputs)
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """What can be done, a name an action; each is an output of the network."""
+        return tuple(self.part("motor.body").actions)
+
+    @property
+    def layer_sizes(self) -> tuple[int, ...]:
+        """Units from the inputs (left, front, right) to the actions (left, forward, right)."""
+        return tuple(self.part("network.kind").layers(len(self.inputs), self.network.hidden, len(self.actions)))
+
+    @property
+    def weight_count(self) -> int:
+        """Weights in one module."""
+        bias = int(self.network.biases)
+        return sum((inputs + bias) * outputs for inputs, outputs in zip(self.layer_sizes, self.layer_sizes[1:], strict=False))
+
+    @property
+    def genome_length(self) -> int:
+        """Entries for each module: its weights, and the gene of the learning rate if that evolves (used in the action module)."""
+        return self.weight_count + int(self.learning.evolved_rate)

@@ -1,0 +1,171 @@
+"""Models and states, made of an experiment: everything is allocated here, and nothing in compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.lanes import WIDTH
+from baldwinlab.engine.phases import Array, functions_of
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.recall import MOST_INPUTS, kind_of_recall
+from baldwinlab.models.miniworld.state import ARRAYS, FOOD, HEADING_COUNT, Floats, Model, State
+from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
+
+FEW_ITEMS: Final = 8 * WIDTH
+ITEMS_IN_TILE: Final = 10  # on average
+WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
+FOOD_COLOR: Final = "#009E73"
+
+
+def _bundles(count: int) -> int:
+    """How many bundles it takes to hold `count` lanes."""
+    return -(-count // WIDTH)
+
+
+def _aligned(shape: tuple[int, ...], dtype: str, fill: float) -> npt.NDArray[Any]:
+    """An array that begins on a cache line, so that no bundle straddles two."""
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    buffer = np.zeros(size + 64, np.uint8)
+    offset = -buffer.ctypes.data % 64
+    array = buffer[offset : offset + size].view(dtype).reshape(shape)
+    array[...] = fill
+    return array
+
+
+def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
+    """All regions of items: the world's food, then what features add."""
+    food = tuple(
+        ItemRegion(kind=FOOD, x=r.x, y=r.y, count=r.count, energy=r.energy, color=FOOD_COLOR) for r in experiment.world.food
+    )
+    return food + tuple(region for feature in experiment.parts("world.features") for region in feature.items())
+
+
+def item_kinds(experiment: Experiment) -> tuple[str, ...]:
+    """The kinds of items there are, by number; food is the first, whether there is any or not."""
+    return tuple(dict.fromkeys([FOOD, *(region.kind for region in item_regions(experiment))]))
+
+
+def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
+    """For a part's `derived`: the number of a kind of items, -1 where there are none."""
+    return lambda part, experiment: item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
+
+
+def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
+    """Columns and rows of the tiles that a region's items are sorted into.
+
+    One tile for a few items, and where an agent would have to look at most tiles anyway.
+    """
+    width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
+    edge = math.sqrt(width * height * ITEMS_IN_TILE / max(1, region.count))
+    looked_at = (2 * experiment.senses.visual_radius + edge) ** 2  # an area
+    if region.count <= FEW_ITEMS or looked_at > WORTH_SORTING * width * height:
+        return 1, 1
+    return max(1, round(width / edge)), max(1, round(height / edge))
+
+
+def _circle() -> tuple[Floats, Floats]:
+    """Cosine and sine of every heading; rounded, so that a quarter turn is exactly 0 or 1."""
+    angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
+    cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
+    sine = np.array([round(math.sin(angle), 15) + 0.0 for angle in angles], np.float32)
+    return cosine, sine
+
+
+def make_model(experiment: Experiment, worlds: int) -> Model:
+    world, contact = experiment.world, experiment.contact
+    cosine, sine = _circle()
+    regions, stride = item_regions(experiment), experiment.part("motor.body").stride
+    boxes = np.array([(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32).reshape(-1, 4)
+    farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
+    alert_radius = (farthest_touch + stride) * 1.001 + 0.25  # with room for rounding
+    margin = max(experiment.senses.visual_radius, alert_radius) + stride
+    grid = np.array([_grid(region, experiment) for region in regions], np.int64).reshape(-1, 2)
+    compact = [2 * (r.x[1] - r.x[0] + margin) < world.width and 2 * (r.y[1] - r.y[0] + margin) < world.height for r in regions]
+    looked_for = {sense.item_kind for sense in experiment.parts("senses.kinds")}
+    return Model(
+        worlds=worlds,
+        agents=experiment.population.size,
+        width=np.float32(world.width),
+        height=np.float32(world.height),
+        start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
+        random_headings=world.start.headings == "random",
+        region_kind=np.array([item_kinds(experiment).index(region.kind) for region in regions], np.int64),
+        regions=boxes,
+        region_items=np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
+        region_tiles=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
+        grid=grid,
+        tile_size=(boxes[:, 1::2] / grid).astype(np.float32),
+        images=np.where(compact, 1, 9).astype(np.int64),
+        cosine=cosine,
+        sine=sine,
+        visual_radius=np.float32(experiment.senses.visual_radius),
+        alert_radius=np.float32(alert_radius),
+        open_boundaries=experiment.senses.boundaries == "open",
+        square_contact=contact.shape == "square",
+        reach=np.float32(contact.reach),
+        motor_noise=np.float32(experiment.motor.noise),
+        inputs=len(experiment.inputs),
+        learning_steps=experiment.learning.steps,
+        always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
+    )
+
+
+def dimensions(experiment: Experiment) -> dict[str, int]:
+    """How many there are of what arrays are declared with."""
+    regions = item_regions(experiment)
+    items, tiles = sum(region.count for region in regions), sum(math.prod(_grid(region, experiment)) for region in regions)
+    return {
+        "weights": experiment.weight_count,
+        "units": sum(experiment.layer_sizes),
+        "inputs": len(experiment.inputs),
+        "actions": len(experiment.actions),
+        "answers": len(experiment.actions) << min(len(experiment.inputs), MOST_INPUTS),
+        "regions": max(1, len(regions)),
+        "items": items,
+        "slots": items + WIDTH * max(1, len(regions)),
+        "tiles": tiles,
+        "tile ends": tiles + max(1, len(regions)),
+    }
+
+
+def make_state(experiment: Experiment, worlds: int) -> State:
+    lanes, sizes = _bundles(worlds * experiment.population.size) * WIDTH, dimensions(experiment)
+
+    def allocate(array: Array) -> npt.NDArray[Any]:
+        rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
+        shape = {"agent": (*rows, lanes), "world": (worlds, *rows), "block": rows}[array.owner]
+        return _aligned(shape, array.dtype, array.fill)
+
+    def made(part: Part) -> Any:
+        return compiled_values(part, experiment, allocate)
+
+    recall = kind_of_recall(experiment)
+    return State(
+        **{name: allocate(array) for name, array in ARRAYS.items()},
+        recall=recall.Compiled(*map(allocate, recall.arrays.values())),
+        network=made(experiment.part("network.kind")),
+        rule=made(experiment.part("learning.rule")),
+        body=made(experiment.part("motor.body")),
+        senses=tuple(map(made, experiment.parts("senses.kinds"))),
+        features=tuple(map(made, experiment.parts("world.features"))),
+    )
+
+
+def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
+    """Every array of a state, its parts' too, always in the same order."""
+    for entry in state:
+        if isinstance(entry, np.ndarray):
+            yield entry
+        elif isinstance(entry, tuple):
+            yield from arrays_of(entry)
+
+
+def phases_of(state: State) -> tuple[Callable[..., Any], ...]:
+    """The phases of a state's parts: what is compiled in beside the step itself."""
+    parts = (state.recall, state.network, state.rule, state.body, *state.senses, *state.features)
+    return tuple(each for part in parts for each in functions_of(type(part).part))

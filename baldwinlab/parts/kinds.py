@@ -1,0 +1,262 @@
+"""The kinds of part, and the phases of each: what a part of that kind may do, when, and with what.
+
+A part is a class derived from one of these kinds, with a name: `class Social(LearningRule, name="social")`. Its annotations are
+fields of the experiment; `arrays` declares what it works on; its static methods are its phases. A phase that it has not is
+the one written here. Phases take the part first: in compiled code that is a NamedTuple of its numeric fields, of what is
+`derived` and of its arrays. Their arguments are named as here. What the others are:
+
+    model   what never changes in a life: see models/miniworld/state.py, `Model`
+    state   what does, and the other parts: state.network, state.rule, state.body, state.senses, state.features
+    lane    an agent's column in arrays [row, lane], or a bundle of sixteen; only `get` and `put` reach it
+    world, agent   numbers; the agent's lane is world * model.agents + agent
+
+A phase *per agent* must look at no other agent. A phase *per world* sees all of them: `meet`, `build`, `advance`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.lanes import Lane, Mask, Value, choose, get, put
+from baldwinlab.engine.phases import Array, phase
+from baldwinlab.experiment import choices
+from baldwinlab.experiment.fields import Fields
+
+ZERO, ONE = np.float32(0), np.float32(1)
+
+
+class Part(Fields):
+    """A piece of a model. Its fields are the experiment's; `name` is what chooses it.
+
+    arrays   by name, declared with `per_agent` or `per_world`; rows are numbers or "weights", "units", "inputs", "actions"
+    derived  by name, a function of (part, experiment) whose number or array the phases need
+    """
+
+    kind: ClassVar[str] = ""
+    name: ClassVar[str] = ""
+    arrays: ClassVar[Mapping[str, Array]] = {}
+    derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
+    Compiled: ClassVar[type]  # the NamedTuple that its phases get
+
+    def __init_subclass__(cls, name: str = "", **options: Any) -> None:
+        super().__init_subclass__(**options)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
+        super().__pydantic_init_subclass__(**options)
+        if not name:
+            return  # a kind, or a base that parts share
+        built_in = choices.is_built_in(cls.kind, name, cls.__module__)
+        _require_signatures(cls)
+        cls.name = name
+        made: Any = namedtuple("Compiled", [*numeric_fields(cls), *cls.derived, *cls.arrays])  # type: ignore[misc]
+        made.__module__, made.__qualname__ = cls.__module__, f"{cls.__qualname__}.Compiled"  # so that Numba's cache finds it
+        made.part = cls
+        cls.Compiled = made
+        if not built_in:
+            choices.add(cls.kind, name, cls)
+
+    @classmethod
+    def phases(cls) -> tuple[Callable[..., Any], ...]:
+        """The functions of its phases, its own or the kind's."""
+        return tuple(getattr(cls, each) for each in phase_names(cls))
+
+    def check(self, experiment: Any) -> None:
+        """Raises ValueError, with a sentence, where the part cannot be in that experiment."""
+
+
+def phase_names(kind: type[Part]) -> list[str]:
+    """The names of the phases that parts of a kind have."""
+    base = next(each for each in kind.__mro__ if Part in each.__bases__)
+    return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
+
+
+def numeric_fields(part: type[Part]) -> list[str]:
+    """The fields that compiled code can read: numbers, true and false."""
+    return [name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)]
+
+
+def _require_signatures(part: type[Part]) -> None:
+    for name in phase_names(part):
+        wanted = [*inspect.signature(_of_kind(part, name)).parameters]
+        given = vars(part).get(name)
+        if given is not None and not isinstance(given, staticmethod):
+            raise TypeError(f"{part.__name__}.{name} must be a static method: @staticmethod def {name}({', '.join(wanted)})")
+        if [*inspect.signature(getattr(part, name)).parameters] != wanted:
+            raise TypeError(f"{part.__name__}.{name} must have the arguments of its kind: {name}({', '.join(wanted)})")
+
+
+def _of_kind(part: type[Part], name: str) -> Callable[..., Any]:
+    base = next(each for each in part.__mro__ if Part in each.__bases__)
+    return getattr(base, name)  # type: ignore[no-any-return]
+
+
+@phase
+def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+    """Per agent: which of the part's inputs are 1, as bits, the first input's the lowest."""
+    return 0
+
+
+@phase
+def decide(part: Any, model: Any, state: Any, lane: Lane) -> None:
+    """Per agent: the action, into state.action: unless the body says otherwise, the largest output, a tie going to the first."""
+    rows, actions = state.activations.shape[0], state.targets.shape[0]
+    best, action = get(state.activations, rows - actions, lane), ZERO
+    put(state.action, 0, lane, action)
+    for number in range(1, actions):
+        output = get(state.activations, rows - actions + number, lane)
+        put(state.action, 0, lane, choose(output > best, np.float32(number), get(state.action, 0, lane)))
+        best = choose(output > best, output, best)
+
+
+@phase
+def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
+    """Per agent: do the action: turn, and change place."""
+
+
+@phase
+def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
+    """Per agent: fill `activations` [unit, lane] from its first rows, the inputs, to its last, the outputs."""
+
+
+@phase
+def backward(part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane) -> None:
+    """Per agent: change `weights` so that the outputs move towards `targets`. `errors` [unit, lane] is scratch."""
+
+
+@phase
+def hatch(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
+    """Per agent, at birth: make the part's arrays ready. The weights are there already."""
+
+
+@phase
+def meet(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    """Per world, when all have acted and before anybody learns: what needs a look at others. It may write what is the agents'."""
+
+
+@phase
+def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
+    """Per agent: change state.weights."""
+
+
+@phase
+def build(part: Any, model: Any, state: Any, world: int) -> None:
+    """Per world, at its beginning: make the part's arrays ready. Nobody is born yet, nothing has grown."""
+
+
+@phase
+def forbids(part: Any, model: Any, x: np.float32, y: np.float32) -> bool:
+    """Per agent: whether nobody can be born, and nothing grow, at a place."""
+    return False
+
+
+@phase
+def hides(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value, dy: Value) -> Mask:
+    """Per agent: whether what is at (x + dx, y + dy) cannot be seen from (x, y)."""
+    return dx * ZERO > ONE  # false, for each item
+
+
+@phase
+def stops(part: Any, model: Any, x: Value, y: Value) -> Mask:
+    """Per agent: whether nobody can step to (x, y): who would stays where it is."""
+    return x * ZERO > ONE
+
+
+@phase
+def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    """Per world, at the end of a step: what changes in the world by itself."""
+
+
+class Sense(Part):
+    """What an agent is told of its surroundings: binary inputs of its network."""
+
+    kind = "sense"
+    inputs: ClassVar[tuple[str, ...]] = ()  # their names
+    sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ()  # where each looks, degrees clockwise from the heading
+    item_kind: ClassVar[str] = ""  # of items that it looks for by `see`
+
+    sense = staticmethod(sense.default)
+
+
+class Body(Part):
+    """What an agent can do."""
+
+    kind = "body"
+    actions: ClassVar[tuple[str, ...]] = ()  # their names; each is an output of the network
+    stride: ClassVar[float] = 2.0  # the longest way in one step, units of length
+
+    decide = staticmethod(decide.default)
+    move = staticmethod(move.default)
+
+
+class Network(Part):
+    """What turns inputs into outputs: layers of units, whose activations and weights are numbered from the inputs on."""
+
+    kind = "network"
+    memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
+
+    def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
+        """Units in each layer. The first `inputs` units are the inputs, the last `actions` ones the outputs."""
+        return (inputs, *hidden, actions)
+
+    forward = staticmethod(forward.default)
+    backward = staticmethod(backward.default)
+
+
+class LearningRule(Part):
+    """What changes an agent's weights in life."""
+
+    kind = "learning rule"
+    modules: ClassVar[tuple[str, ...]] = ("action",)  # networks in a genome; with "reinforcement", its answer is in state.targets
+    learns: ClassVar[bool] = True
+    color: ClassVar[str] = "#0072B2"
+
+    hatch = staticmethod(hatch.default)
+    meet = staticmethod(meet.default)
+    learn = staticmethod(learn.default)
+
+
+class ItemRegion(Fields):
+    """A rectangle in which items of a kind lie uniformly; an eaten one reappears in its own region at once."""
+
+    kind: str
+    x: tuple[float, float]
+    y: tuple[float, float]
+    count: int
+    energy: float
+    color: str
+
+
+class WorldFeature(Part):
+    """What else there is in the world: kinds of items, walls, whatever hides, stops or moves."""
+
+    kind = "world feature"
+
+    def items(self) -> tuple[ItemRegion, ...]:
+        """The items that it adds to the world's food."""
+        return ()
+
+    def marks(self) -> tuple[dict[str, Any], ...]:
+        """What is drawn of it: {"shape": "rectangle", "x", "y", "width", "height", "color", "label"}."""
+        return ()
+
+    build = staticmethod(build.default)
+    forbids = staticmethod(forbids.default)
+    hides = staticmethod(hides.default)
+    stops = staticmethod(stops.default)
+    advance = staticmethod(advance.default)
+
+
+def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
+    """The NamedTuple that a part's phases get."""
+    own: dict[str, Any] = {}
+    for name in numeric_fields(type(part)):
+        value = getattr(part, name)
+        own[name] = np.float32(value) if type(part).model_fields[name].annotation is float else value
+    derived = {name: make(part, experiment) for name, make in type(part).derived.items()}
+    return part.Compiled(**own, **derived, **{name: allocate(array) for name, array in type(part).arrays.items()})

@@ -1,0 +1,44 @@
+"""Social learning: everybody learns towards what the agent that has eaten most so far does.
+
+    baldwinlab run evo/A --part examples/parts/social.py --set learning.rule=social --set learning.social.least=3
+
+Nobody inherits a teacher. Who the best is takes a look at all agents of a world, so it is found in the phase per world,
+`meet`; each then learns by itself. The idea is old: see Boyd and Richerson, Culture and the Evolutionary Process (1985).
+"""
+
+
+from baldwinlab.parts import Field, LearningRule, backward, get
+
+
+
+class Social(LearningRule, name="social"):
+    """Learns towards what the agent that has eaten most so far does."""
+
+    least: int = Field(1, ge=1, le=1_000_000, description="items that the best must have eaten, or nobody learns")
+
+    @staticmethod
+    def meet(part, model, state, world, step):
+        first = world * model.agents
+        best, most = first, -1
+        for lane in range(first, first + model.agents):
+            eaten = 0
+            for region in range(state.eaten.shape[0]):
+                eaten += state.eaten[region, lane]
+            if eaten > most:
+                best, most = lane, eaten
+        rows, actions = state.activations.shape[0], state.targets.shape[0]
+        for lane in range(first, first + model.agents):
+            model_lane = best if most >= part.least else lane  # towards oneself is not to learn
+            for k in range(actions):
+                state.targets[k, lane] = state.activations[rows - actions + k, model_lane]
+
+    @staticmethod
+    def learn(part, model, state, step, lane):
+        rate = get(state.rate, 0, lane)
+        backward(state.network, rate, state.weights, state.activations, state.errors, state.targets, lane)
+
+    @staticmethod
+    def oracle(part, agents, agent, naive):
+        best = max(agents, key=lambda other: other.eaten)  # of equals, the first
+        target = (best if best.eaten >= part.least else agent).outputs
+        naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)

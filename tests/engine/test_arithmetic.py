@@ -1,0 +1,169 @@
+"""Functions without libm: as exact as they claim, in plain Python the same bits, and nothing of libm in the machine code."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import math
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from decimal import Decimal, getcontext
+from pathlib import Path
+from types import SimpleNamespace
+
+import numba
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.special import ndtri
+
+import baldwinlab
+from baldwinlab.engine.arithmetic import logarithm, normal_quantile, power_of_ten, sigmoid
+from baldwinlab.engine.lanes import square_root
+
+Function = Callable[[float], float]
+Numbers = npt.NDArray[np.float64]
+FUNCTIONS: tuple[Function, ...] = (logarithm, power_of_ten, normal_quantile)
+RANDOM = np.random.default_rng(1)
+ARGUMENTS: dict[Function, Numbers] = {
+    logarithm: np.concatenate([np.exp(RANDOM.uniform(-744, 709, 2000)), RANDOM.uniform(0.5, 2, 2000), [5e-324, 1, 2.0**1023]]),
+    power_of_ten: np.concatenate([RANDOM.uniform(-307, 308.2, 2000), RANDOM.normal(0, 1, 2000), np.arange(-300.0, 308.0)]),
+    normal_quantile: np.concatenate(
+        [RANDOM.uniform(0, 1, 4000), np.exp(RANDOM.uniform(-700, 0, 2000)), [2.0**-33, 1 - 2.0**-33]]
+    ),
+}
+
+
+def of_all(function: Function, arguments: Numbers) -> Numbers:
+    return np.array([function(each) for each in arguments.tolist()])
+
+
+def units_in_last_place(found: Numbers, exact: list[Decimal]) -> float:
+    return max(
+        float(abs(Decimal(each) - right) / Decimal(math.ulp(float(right))))
+        for each, right in zip(found.tolist(), exact, strict=True)
+    )
+
+
+def test_the_logarithm_is_exact_to_a_unit_in_the_last_place() -> None:
+    getcontext().prec = 40
+    arguments = ARGUMENTS[logarithm]
+    assert units_in_last_place(of_all(logarithm, arguments), [Decimal(each).ln() for each in arguments.tolist()]) < 1
+    assert logarithm(1) == 0
+
+
+def test_a_power_of_ten_is_exact_to_two_units_in_the_last_place() -> None:
+    getcontext().prec = 40
+    arguments = ARGUMENTS[power_of_ten]
+    exact = [Decimal(10) ** Decimal(each) for each in arguments.tolist()]
+    assert units_in_last_place(of_all(power_of_ten, arguments), exact) < 2
+    assert power_of_ten(0) == 1
+
+
+def test_a_normal_quantile_is_that_of_scipy_to_fifteen_digits_and_symmetric() -> None:
+    arguments = ARGUMENTS[normal_quantile]
+    np.testing.assert_allclose(of_all(normal_quantile, arguments), ndtri(arguments), rtol=2e-15, atol=0)
+    dyadic = RANDOM.integers(1, 2**32, 1000) * 2.0**-33  # so that 1 - p is exact
+    np.testing.assert_array_equal(of_all(normal_quantile, dyadic), -of_all(normal_quantile, 1 - dyadic))
+
+
+@pytest.mark.parametrize(
+    ("function", "argument", "expected"),
+    [
+        (logarithm, 0.0, -math.inf), (logarithm, -1.0, math.nan), (logarithm, math.inf, math.inf),
+        (power_of_ten, 308.3, math.inf), (power_of_ten, 1e300, math.inf), (power_of_ten, -1e300, 0), (power_of_ten, -330, 0),
+        (power_of_ten, -320.0, 1e-320), (power_of_ten, -math.inf, 0),
+        (normal_quantile, 0.0, -math.inf), (normal_quantile, 1.0, math.inf), (normal_quantile, 0.5, 0),
+        (normal_quantile, 1.5, math.nan), (normal_quantile, -0.5, math.nan),
+    ],
+)  # fmt: skip
+def test_where_a_function_ends(function: Function, argument: float, expected: float) -> None:
+    np.testing.assert_equal(function(argument), expected)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_no_number_gives_no_number(function: Function) -> None:
+    assert math.isnan(function(math.nan))
+
+
+def print_bits() -> None:
+    for function in FUNCTIONS:
+        print(hashlib.sha256(of_all(function, ARGUMENTS[function]).tobytes()).hexdigest())
+    print(hashlib.sha256(np.array([sigmoid(z) for z in grid()], np.float32).tobytes()).hexdigest())
+
+
+def test_plain_python_gives_the_same_bits(capsys: pytest.CaptureFixture[str]) -> None:
+    print_bits()
+    root = Path(baldwinlab.__file__).parents[1]
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", "from tests.engine.test_arithmetic import print_bits; print_bits()"],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, cwd=root, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout == capsys.readouterr().out
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_the_machine_code_calls_nothing_but_python(function: Function) -> None:
+    fresh = numba.njit(getattr(function, "py_func"), _nrt=False, error_model="numpy")  # noqa: B009
+    fresh(0.25)
+    (code,) = fresh.inspect_llvm().values()
+    declared = re.findall(r"^declare .*?@([\w.$]+)\(", code, re.MULTILINE)
+    assert "PyFloat_FromDouble" in declared
+    assert [name for name in declared if not name.startswith("Py")] in ([], ["llvm.fabs.f64"], ["llvm.fabs.f64", "llvm.sqrt.f64"])
+
+
+def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    if importlib.util.find_spec("numba_cuda") is None:
+        pytest.skip("needs the extra 'cuda': make cuda")
+    from numba.cuda import compile_ptx, types
+
+    from baldwinlab.models.miniworld.kernels import uncontracted
+
+    def kernel(out: Numbers, x: float) -> None:
+        out[0] = logarithm(x)
+        out[1] = power_of_ten(x)
+        out[2] = normal_quantile(x)
+
+    device = SimpleNamespace(compute_capability=(9, 0))
+    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
+    with uncontracted():
+        code, _ = compile_ptx(kernel, (types.float64[::1], types.float64), cc=(9, 0))
+    operations = set(re.findall(r"^\s+(?:@\S+ )?((?:add|sub|mul|div|fma|mad|rcp|sqrt|ex2|lg2)\.\S*f64)", code, re.MULTILINE))
+    assert operations == {"add.rn.f64", "sub.rn.f64", "mul.rn.f64", "div.rn.f64", "sqrt.rn.f64"}
+    assert not re.search(r"^\s+call", code, re.MULTILINE)
+
+
+def test_a_square_root_is_that_of_ieee_754() -> None:
+    root = numba.njit(lambda x: square_root(x))
+    for number in RANDOM.uniform(0, 1e6, 100).tolist():
+        assert root(number) == math.sqrt(number)
+        assert root(np.float32(number)) == np.sqrt(np.float32(number))
+
+
+def grid() -> list[np.float32]:
+    values = np.concatenate([np.linspace(-20, 20, 40_001), np.geomspace(1e-30, 1e30, 4_001), -np.geomspace(1e-30, 1e30, 4_001)])
+    return list(values.astype(np.float32))
+
+
+def logistic(z: float) -> float:
+    return 1 / (1 + math.exp(-z)) if z > -700 else 0.0
+
+
+def test_the_sigmoid_is_the_logistic_function_to_the_precision_of_float32() -> None:
+    assert max(abs(float(sigmoid(z)) - logistic(float(z))) for z in grid()) < 2.5e-7
+
+
+def test_the_sigmoid_lies_strictly_between_0_and_1_and_is_a_half_at_0() -> None:
+    values = [sigmoid(z) for z in grid()]
+    assert all(0 < value < 1 for value in values)
+    assert all(isinstance(value, float | np.float32) for value in values)
+    assert sigmoid(np.float32(0)) == 0.5
+    assert sigmoid(np.float32(-0.0)) == 0.5
+
+
+def test_the_sigmoid_of_minus_z_is_1_minus_the_sigmoid_of_z() -> None:
+    for z in grid():
+        assert abs(float(sigmoid(z)) + float(sigmoid(-z)) - 1) < 1e-7

@@ -1,0 +1,90 @@
+"""Evolution as compiled functions against the same in NumPy and SciPy: the same bits, whatever the numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from baldwinlab.evolution import SCHEMES, Moment, bequeath, breed, cost_of_learning, draw_genome, fitness, next_genome
+from baldwinlab.experiment import Experiment
+from baldwinlab.presets import load
+from tests.evolution import oracle
+
+SCHEMES_AND_FITNESS = st.sampled_from(sorted(SCHEMES)).flatmap(
+    lambda scheme: st.tuples(
+        st.just(scheme),
+        st.lists(
+            st.one_of(st.sampled_from([0.0, 1.0, 2.0]), st.floats(0.0 if scheme == "roulette" else -1e6, 1e6)),
+            min_size=1, max_size=40,
+        ),
+    )
+)  # fmt: skip
+MOMENTS = st.builds(Moment, *[st.integers(0, 2**31 - 1)] * 3)
+
+
+def experiment_of(agents: int, **changes: Any) -> Experiment:
+    return load("evo+self-taught/A").replace(population={"size": agents}, network={"hidden": [2]}, **changes)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    SCHEMES_AND_FITNESS, MOMENTS, st.sampled_from(["weight", "child"]), st.sampled_from(["inherited", "shuffled", "fresh"]),
+    st.floats(0, 1), st.floats(0, 1000),
+)  # fmt: skip
+def test_children_and_parents_are_the_oracles(
+    drawn: tuple[str, list[float]], moment: Moment, gate: str, teacher: str, rate: float, size: float
+) -> None:
+    scheme, values = drawn
+    evolution = {"selection": scheme, "mutation_gate": gate, "mutation_rate": rate, "mutation_size": size}
+    experiment = experiment_of(len(values), evolution=evolution, learning={"teacher": teacher})
+    genome = draw_genome(experiment, moment)
+    of_agents = np.array(values)
+    for found, expected in zip(
+        breed(experiment, genome, of_agents, moment), oracle.breed(experiment, genome, of_agents, moment), strict=True
+    ):
+        assert found.dtype == expected.dtype
+        assert found.tobytes() == expected.tobytes()
+
+
+@settings(max_examples=30, deadline=None)
+@given(MOMENTS, st.integers(1, 50), st.booleans())
+def test_founders_are_the_oracles(moment: Moment, agents: int, evolved_rate: bool) -> None:
+    experiment = experiment_of(agents, learning={"evolved_rate": evolved_rate}, evolution={"inheritance": "none"})
+    founders = oracle.draw_genome(experiment, moment)
+    np.testing.assert_array_equal(draw_genome(experiment, moment), founders)
+    found, parents = next_genome(experiment, moment, founders + 1, np.ones(agents))
+    np.testing.assert_array_equal(found, founders)
+    assert (parents == -1).all()
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
+def test_what_is_bequeathed_is_the_oracles(share: float) -> None:
+    experiment = experiment_of(30, evolution={"lamarckian_share": share}, learning={"evolved_rate": True})
+    genome = draw_genome(experiment, Moment(1, 0, 0))
+    learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0, : experiment.weight_count]
+    inherited = bequeath(experiment, genome, learned)
+    assert inherited.tobytes() == oracle.bequeath(experiment, genome, learned).tobytes()
+    assert bequeath(experiment, genome, None) is genome
+
+
+@pytest.mark.parametrize("regions", [0, 1, 7])
+def test_fitness_is_the_oracles(regions: int) -> None:
+    food = [{"x": [0, 9], "y": [0, 9], "energy": 0.1 * (number + 1)} for number in range(regions)]
+    eaten = np.random.default_rng(1).integers(0, 100, (30, max(1, regions))).astype(np.int32)
+    for learning in ({}, {"cost_per_step": 0.001, "steps": 700}):
+        experiment = experiment_of(30, world={"food": food}, learning=learning)
+        genome = draw_genome(experiment, Moment(1, 0, 0))
+        learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0]
+        found, expected = (each(experiment, eaten, genome, learned) for each in (fitness, oracle.fitness))
+        assert found.tobytes() == expected.tobytes()
+
+
+def test_the_cost_of_change_is_the_oracles_though_it_is_added_up_in_another_order() -> None:
+    experiment = experiment_of(30, learning={"cost_per_change": 0.3, "cost_per_step": 0.001})
+    genome, learned = (draw_genome(experiment, Moment(seed, 0, 0)) for seed in (1, 2))
+    found, expected = (each(experiment, genome, learned[:, 0]) for each in (cost_of_learning, oracle.cost_of_learning))
+    np.testing.assert_allclose(found, expected, rtol=1e-15)
