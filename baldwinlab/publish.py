@@ -14,7 +14,7 @@ from baldwinlab.factors import SWEEP
 from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import read
 from baldwinlab.multiverse.publish import FILE
-from baldwinlab.presets import paper
+from baldwinlab.papers import Paper, of_study
 from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.statistics.contrasts import contrasts
@@ -22,8 +22,6 @@ from baldwinlab.studies.facts import facts
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps import publish as sweeps
-
-EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
 
 
 def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
@@ -37,35 +35,37 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
         return []
     study.require_runs()
     data = open_study(study.directory)
-    results = claims.evaluate(data, last)
-    claims.write(results, data, study.directory, last)
+    paper = of_study(study.directory, study.paper)
+    results = claims.evaluate(data, last, paper)
+    claims.write(results, data, study.directory, last, study.paper)
     tell("drawing the figures")
-    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last, _sections(study, data, last))
+    traces = _emergence(study, data, paper) if "emergence" in paper.about.figures else []
+    sections, made_by = _sections(study, data, last, paper), paper if study.paper else None
+    write_report(study.directory, data, results, traces, facts(study), out, last, sections, made_by)
     return results
 
 
-def _sections(study: Study, data: xr.Dataset, last: int) -> list[Section]:
+def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[Section]:
     """What else is known of the study: conditions of one's own compared, and what other commands have left in its folder."""
     found = []
-    own = set(study.experiments) - {experiment.name for experiment in paper()}
+    own = set(study.experiments) - set(paper.own() if paper.claims else ())
     if own and (compared := contrasts(data, last)):
         found.append(Section("compared", "Conditions compared", render("report/contrasts.html", contrasts=compared, last=last)))
     if measured := stored.read(study.directory, study.factors):
-        found.append(assays.section(measured, study.directory, last))
+        found.append(assays.section(measured, study.directory, last, paper.words.inference))
     places = [study.directory / name / FILE for name in ("multiverse-full", "multiverse")]
     multiverses = [read(place) for place in places if place.exists()]
     return found + [readings.section(multiverse, study.directory / "figures") for multiverse in multiverses[:1]]
 
 
-def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:
+def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]:
     """The typical population at several generations, of the condition that the paper shows, or else of the first there is."""
-    stored = [
-        condition for condition in (EMERGENCE, *study.experiments) if condition in study.experiments and study.runs(condition)
-    ]
+    preferred = (paper.about.emergence, *study.experiments)
+    stored = [condition for condition in preferred if condition in study.experiments and study.runs(condition)]
     condition, run = stored[0], typical_run(data, stored[0])
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]
     return [
-        replay(experiment, study.seed, generation, run, energy)
+        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy)
         for generation in emergence_generations(experiment.evolution.generations)
     ]

@@ -36,7 +36,7 @@ def small_study(
     directory: Path, experiments: list[Experiment] | None = None, runs: int = 3, seed: int = 5, workers: int = 2
 ) -> Study:
     experiments = experiments or [small("evo/A"), small("evo+self-taught/A")]
-    study = create(directory, experiments, seed, factors={one.name: factors(one.name) for one in experiments if "/" in one.name})
+    study = create(directory, experiments, seed, factors=factors())
     run_study(study, missing_runs(study, runs, ignore), workers, silent, ignore)
     return study
 

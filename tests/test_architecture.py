@@ -13,10 +13,12 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version", "files", "factors"},
+    {"errors", "factors", "version"},
+    {"files"},
     {"experiment"},
     {"engine"},
-    {"parts", "presets", "variables"},
+    {"papers", "parts", "variables"},
+    {"presets"},
     {"evolution"},
     {"models"},
     {"runs"},
@@ -27,6 +29,7 @@ FLOORS = [
     {"report"},
     {"assays", "multiverse", "sweeps"},
     {"publish", "console"},
+    {"api"},
     {"lab"},
     {"cli"},
     {"__main__"},

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from baldwinlab.assays import figures, verdict
 from baldwinlab.assays.analysis import Analysis, Number, evaluate, rules, write
 from baldwinlab.assays.stored import Assays
+from baldwinlab.papers.words import Inference
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render
 from baldwinlab.report.words import number
@@ -41,8 +42,10 @@ MEASURES = {
 }
 
 
-def section(assays: Assays, directory: Path, last: int = 10) -> Section:
-    """The section of a report on these assays; writes baldwin.json, baldwin.csv and the figures to `directory`.
+def section(assays: Assays, directory: Path, last: int = 10, inference: Inference | None = None) -> Section:
+    """The section of a report on these assays, beside how a paper infers the effect if it does.
+
+    Writes baldwin.json, baldwin.csv and the figures to `directory`.
 
     Raises ValueError for an assay that is not what it should be, and OSError.
     """
@@ -56,7 +59,7 @@ def section(assays: Assays, directory: Path, last: int = 10) -> Section:
         rules=rules(),
         headlines={subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects},
         findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
-        paper=verdict.beside_the_paper(analysis) if analysis.subjects else "",
+        paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference else "",
         figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
         table=numbers_table(analysis),
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),

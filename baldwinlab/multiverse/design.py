@@ -94,10 +94,9 @@ def experiments(readings: Iterable[Reading]) -> list[Experiment]:
 
 def factors(readings: Iterable[Reading]) -> dict[str, Factors]:
     """The factors of these experiments, by name."""
-    paper = {condition.name: presets.factors(condition.name) for condition in presets.paper()}
-    return {
-        f"{reading.name}/{name}": found._replace(reading=reading.name) for reading in readings for name, found in paper.items()
-    }
+    known = presets.factors()
+    paper = [condition.name for condition in presets.paper()]
+    return {f"{reading.name}/{name}": known[name]._replace(reading=reading.name) for reading in readings for name in paper}
 
 
 def by_reading(conditions: Mapping[str, Factors]) -> dict[Reading, dict[str, str]]:

@@ -15,13 +15,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import choices
 
 PREFIX: Final = "baldwinlab_part_"
 GROUP: Final = "baldwinlab.parts"
 
 
-class PartError(ValueError):
+class PartError(BaldwinLabError, ValueError):
     """A part that cannot be loaded, or that is not the one a study was made with."""
 
 

@@ -13,8 +13,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
+from baldwinlab.errors import ArgumentError
 from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, fitness, next_genome
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backend import CPU, Backend, choose
 from baldwinlab.version import __version__
@@ -22,13 +24,14 @@ from baldwinlab.version import __version__
 SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
 
-def simulate(experiment: Experiment, seed: int = 0, run: int = 0, backend: str = "auto") -> xr.Dataset:
+def simulate(experiment: Experiment, *, seed: int = 0, run: int = 0, backend: str = "auto") -> xr.Dataset:
     """Evolve one population from its first generation to its last.
 
     `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
     "cuda". Returns the variables of `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError
-    for a seed out of range, and for a backend that cannot be used here.
+    for a seed out of range, for a setting that would do nothing, and for a backend that cannot be used here.
     """
+    require_effect([experiment])
     return simulate_block(experiment, seed, [run], choose(backend))[0]
 
 
@@ -62,10 +65,10 @@ def _weights_count(experiment: Experiment) -> bool:
 
 
 def check_seed(seed: int, *runs: int) -> None:
-    """Raises ValueError for a seed or a run that is not in [0, 2**31)."""
+    """Raises ArgumentError for a seed or a run that is not in [0, 2**31)."""
     for name, value in (("seed", seed), *(("run", run) for run in runs)):
         if not 0 <= value < SEED_LIMIT:
-            raise ValueError(f"{name} = {value} must be at least 0 and less than {SEED_LIMIT}")
+            raise ArgumentError(name, value, f"must be at least 0 and less than {SEED_LIMIT}")
 
 
 class History:

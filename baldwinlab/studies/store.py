@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
@@ -37,7 +38,7 @@ _BLANK = "0" * 64
 _CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
 
-class StudyError(Exception):
+class StudyError(BaldwinLabError):
     """A directory that is not the study it should be, or cannot be read or written."""
 
 
@@ -109,6 +110,7 @@ class Study:
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
             self.kind, self.factors = _kind_and_factors(facts, directory)
+            self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError) as error:
@@ -196,10 +198,12 @@ def create(
     seed: int,
     kind: Kind = CONDITIONS,
     factors: Mapping[str, Factors] = MappingProxyType({}),
+    paper: str = "",
 ) -> Study:
     """Make a study, or open the one that is there if it is the same.
 
     `factors` are those of the conditions by name; a condition without a learner is its own, but for the points of a sweep.
+    `paper` is the name of the one that it is made by, if any.
     Raises StudyError if the directory holds another study or anything else: it is never mixed, never overwritten.
     """
     names = [experiment.name for experiment in experiments]
@@ -207,7 +211,7 @@ def create(
         raise StudyError(f"two conditions have the same name: {', '.join(names)}")
     if (directory / "study.toml").exists():
         study = Study(directory)
-        _require_same(study, experiments, seed)
+        _require_same(study, experiments, seed, paper)
         return study
     try:
         if directory.exists() and not all(_may_lie_in_a_study(entry) for entry in directory.iterdir()):
@@ -217,15 +221,16 @@ def create(
             if path.exists() and from_toml(path.read_text("utf-8"), str(path)) != experiment:
                 raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
             write_atomically(path, to_toml(experiment).encode())
-        write_atomically(directory / "study.toml", _facts(names, seed, kind, factors).encode())
+        write_atomically(directory / "study.toml", _facts(names, seed, kind, factors, paper).encode())
     except OSError as error:
         raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)
 
 
-def _facts(names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors]) -> str:
+def _facts(names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors], paper: str) -> str:
     """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
-    lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}", "", "[factors]"]
+    lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}"]
+    lines += [f"paper = {json.dumps(paper)}"] * bool(paper) + ["", "[factors]"]
     for name in names if kind != SWEEP else ():
         found = factors.get(name, Factors())
         found = found._replace(learner=found.learner or name)
@@ -238,10 +243,12 @@ def _may_lie_in_a_study(entry: Path) -> bool:
     return entry.name == "runs" or (entry / "runs").is_dir()
 
 
-def _require_same(study: Study, experiments: Sequence[Experiment], seed: int) -> None:
+def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, paper: str) -> None:
     where = f"{study.directory} holds another study"
     if study.seed != seed:
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
+    if paper and study.paper not in (paper, ""):
+        raise StudyError(f"{where}: it is of the paper {study.paper}, not {paper}; choose another --out")
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
         raise StudyError(

@@ -143,17 +143,17 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
             raise ExperimentError(f"{path}: fields.{field} has a value twice; in a grid, each must be another")
 
 
-def create(directory: Path, sweep: Sweep, path: Path) -> list[Experiment]:
+def create(directory: Path, sweep: Sweep, path: Path, text: str | None = None) -> list[Experiment]:
     """Make the study of a sweep, or open the one that is there if it is the same; gives its points.
 
-    `path` is the sweep's file, of which a copy is kept. Raises ExperimentError where a point cannot be, and StudyError if the
-    directory holds anything else, as `store.create` does.
+    `path` is the sweep's file, of which a copy is kept; where there is none, `text` is what it would say. Raises
+    ExperimentError where a point cannot be, and StudyError if the directory holds anything else, as `store.create` does.
     """
     points = experiments(sweep, path)
     if (directory / FILE).exists() and (there := len(Study(directory).experiments)) != len(points):
         raise StudyError(f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out")
     store.create(directory, points, sweep.seed, SWEEP)
-    write_atomically(directory / FILE, path.read_bytes())
+    write_atomically(directory / FILE, path.read_bytes() if text is None else text.encode())
     return points
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors, coordinates
@@ -39,7 +38,7 @@ def study(eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: i
     dims = ("condition", "run", "generation", "agent")
     coords = {"condition": list(eaten), "run": range(runs), "generation": range(generations), "agent": range(agents)}
     texts = [to_toml(experiment(name, generations, agents)) for name in eaten]
-    factors = [Factors(name) if "/" not in name else presets.factors(name) for name in eaten]
+    factors = [Factors(*name.rpartition("/")[::2]) if "/" in name else Factors(name) for name in eaten]
     data = {"food_eaten": (dims, food), "energy": (dims, food.copy()), "experiment": ("condition", texts)}
     return xr.Dataset(data, coords | coordinates(factors), {"seed": 7})
 

@@ -37,7 +37,7 @@ def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, 
         evolution={"generations": GENERATIONS}, lifetime={"steps": STEPS}, population={"size": AGENTS}
     )
     runs = next(iter(arrays.values())).shape[0]
-    facts = {"experiment": to_toml(experiment), "seed": 1, **factors(condition)._asdict()}
+    facts = {"experiment": to_toml(experiment), "seed": 1, **factors()[condition]._asdict()}
     return dataset(ASSAYS[assay], arrays, facts).assign_coords(coords | {"run": np.arange(runs)})
 
 

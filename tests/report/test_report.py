@@ -10,7 +10,9 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
+from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate
+from baldwinlab.factors import Factors
 from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, typical_run, write_report
 from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
@@ -18,6 +20,7 @@ from baldwinlab.report.words import number, probability
 from tests.analysis.studies import AS_THE_PAPER, study, trace
 from tests.report.browsing import complaints_and_width
 
+PAPER = papers.load()
 FORAGERS = "evo+self-taught/B"
 FACTS = {
     "seed": 7,
@@ -112,24 +115,24 @@ def test_the_typical_run_is_the_one_in_the_middle() -> None:
 
 
 def test_the_reading_is_named_or_spelt_out() -> None:
-    assert reading(load("evo/A")) == "standard"
-    assert reading(load("evo/A", "literal")) == "literal"
-    assert reading(load("evo/A").replace(lifetime={"steps": 9})) == "evo/A is standard but for lifetime.steps = 9"
-    assert reading(load("evo/A").replace(name="mine")) == "mine is an experiment of its own"
+    assert reading(load("evo/A"), PAPER) == "standard"
+    assert reading(load("evo/A", "literal"), PAPER) == "literal"
+    assert reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER) == "evo/A is standard but for lifetime.steps = 9"
+    assert reading(load("evo/A").replace(name="mine"), PAPER) == "mine is an experiment of its own"
     assert setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")}) == "40 or 4"
 
 
 def test_maps_are_titled_by_what_tells_them_apart() -> None:
     paper = {name: load(name) for name in AS_THE_PAPER}
-    assert list(worlds(paper, {name: factors(name) for name in paper})) == ["Map A", "Map B"]
+    assert list(worlds(paper, factors())) == ["Map A", "Map B"]
     moved = load("evo/A").replace(world={"start": {"x": 100}})
     own = {"one/A": load("evo/A"), "two/A": moved}
-    assert list(worlds(own, {name: factors(name) for name in own})) == ["one/A", "two/A"]
+    assert list(worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})) == ["one/A", "two/A"]
 
 
 def test_facts_may_be_absent() -> None:
     assert timing({}) == ""
-    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}))["seed"] == "7"
+    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"] == "7"
     assert open_choices([], {}) == []
 
 
