@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.errors import RefusedError
 from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.runs.simulate import check_seed, facts, simulate_block
@@ -41,7 +41,7 @@ def replay(
     return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
 
 
-def energy_before(experiment: Experiment, moment: Moment) -> xr.DataArray | None:
+def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | None:
     """What the generations before `moment` ate, (generation, agent), lived for it; None before the first."""
     seed, run, generation = moment
     if generation == 0:
@@ -50,15 +50,16 @@ def energy_before(experiment: Experiment, moment: Moment) -> xr.DataArray | None
     return simulate_block(experiment.replace(**before), seed, [run])[0]["energy"]
 
 
-def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
+def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
     """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
 
     What is learned cannot be known without living, so with Lamarckian inheritance `energy` is of no use.
     """
     seed, run, generation = moment
-    if experiment.evolution.inheritance == "none":
+    inheritance = experiment.part("evolution.inheritance")
+    if inheritance.afresh:
         return draw_genome(experiment, moment)
-    if experiment.evolution.lamarckian_share and generation > 0:
+    if inheritance.wants_learned(experiment) and generation > 0:
         whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
         return np.asarray(simulate_block(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
     if energy is None:

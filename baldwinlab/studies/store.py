@@ -22,7 +22,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from baldwinlab.errors import BaldwinLabError
@@ -31,7 +30,7 @@ from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
 from baldwinlab.studies import older
-from baldwinlab.variables import from_netcdf
+from baldwinlab.variables import from_netcdf, packed, whole
 
 FORMAT = 2
 _BLANK = "0" * 64
@@ -47,10 +46,8 @@ class DamagedRecordError(StudyError):
 
 
 def encode(run: xr.Dataset) -> bytes:
-    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank. Genomes that are not kept take no room."""
-    kept = run.genome.notnull().any(("agent", "module", "weight")).values
-    packed = run.drop_vars("genome").assign(kept_genome=run.genome[kept].rename(generation="kept_generation"))
-    raw = bytes(packed.assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
+    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank."""
+    raw = bytes(packed(run).assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
     return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
@@ -66,10 +63,9 @@ def verify(raw: bytes) -> None:
 
 def decode(raw: bytes) -> xr.Dataset:
     """The run in a record that has been verified."""
-    packed = from_netcdf(raw)
-    genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
-    del packed.attrs["checksum"]
-    return packed.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
+    record = from_netcdf(raw)
+    del record.attrs["checksum"]
+    return whole(record)
 
 
 def record_path(directory: Path, condition: str, run: int) -> Path:

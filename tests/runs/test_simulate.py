@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.runs.simulate import History, simulate, simulate_block
+from baldwinlab.runs.simulate import History, live_block, simulate, simulate_block
+from baldwinlab.studies.store import encode
 from baldwinlab.variables import RUN
 from tests.small import small
 
@@ -47,6 +48,18 @@ def test_genomes_are_kept_at_the_stride_that_the_experiment_names_and_at_the_end
     assert kept.values.tolist() == [True, False, True, False, True, True]
     assert np.array_equal(some.genome[kept.values], every.genome[kept.values])
     assert np.array_equal(some.food_eaten, every.food_eaten)
+
+
+def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_room_for_more() -> None:
+    experiment = small().replace(evolution={"generations": 7}, record={"genome_every": 3}, lifetime={"steps": 5})
+    held = []
+
+    def look(histories: Sequence[History]) -> None:
+        held.append(histories[0].record().kept_generation.values.tolist())
+
+    (history,) = live_block(experiment, seed=1, runs=[2], after_generation=look)
+    assert held == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
+    assert encode(history.record()) == encode(history.dataset())
 
 
 def test_energy_is_what_items_give_and_decides_who_breeds() -> None:
