@@ -10,7 +10,6 @@ Nobody inherits a teacher. Who the best is takes a look at all agents of a world
 from baldwinlab.parts import Field, LearningRule, backward, get
 
 
-
 class Social(LearningRule, name="social"):
     """Learns towards what the agent that has eaten most so far does."""
 
