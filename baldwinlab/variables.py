@@ -38,6 +38,16 @@ RECORD: Mapping[str, Variable] = {name: variable for name, variable in RUN.items
     "kept_genome": RUN["genome"]._replace(dims=("kept_generation", "agent", "module", "weight"))
 }
 
+
+def of_record(experiment: Any) -> Mapping[str, Variable]:
+    """What a run of an experiment records: `RECORD`, with what its own model or its own kinds of items add."""
+    if experiment.model != "miniworld":
+        return {name: variable for name, variable in RECORD.items() if name != "food_eaten"} | dict(experiment.of_model.records)
+    kinds = {item.kind for feature in experiment.parts("world.features") for item in feature.items()}
+    eaten = RECORD["food_eaten"]
+    return dict(RECORD) | {f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds}
+
+
 TRACE: Mapping[str, Variable] = {
     "x": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed"),
     "y": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed; points down"),

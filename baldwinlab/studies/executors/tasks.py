@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import Backend
 from baldwinlab.runs.simulate import live_block
@@ -37,7 +38,7 @@ class Executor(NamedTuple):
     do: Callable[[Study, Sequence[Task], int, Backend], Generator[int, None, None]]
 
 
-class ExecutorError(Exception):
+class ExecutorError(BaldwinLabError):
     """A place where tasks cannot be done any longer."""
 
 
