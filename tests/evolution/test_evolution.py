@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.stats import chisquare, kstest, rankdata
 from baldwinlab.engine import rng
 from baldwinlab.evolution import Genome, Moment, Parents, Uniforms, breed, draw_genome, select
 from baldwinlab.evolution.variation import Crossover, OneGenome
-from baldwinlab.experiment import ExperimentError
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
@@ -24,8 +25,13 @@ MOMENT = Moment(seed=11, run=0, generation=1)
 SCHEMES = ["roulette", "tournament", "truncation", "rank", "neutral"]
 
 
+@cache
+def selecting_by(scheme: str) -> Experiment:
+    return load("evo/A").replace(evolution={"selection": scheme})
+
+
 def selected(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
-    return select(load("evo/A").replace(evolution={"selection": scheme}), fitness, uniforms)
+    return select(selecting_by(scheme), fitness, uniforms)
 
 
 def drawn_parents(scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2500) -> npt.NDArray[np.int32]:
