@@ -285,21 +285,19 @@ def validate(tree: dict[str, Any], reading: bool = False) -> Any:
     except ValidationError as error:
         raise ExperimentError(sentences(error, made)) from None
     if not reading:
-        _let_parts_check(experiment)
+        _let_foreign_parts_check(experiment)
     return experiment
 
 
-def _let_parts_check(experiment: BaseExperiment) -> None:
+def _let_foreign_parts_check(experiment: BaseExperiment) -> None:
     """Raises ExperimentError for what a foreign part refuses."""
     for path, kind, _ in choosing_fields(type(experiment)):
-        chosen = paths.look_up(experiment, path)[0]
-        for name, part in zip((chosen,) if isinstance(chosen, str) else chosen, experiment.parts(path), strict=True):
-            if name in choices.BUILT_IN[kind]:
-                continue
-            try:
-                part.check(experiment)
-            except ValueError as error:
-                raise ExperimentError(str(error)) from None
+        if any(each == kind for each, _ in foreign_choices(experiment)):
+            for part in experiment.parts(path):
+                try:
+                    part.check(experiment)
+                except ValueError as error:
+                    raise ExperimentError(str(error)) from None
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
