@@ -19,7 +19,7 @@ from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
 FEW_ITEMS: Final = 8 * WIDTH
 ITEMS_IN_TILE: Final = 10  # on average
 WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
-FOOD_COLOR: Final = "#009E73"
+FOOD_COLOR: Final = "green"  # of `baldwinlab.palette`
 
 
 def _bundles(count: int) -> int:
@@ -165,7 +165,7 @@ def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
             yield from arrays_of(entry)
 
 
-def phases_of(state: State) -> tuple[Callable[..., Any], ...]:
+def phases_of(state: State) -> tuple[Any, ...]:
     """The types of a state's parts, and their phases: what is compiled in beside the step itself."""
     parts = (state.recall, state.network, state.rule, state.body, *state.senses, *state.features)
     return tuple(each for part in parts for each in (type(part), *functions_of(type(part).part)))
