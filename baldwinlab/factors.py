@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # presets are shown without it, which takes a while to load
     import xarray as xr
 
 Kind = Literal["conditions", "sweep", "multiverse"]
