@@ -18,8 +18,11 @@ from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, 
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
-ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
-Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
+if TYPE_CHECKING:
+    ModelName = Selection = Variation = Inheritance = Fitness = str
+else:
+    ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
+    Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
 
 Chosen = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""
@@ -78,7 +81,7 @@ class BaseExperiment(Fields):
 
         Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
         """
-        return validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))  # type: ignore[return-value]
+        return validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))
 
     def to_dict(self) -> dict[str, Any]:
         return self.model_dump(mode="json")
@@ -268,7 +271,7 @@ class _Unread(BaseExperiment, extra="allow"):
     record: Record = Record()
 
 
-def validate(tree: dict[str, Any], reading: bool = False) -> BaseExperiment:
+def validate(tree: dict[str, Any], reading: bool = False) -> Any:
     """The experiment that `tree` describes. Raises ExperimentError with a line for every fault.
 
     `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.

@@ -8,10 +8,10 @@ from typing import Any
 import tomlkit
 from pydantic import BaseModel
 
-from baldwinlab.experiment import Experiment, ExperimentError, validate
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
 
 
-def to_toml(experiment: Experiment) -> str:
+def to_toml(experiment: BaseExperiment) -> str:
     """The whole experiment as TOML, every field with its meaning, ready to be edited and loaded."""
     document = tomlkit.document()
     _fill(document, experiment)
@@ -49,6 +49,7 @@ def from_toml(text: str, where: str) -> Experiment:
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
     try:
-        return validate(tree)
+        made: Experiment = validate(tree)
     except ExperimentError as error:
         raise ExperimentError("\n".join(f"{where}: {line}" for line in str(error).splitlines())) from None
+    return made

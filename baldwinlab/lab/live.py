@@ -22,6 +22,7 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from baldwinlab import presets
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.live_run import LiveRun, check_size, seconds_in
@@ -99,7 +100,7 @@ class Live:
         records = run.records()
         experiment = run.experiment.replace(evolution={"generations": run.lived})
         with self._lock:
-            study = create(_new_directory(root, name), [experiment], run.seed)
+            study = create(_new_directory(root, name), [experiment], run.seed, factors=presets.factors())
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
         run.kept = name

@@ -22,16 +22,14 @@ class Lives(NamedTuple):
 
     energy: npt.NDArray[np.float64]  # [run, agent], gained in life
     cost: npt.NDArray[np.float64]  # [run, agent], of learning
-    learned: (
-        npt.NDArray[np.float32] | None
-    )  # [run, agent, weight], the first module at death; None where it is no use
+    learned: npt.NDArray[np.float32] | None  # [run, agent, weight], the first module at death; None where it is no use
     records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
 
 
 class Model(Part):
     """A kind of life."""
 
-    kind = "model"
+    kind: ClassVar[str] = "model"
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
