@@ -133,7 +133,7 @@ class BaseExperiment(Fields):
     def parts(self, path: str) -> tuple[Any, ...]:
         """As `part`, of a field that chooses any number of parts."""
         table, _, field = path.rpartition(".")
-        section = paths.look_up(self, table)[0] if table else self
+        section: Any = paths.look_up(self, table)[0] if table else self
         kind = _kind(type(section), field)
         assert kind is not None, path
         found = getattr(section, field)
