@@ -21,9 +21,12 @@ from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu, cuda, kernels
 from baldwinlab.models.miniworld.backend import GPU_PAYS, Block, choose
-from baldwinlab.models.miniworld.state import make_model, make_state
+from baldwinlab.models.miniworld.make import make_model, make_state
+from baldwinlab.models.miniworld.state import ARRAYS, State
+from baldwinlab.parts import load_file
 from tests.worlds import small
 
+PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
 STEPS = 20
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
@@ -44,19 +47,50 @@ def experiments() -> list[Experiment]:
     wild = {"food": FEW, "start": {"headings": "random"}}
     drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 15}
     found.append(small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting))
-    return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
+    found.append(small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True}))
+    return [*found, *foreign(**changes)]
+
+
+def foreign(**changes: Any) -> list[Experiment]:
+    """Experiments with parts of users' own."""
+    for name in ("social", "obstacles", "elman", "self_taught_again"):
+        load_file(PARTS / f"{name}.py")
+    walled = {"food": FEW, "features": ["obstacles"], "obstacles": {"x": [55, 65], "y": [45, 55]}}
+    social = {"rule": "social", "rate": 0.3}
+    lifetime = changes["lifetime"]
+    return [
+        small("evo", **changes, learning=social, world={"food": FEW}),
+        small("evo", **changes | {"lifetime": lifetime | {"update": "sequential"}}, learning=social, world={"food": FEW}),
+        small("evo+self-taught", **changes, world=walled),
+        small("evo+self-taught", **changes, world={"food": FEW}, network={"kind": "elman"}),
+        small("evo", **changes, world=walled, network={"kind": "elman"}, learning=social),
+        small("evo+self-taught", **changes, world={"food": FEW}, learning={"rule": "self-taught-again"}),
+    ]
+
+
+def arrays_of_lives(state: State, agents: int) -> dict[str, npt.NDArray[np.generic]]:
+    """All that a state has of its worlds and agents, but not of those that fill it up, by name."""
+    holders = {"": (state, ARRAYS)}
+    for name, parts in zip(state._fields, state, strict=True):
+        for number, part in enumerate([parts] if hasattr(parts, "_fields") else parts if isinstance(parts, tuple) else []):
+            holders[f"{name} {number} "] = part, type(part).part.arrays
+    ends = {"agent": (..., slice(agents)), "world": (slice(WORLDS),), "block": ()}
+    return {
+        f"{of}{name}": getattr(holder, name)[ends[array.owner]].copy()
+        for of, (holder, arrays) in holders.items()
+        for name, array in arrays.items()
+    }
 
 
 def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
     """What there is to see of three worlds after a life in two parts."""
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
-    block.begin(1, np.random.default_rng(1).normal(size=shape).astype(np.float32))
-    block.live(0, 7)
-    block.live(7, STEPS)
-    state, agents = block.state, shape[0] * shape[1]
-    names = ("places", "heading", "action", "activations", "weights", "answers")
-    lanes = {name: getattr(state, name)[:, :agents].copy() for name in names}
-    return lanes | {"eaten": block.eaten(), "items": block.items()}
+    for generation in (0, 1):
+        block.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
+        block.live(0, 7)
+        block.live(7, STEPS)
+    lives = arrays_of_lives(block.state, shape[0] * shape[1])
+    return lives | {"eaten": block.eaten(), "items": block.items(), "weights": block.weights()}
 
 
 def simulate_gpu(path: str) -> None:
@@ -86,15 +120,13 @@ def machine_code(experiment: Experiment) -> str:
     from numba.cuda.typing.typeof import typeof
 
     model, state = make_model(experiment, 2), make_state(experiment, 2)
-    sizes, weights = tuple(experiment.layer_sizes), experiment.weight_count
-    begin = kernels.begin_kernel(512, weights)
-    sequential = experiment.lifetime.update == "sequential"
-    live = kernels.live_kernel(512, sizes, experiment.network.biases, model.rule, weights, sequential)
-    arrays = typeof(model), typeof(state)
+    source = kernels.source_of_life(model, state, experiment.lifetime.update == "sequential")
+    begin, live = kernels.begin_kernel(512), kernels.live_kernel(512, source, type(state.network))
+    arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
     with kernels.uncontracted():
         return "".join(
-            compile_ptx(kernel.py_func, (*arrays, *others), cc=(9, 0))[0]
+            compile_ptx(kernel.py_func, (*arguments, *others), cc=(9, 0))[0]
             for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
         )
 
