@@ -7,25 +7,73 @@
 2
 """
 
-from baldwinlab.assays import open_assay
-from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.presets import load
-from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import StudyError
-from baldwinlab.studies.study import open_study
-from baldwinlab.sweep import open_sweep
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from baldwinlab.version import __version__
 
+if TYPE_CHECKING:
+    from baldwinlab.api.records import experiment_of
+    from baldwinlab.api.reproduce import reproduce
+    from baldwinlab.api.study import Study, open, run
+    from baldwinlab.api.sweep import sweep
+    from baldwinlab.assays import open_assay
+    from baldwinlab.errors import BaldwinLabError
+    from baldwinlab.experiment import Experiment, ExperimentError
+    from baldwinlab.presets import load
+    from baldwinlab.runs.replay import replay
+    from baldwinlab.runs.simulate import simulate
+    from baldwinlab.studies.store import StudyError
+    from baldwinlab.studies.study import open_study
+    from baldwinlab.sweeps import open_sweep
+
 __all__ = [
+    "BaldwinLabError",
     "Experiment",
     "ExperimentError",
+    "Study",
     "StudyError",
     "__version__",
+    "experiment_of",
     "load",
+    "open",
     "open_assay",
     "open_study",
     "open_sweep",
     "replay",
+    "reproduce",
+    "run",
     "simulate",
+    "sweep",
 ]
+
+_HOME = {  # of what is loaded when it is first asked for: Numba, xarray and SciPy take a second
+    "BaldwinLabError": "errors",
+    "Experiment": "experiment",
+    "ExperimentError": "experiment",
+    "Study": "api.study",
+    "StudyError": "studies.store",
+    "experiment_of": "api.records",
+    "load": "presets",
+    "open": "api.study",
+    "open_assay": "assays",
+    "open_study": "studies.study",
+    "open_sweep": "sweeps",
+    "replay": "runs.replay",
+    "reproduce": "api.reproduce",
+    "run": "api.study",
+    "simulate": "runs.simulate",
+    "sweep": "api.sweep",
+}
+
+
+if not TYPE_CHECKING:  # a type checker would take any name
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import platform
-import resource
 import sys
 import tempfile
 import time
@@ -39,7 +38,7 @@ class Record(NamedTuple):
     agent_steps_per_second: float
     seconds: float
     compile_seconds: float
-    peak_mib: float
+    peak_mib: float | None  # None where the system does not tell
     threads: int
 
 
@@ -69,8 +68,16 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     else:
         generations = 100 if chosen is CPU else 10  # of many more worlds
         agent_steps, seconds, threads = _condition(chosen, case, generations // 5 if quick else generations)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
-    return Record(case, agent_steps / seconds, seconds, compile_seconds, peak, threads)
+    return Record(case, agent_steps / seconds, seconds, compile_seconds, peak_mib(), threads)
+
+
+def peak_mib() -> float | None:
+    """The most memory that this process has held, MiB; None on Windows, where Python does not tell."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
 
 
 def _experiments(case: str) -> list[Experiment]:

@@ -7,8 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
 from urllib.parse import urlsplit
-from urllib.request import url2pathname
 from uuid import uuid4
+
+from baldwinlab.errors import RefusedError
 
 PARTIAL = ".partial"  # the ending of a file that is being written
 
@@ -17,11 +18,13 @@ def location(text: str | Path) -> Path:
     """The place that a path or a URL such as s3://bucket/study names.
 
     A path and a file:// URL give a Path. Any other URL gives what `universal_pathlib` makes of it: no Path by type, but with
-    the methods of one that this package uses. Raises ValueError, with a sentence for the user, where it cannot be reached.
+    the methods of one that this package uses. Raises RefusedError, with a sentence for the user, where it cannot be reached.
     """
     if isinstance(text, Path) or "://" not in str(text):
         return Path(text)
     if str(text).startswith("file://"):
+        from urllib.request import url2pathname  # here, because to load it takes a while
+
         return Path(url2pathname(urlsplit(str(text)).path))
     require_cluster_extra(str(text))
     from upath import UPath
@@ -30,14 +33,14 @@ def location(text: str | Path) -> Path:
         place = UPath(text, use_listings_cache=False)  # workers elsewhere write there too, so nothing stays as it was listed
         place.exists()
     except Exception as error:  # every kind of store has faults of its own
-        raise ValueError(f"{text} cannot be reached: {' '.join(str(error).split())}") from None
+        raise RefusedError(f"{text} cannot be reached: {' '.join(str(error).split())}") from None
     return cast(Path, place)
 
 
 def require_cluster_extra(what: str) -> None:
-    """Raises ValueError, with a sentence for the user, where the extra `cluster` is not installed."""
+    """Raises RefusedError, with a sentence for the user, where the extra `cluster` is not installed."""
     if not all(find_spec(name) for name in ("upath", "distributed", "dask_jobqueue")):
-        raise ValueError(f"{what} needs the extra 'cluster': pip install 'baldwinlab[cluster]'")
+        raise RefusedError(f"{what} needs the extra 'cluster': pip install 'baldwinlab[cluster]'")
 
 
 def is_local(path: Path) -> bool:

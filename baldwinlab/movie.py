@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from PIL import Image, ImageDraw
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.files import write_atomically
 
 SIZE = 640  # pixels of the longer side
@@ -22,7 +23,7 @@ TRAIL = 60  # steps
 BACKGROUND, FOOD, AGENT, TRAILS, EATER = "#fbfaf7", "#009e73", "#0072b2", "#9cc3e0", "#d55e00"
 
 
-class MovieError(Exception):
+class MovieError(BaldwinLabError):
     """A moving picture that cannot be made."""
 
 

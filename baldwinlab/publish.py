@@ -14,18 +14,17 @@ import xarray as xr
 from baldwinlab.analysis import assays, claims, readings, responses
 from baldwinlab.analysis.contrasts import contrasts
 from baldwinlab.multiverse import conditions_by_reading
-from baldwinlab.presets import paper
+from baldwinlab.papers import Paper, of_study
 from baldwinlab.report import Section, baldwin, emergence_generations, render, typical_run, write_page, write_report
 from baldwinlab.report import readings as every_reading
 from baldwinlab.report.responses import write_sweep_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions, open_study
-from baldwinlab.sweep import is_sweep, open_sweep
+from baldwinlab.sweeps import is_sweep, open_sweep
 from baldwinlab.version import __version__
 
 MULTIVERSE = "multiverse.json"  # what came of a multiverse, in its folder
-EMERGENCE = "evo+self-taught/B"  # the paper shows foraging emerge in this condition
 
 
 def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
@@ -39,21 +38,24 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
         return []
     study.require_runs()
     data = open_study(study.directory)
-    results = claims.evaluate(data, last)
-    claims.write(results, data, study.directory, last)
+    paper = of_study(study.directory, study.paper)
+    results = claims.evaluate(data, last, paper)
+    claims.write(results, data, study.directory, last, study.paper)
     tell("drawing the figures")
-    write_report(study.directory, data, results, _emergence(study, data), facts(study), out, last, _sections(study, data, last))
+    traces = _emergence(study, data, paper) if "emergence" in paper.about.figures else []
+    sections, made_by = _sections(study, data, last, paper), paper if study.paper else None
+    write_report(study.directory, data, results, traces, facts(study), out, last, sections, made_by)
     return results
 
 
-def _sections(study: Study, data: xr.Dataset, last: int) -> list[Section]:
+def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[Section]:
     """What else is known of the study: conditions of one's own compared, and what other commands have left in its folder."""
     found = []
-    own = set(study.experiments) - {experiment.name for experiment in paper()}
+    own = set(study.experiments) - set(paper.own() if paper.claims else ())
     if own and (compared := contrasts(data, last)):
         found.append(Section("compared", "Conditions compared", render("contrasts.html", contrasts=compared, last=last)))
     if stored := assays.read(study.directory):
-        found.append(baldwin.section(stored, study.directory, last))
+        found.append(baldwin.section(stored, study.directory, last, paper.words.inference))
     places = [study.directory / name / MULTIVERSE for name in ("multiverse-full", "multiverse")]
     multiverses = [readings.read(place) for place in places if place.exists()]
     return found + [every_reading.section(multiverse, study.directory / "figures") for multiverse in multiverses[:1]]
@@ -95,16 +97,15 @@ def publish_sweep(study: Study, out: Path, last: int, tell: Callable[[str], None
     write_sweep_report(study.directory, measured, facts(study), out, last)
 
 
-def _emergence(study: Study, data: xr.Dataset) -> list[xr.Dataset]:
+def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]:
     """The typical population at several generations, of the condition that the paper shows, or else of the first there is."""
-    stored = [
-        condition for condition in (EMERGENCE, *study.experiments) if condition in study.experiments and study.runs(condition)
-    ]
+    preferred = (paper.about.emergence, *study.experiments)
+    stored = [condition for condition in preferred if condition in study.experiments and study.runs(condition)]
     condition, run = stored[0], typical_run(data, stored[0])
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]
     return [
-        replay(experiment, study.seed, generation, run, energy)
+        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy)
         for generation in emergence_generations(experiment.evolution.generations)
     ]
 

@@ -33,6 +33,21 @@ RUN: Mapping[str, Variable] = {
     ),
 }
 
+# A run as it is stored: genomes that are not kept take no room.
+RECORD: Mapping[str, Variable] = {name: variable for name, variable in RUN.items() if name != "genome"} | {
+    "kept_genome": RUN["genome"]._replace(dims=("kept_generation", "agent", "module", "weight"))
+}
+
+
+def of_record(experiment: Any) -> Mapping[str, Variable]:
+    """What a run of an experiment records: `RECORD`, with what its own model or its own kinds of items add."""
+    if experiment.model != "miniworld":
+        return {name: variable for name, variable in RECORD.items() if name != "food_eaten"} | dict(experiment.of_model.records)
+    kinds = {item.kind for feature in experiment.parts("world.features") for item in feature.items()}
+    eaten = RECORD["food_eaten"]
+    return dict(RECORD) | {f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds}
+
+
 TRACE: Mapping[str, Variable] = {
     "x": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed"),
     "y": Variable(("step", "agent"), np.float32, "units of length", "position when the agent sensed; points down"),
@@ -89,6 +104,20 @@ def from_netcdf(raw: bytes) -> xr.Dataset:
     """A dataset in netCDF 3, whose coordinates of text are text again. Raises what xarray does for other bytes."""
     found = xr.load_dataset(io.BytesIO(raw), engine="scipy")
     return found.assign_coords({name: found[name].astype(str) for name in found.coords if found[name].dtype.kind in "OS"})
+
+
+def packed(run: xr.Dataset) -> xr.Dataset:
+    """A run as `RUN` declares it, or is stored already, as it is stored."""
+    if "kept_genome" in run:
+        return run
+    kept = run.genome.notnull().any(("agent", "module", "weight")).values
+    return run.drop_vars("genome").assign(kept_genome=run.genome[kept].rename(generation="kept_generation"))
+
+
+def whole(record: xr.Dataset) -> xr.Dataset:
+    """A run as `RUN` declares it, from how it is stored: its genomes are NaN in generations that are not kept."""
+    genome = record.kept_genome.rename(kept_generation="generation").reindex(generation=record.generation)
+    return record.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
 
 
 def dataset(variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:

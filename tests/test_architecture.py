@@ -9,20 +9,23 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"version", "files"},
+    {"errors", "version"},
+    {"files"},
     {"experiment"},
     {"engine"},
-    {"presets", "variables"},
+    {"papers", "variables"},
+    {"presets"},
     {"evolution"},
     {"models"},
     {"runs"},
     {"studies"},
     {"multiverse"},
-    {"assays", "sweep"},
+    {"assays", "sweeps"},
     {"analysis", "movie", "bench"},
     {"figures"},
     {"report"},
     {"publish", "console"},
+    {"api"},
     {"lab"},
     {"cli"},
     {"__main__"},
@@ -35,7 +38,7 @@ FIRST_TOWER = {
     "studies",
     "multiverse",
     "assays",
-    "sweep",
+    "sweeps",
 }
 SECOND_TOWER = {"analysis", "figures", "report", "movie"}
 

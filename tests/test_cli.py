@@ -24,7 +24,7 @@ from baldwinlab.cli import main
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.presets import KINDS, load, names
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweep import open_sweep
+from baldwinlab.sweeps import open_sweep
 from tests.small import contents, small_study
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
@@ -94,6 +94,12 @@ def test_set_may_be_given_once_for_all_or_once_for_each(command: Command) -> Non
     each = command("show", "evo/A", "--set", "lifetime.steps=5", "--set", "population.size=3")
     assert once.out == each.out
     assert "size = 3" in once.out
+
+
+def test_a_part_of_ones_own_is_given_as_a_file(command: Command) -> None:
+    part = str(Path(__file__).parent.parent / "examples" / "parts" / "social.py")
+    chosen = ("--set", "learning.rule=social", "learning.social.least=3")
+    assert "[learning.social]\nleast = 3 #" in command("show", "evo/A", "--part", part, *chosen).out
 
 
 def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_report(command: Command, tmp_path: Path) -> None:
@@ -261,7 +267,12 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
         (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "no/x.csv"], "there is no folder no"),
         (["run", "evo/A", "--out", "study"], "study holds another study"),
         (["run", "evo/A", "--runs", "many"], "many"),
-        (["rum"], "rum"),
+        (["run", "evo/A", "--set", "learning.teacher=shuffled"], 'learning.teacher: does nothing with learning.rule = "none"'),
+        (["assay", "innate", "mine"], "'mine' is too much; write: baldwinlab assay DIRECTORY [--only ONLY] [--workers WORKERS]"),
+        (["report"], "requires an argument"),
+        (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
+        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
+        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, lab"),
     ],
 )
 def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(

@@ -16,7 +16,8 @@ from tests.worlds import small
 
 def learned_in(experiment: Experiment, generation: int, seed: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
     """The action modules of a generation at death, [agent, weight]."""
-    weights: np.ndarray[tuple[int, ...], np.dtype[np.float32]] = replay(experiment, seed, generation)["weight_death"].values[:, 0]
+    trace = replay(experiment, seed=seed, generation=generation)
+    weights: np.ndarray[tuple[int, ...], np.dtype[np.float32]] = trace["weight_death"].values[:, 0]
     return weights
 
 

@@ -29,7 +29,9 @@ def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(docu
     """A block of TOML whose first line is a comment is the file of that name, there for both."""
     for block in blocks(document, "toml"):
         if block.startswith("# "):
-            (tmp_path / block.splitlines()[0].removeprefix("# ")).write_text(block)
+            path = tmp_path / block.splitlines()[0].removeprefix("# ")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(block)
     for line in "".join(blocks(document, "console")).splitlines():
         command, _, target = line.partition(" > ")
         words = [sys.executable, "-m", *shlex.split(command)]

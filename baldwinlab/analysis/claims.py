@@ -1,18 +1,14 @@
-"""The paper's claims held against a study: which hold, which do not, and by how much.
+"""A paper's claims held against a study: which hold, which do not, and by how much.
 
-The claims, their rules and the paper's words are data, in `claims.toml`. All p-values of all claims are one family, corrected
-by Holm's method.
+The claims are data of the paper. All p-values of all claims are one family, corrected by Holm's method.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -25,51 +21,8 @@ from baldwinlab.analysis.rules import RULES, VERDICTS, Verdict, conjunction
 from baldwinlab.analysis.summary import SUMMARY_COLUMNS, by_condition
 from baldwinlab.analysis.tables import to_csv
 from baldwinlab.files import write_atomically
-
-FIRST = "first"  # in place of a condition: the same one, in its first generations
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """What is held against what. Without `b`, `a` is held against `bound`."""
-
-    a: str
-    measure: str
-    rule: str
-    b: str = ""
-    bound: float | None = None
-
-    @property
-    def other(self) -> str:
-        """What `a` is held against, in words."""
-        if not self.b:
-            return f"{self.bound:g}"
-        return f"{self.a}, first generations" if self.b == FIRST else self.b
-
-    @property
-    def conditions(self) -> set[str]:
-        return {self.a, self.b} - {"", FIRST}
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What the paper leaves open."""
-
-    id: str
-    field: str  # where an experiment holds it, such as senses.visual_radius
-    text: str
-
-
-@dataclass(frozen=True)
-class Claim:
-    id: str
-    title: str
-    text: str
-    rule: str  # in words
-    paper: str
-    figure: float | None
-    choices: tuple[Choice, ...]  # that could account for a difference, the likeliest first
-    comparisons: tuple[Comparison, ...]
+from baldwinlab.papers import Paper, load
+from baldwinlab.papers.claims import FIRST, Claim, Comparison
 
 
 @dataclass(frozen=True)
@@ -136,38 +89,17 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-@cache
-def claims() -> tuple[Claim, ...]:
-    """The paper's claims, C1 to C9."""
-    tree = tomllib.loads((files("baldwinlab.analysis") / "claims.toml").read_text("utf-8"))
-    return tuple(_claim(entry, tree["rules"], tree["choices"]) for entry in tree["claims"])
-
-
-def _claim(entry: dict[str, Any], rules: dict[str, str], choices: dict[str, Any]) -> Claim:
-    comparisons = tuple(Comparison(**{"rule": entry["rule"]} | comparison) for comparison in entry["comparisons"])
-    used = dict.fromkeys(comparison.rule for comparison in comparisons)
-    return Claim(
-        id=entry["id"],
-        title=entry["title"],
-        text=entry["claim"],
-        rule=" And: ".join(rules[name] for name in used),
-        paper=entry["paper"],
-        figure=entry.get("figure"),
-        choices=tuple(Choice(name, **choices[name]) for name in entry["choices"]),
-        comparisons=comparisons,
-    )
-
-
-def evaluate(study: xr.Dataset, last: int = 10) -> list[ClaimResult]:
-    """Every claim, decided on averages over the last `last` generations of each run.
+def evaluate(study: xr.Dataset, last: int = 10, paper: Paper | None = None) -> list[ClaimResult]:
+    """Every claim of a paper (the default unless given), decided on averages over the last `last` generations of each run.
 
     `study` has the dimensions (condition, run, generation, agent). A claim about a condition of which there is no run is not
     evaluated and says what is missing. Raises ValueError unless `last` is at least 1.
     """
+    claims = (paper or load()).claims
     samples = _Samples(study, last)
-    missing = {claim: sorted(_conditions(claim) - samples.present) for claim in claims()}
+    missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
     numbers = {
-        comparison: _measure(comparison, samples) for claim in claims() if not missing[claim] for comparison in claim.comparisons
+        comparison: _measure(comparison, samples) for claim in claims if not missing[claim] for comparison in claim.comparisons
     }
     tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
     corrected = dict(zip(tested, statistics.holm([numbers[comparison].p for comparison in tested]), strict=True))
@@ -177,12 +109,8 @@ def evaluate(study: xr.Dataset, last: int = 10) -> list[ClaimResult]:
             tuple(_decide(comparison, numbers[comparison], corrected) for comparison in claim.comparisons if not missing[claim]),
             tuple(missing[claim]),
         )
-        for claim in claims()
+        for claim in claims
     ]
-
-
-def _conditions(claim: Claim) -> set[str]:
-    return set().union(*(comparison.conditions for comparison in claim.comparisons))
 
 
 def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dict[Comparison, float]) -> Finding:
@@ -219,12 +147,14 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
 STATISTICS_COLUMNS = ("claim", "condition_a", "condition_b", "measure", *statistics.Comparison._fields[:-1], "p_holm", "a12")
 
 
-def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, last: int = 10) -> None:
+def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, last: int = 10, paper: str = "") -> None:
     """Write `claims.json`, `statistics.csv` (a row a comparison) and `summary.csv` (a row a condition and measure).
 
-    Each file appears whole or not at all. Raises OSError.
+    Where a paper made the study, each claim says so with its name. Each file appears whole or not at all. Raises OSError.
     """
-    records = json.dumps([result.record() for result in results], indent=2, ensure_ascii=False, allow_nan=False)
+    belongs = {"publication": paper} if paper else {}
+    claims = [result.record() | belongs for result in results]
+    records = json.dumps(claims, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "claims.json", f"{records}\n".encode())
     rows = [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from baldwinlab.analysis import claims
 from baldwinlab.analysis.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 from baldwinlab.files import write_atomically
+from baldwinlab.papers import load
 
 STANDARD = "standard"  # the name of the reading that every other one is held against
 DECIDED = (HOLDS, UNDECIDED, FAILS)
@@ -80,7 +81,7 @@ class Multiverse(_Record):
 
 
 def paper_claims() -> tuple[Claim, ...]:
-    return tuple(Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure) for claim in claims.claims())
+    return tuple(Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure) for claim in load().claims)
 
 
 def reading(
@@ -111,7 +112,7 @@ def _outcome(record: Mapping[str, Any]) -> Outcome:
 
 def distance(outcomes: Mapping[str, Outcome]) -> float | None:
     """The mean of |effect - figure| / figure over the claims for which the paper gives a size; None where one lacks an effect."""
-    sizes = {claim.id: claim.figure for claim in claims.claims() if claim.figure}
+    sizes = {claim.id: claim.figure for claim in load().claims if claim.figure}
     effects = {claim: outcomes[claim].effect for claim in sizes if claim in outcomes}
     found = [abs(effect - sizes[claim]) / sizes[claim] for claim, effect in effects.items() if effect is not None]
     return float(np.mean(found)) if len(found) == len(sizes) else None

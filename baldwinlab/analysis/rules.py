@@ -1,6 +1,6 @@
 """The rules that decide a comparison: each takes what was found, and its bound, and gives a verdict.
 
-`claims.toml` names them and says in words what they do.
+A paper's claims name them; `papers.claims.RULES` says in words what they do.
 """
 
 from __future__ import annotations

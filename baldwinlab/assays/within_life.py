@@ -11,6 +11,7 @@ import numpy.typing as npt
 from baldwinlab.assays.sample import Sample, middle_and_ends
 from baldwinlab.evolution import Genome
 from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.make import arrays_of
 from baldwinlab.runs.relive import born
 from baldwinlab.studies.store import Study
 
@@ -54,7 +55,7 @@ def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.
 
 def _live_and_note_first_meals(block: Block, first: int, last: int, first_meal: npt.NDArray[np.float32]) -> None:
     """Live from step `first` to `last`. Where somebody eats for the first time, go back and live in halves, down to the step."""
-    before = [array.copy() for array in block.state]
+    before = [array.copy() for array in arrays_of(block.state)]
     block.live(first, last)
     new = np.isnan(first_meal) & block.eaten().any(axis=-1)
     if not new.any():
@@ -62,7 +63,7 @@ def _live_and_note_first_meals(block: Block, first: int, last: int, first_meal: 
     if last - first == 1:
         first_meal[new] = first
         return
-    for array, value in zip(block.state, before, strict=True):
+    for array, value in zip(arrays_of(block.state), before, strict=True):
         array[:] = value
     middle = (first + last) // 2
     _live_and_note_first_meals(block, first, middle, first_meal)

@@ -1,30 +1,59 @@
-"""The command line. Only it knows both towers: the study that is run, and the report that is made of it."""
+"""The command line: a thin layer over `baldwinlab.api`. A command's module is loaded when the command is used."""
 
 from __future__ import annotations
 
+import ast
 import sys
+from pathlib import Path
 
 from baldwinlab import console
-from baldwinlab.cli import assays, lab, measure, multiverse, studies, sweeps  # noqa: F401  (each adds its commands)
-from baldwinlab.cli.common import InterruptedStudyError, app
-from baldwinlab.experiment import ExperimentError
-from baldwinlab.movie import MovieError
-from baldwinlab.studies.store import StudyError
+from baldwinlab.cli.common import app
+from baldwinlab.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
+
+COMMANDS = {  # module and function of each
+    "assay": ("assays", "assay"),
+    "bench": ("measure", "bench"),
+    "lab": ("lab", "lab"),
+    "multiverse": ("multiverse", "multiverse"),
+    "papers": ("papers", "papers"),
+    "phylogeny": ("phylogeny", "phylogeny"),
+    "presets": ("presets", "list_presets"),
+    "replay": ("replay", "replay"),
+    "report": ("report", "report"),
+    "reproduce": ("reproduce", "reproduce"),
+    "run": ("run", "run"),
+    "show": ("presets", "show"),
+    "sweep": ("sweeps", "sweep"),
+}
+
+
+def _help(module: str, function: str) -> str:
+    """A command's docstring, read without loading what the command uses, which takes seconds."""
+    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text("utf-8"))
+    (found,) = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in (ast.get_docstring(found) or "").split("\n\n"))
+
+
+for _name, (_module, _function) in COMMANDS.items():
+    app.command(f"baldwinlab.cli.{_module}:{_function}", name=_name, help=_help(_module, _function))
 
 
 def main() -> None:
     """Run the command line; every fault is one clear sentence and a non-zero exit."""
     try:
         app(sys.argv[1:])
-    except (ExperimentError, StudyError, MovieError, ValueError) as error:
-        console.complain(str(error))
-        sys.exit(2)
+    except ArgumentError as error:
+        _fail(error.option, 2)
     except InterruptedStudyError as error:
-        console.complain(str(error))
-        sys.exit(error.code)
-    except KeyboardInterrupt:
-        console.complain("stopped")
-        sys.exit(130)
+        _fail(str(error), 1)
+    except (BaldwinLabError, ValueError) as error:
+        _fail(str(error), 2)
+    except KeyboardInterrupt as error:
+        _fail(str(error) or "stopped", 130)
     except OSError as error:
-        console.complain(f"{error.filename or ''}: {error.strerror}" if error.strerror else str(error))
-        sys.exit(1)
+        _fail(f"{error.filename or ''}: {error.strerror}" if error.strerror else str(error), 1)
+
+
+def _fail(sentence: str, code: int) -> None:
+    console.complain(sentence)
+    sys.exit(code)

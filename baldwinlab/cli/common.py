@@ -1,25 +1,19 @@
-"""What the commands share: the application, its options, and how a study is brought to its runs and to its report."""
+"""What the commands share: the application and its options."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from difflib import get_close_matches
+from importlib.metadata import entry_points
+from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import App, CycloptsError, Parameter, Token
+from cyclopts import App, CycloptsError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
 
 from baldwinlab import console
-from baldwinlab.experiment import Experiment
+from baldwinlab.errors import RefusedError
 from baldwinlab.files import location
-from baldwinlab.models.miniworld.backend import choose
-from baldwinlab.multiverse import conditions_by_reading
-from baldwinlab.publish import publish, publish_multiverse
-from baldwinlab.report.readings import combinations, verdict
-from baldwinlab.runs.simulate import SEED_LIMIT
-from baldwinlab.studies import executors, store
-from baldwinlab.studies.executors import ExecutorError
-from baldwinlab.studies.store import Study
-from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 from baldwinlab.version import __version__
 
 
@@ -27,13 +21,34 @@ def _location(kind: object, tokens: Sequence[Token]) -> Path:
     return location(tokens[0].value)
 
 
+def _sentence(error: CycloptsError) -> str:
+    """What is wrong with the words of a command, and what to write."""
+    if isinstance(error, UnknownCommandError) and error.unused_tokens:
+        name, known = error.unused_tokens[0], [name for name in app if not name.startswith("-")]
+        near = "".join(f" (did you mean {each!r}?)" for each in get_close_matches(name, known, n=1))
+        return f"there is no command {name!r}{near}; there are {', '.join(known)}"
+    if isinstance(error, UnusedCliTokensError) and error.target and error.unused_tokens:
+        many = " ".join(error.unused_tokens)
+        return f"{many!r} is too much; write: {' '.join(['baldwinlab', *(error.command_chain or ()), *_usage(error.target)])}"
+    return " ".join(str(error).split())
+
+
+def _usage(command: Callable[..., Any]) -> Iterator[str]:
+    """The words after a command's name: DIRECTORY [--only ONLY]."""
+    for name, parameter in signature(command).parameters.items():
+        option = f"--{name} " if parameter.kind is parameter.KEYWORD_ONLY else ""
+        word = f"{option}{name.upper()}"
+        yield word if parameter.default is parameter.empty else f"[{word}]"
+
+
 app = App(
     name="baldwinlab",
     help="A laboratory for evolution x lifetime learning.",
     version=__version__,
-    error_formatter=lambda error: f"baldwinlab: {_plain(error)}",
+    error_formatter=lambda error: f"baldwinlab: {_sentence(error)}",
     error_console=console.errors,
     suppress_keyboard_interrupt=False,
+    help_format="plaintext",  # to load Markdown takes a while
 )
 
 Runs = Annotated[int, Parameter(help="independent runs of each condition")]
@@ -46,83 +61,20 @@ Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp:/
 Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
-
-def _plain(error: CycloptsError) -> str:
-    return " ".join(str(error).split())
+Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help="a file with a part of your own; repeatable")]
 
 
-def bring(
-    experiments: Sequence[Experiment],
-    runs: int,
-    seed: int,
-    workers: int | None,
-    directory: Path,
-    backend_name: str,
-    executor_name: str = "threads",
-) -> Study:
-    """Bring a study to the given number of runs, showing how far it is."""
-    require_positive("--runs", runs)
-    if workers is not None:
-        require_positive("--workers", workers)
-    executor = executors.choose(executor_name, workers)
-    if not 0 <= seed < SEED_LIMIT:
-        raise ValueError(f"--seed {seed} must be at least 0 and less than {SEED_LIMIT}")
-    if executor.name != "threads" and backend_name == "auto":
-        backend_name = "cpu"  # whether there is a GPU here says nothing about the workers
-    backend = choose(backend_name, runs * len(experiments), max(experiment.population.size for experiment in experiments))
-    workers = executor.workers
-    if backend.name == "cuda":
-        workers = max(workers, len(experiments), 2)  # one block lives while the children of another are bred
-    study = store.create(directory, experiments, seed)
-    missing = missing_runs(study, runs, console.complain)
-    total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
-    wanted = runs * len(experiments)
-    if not total:
-        console.say(f"{directory}: runs: {wanted}, all of them stored already")
-        return study
-    stored = wanted - sum(map(len, missing.values()))
-    console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
-    try:
-        run_study(study, missing, workers, console.progress, console.say, backend, executor)
-    except KeyboardInterrupt:
-        raise InterruptedStudyError(f"stopped; {_standing(study, runs)}", code=130) from None
-    except ExecutorError as error:
-        raise InterruptedStudyError(f"{error}; {_standing(study, runs)}", code=1) from None
-    except OSError as error:
-        raise InterruptedStudyError(
-            f"cannot write {error.filename or directory}: {error.strerror or error}; {_standing(study, runs)}", code=1
-        ) from None
-    return study
+def load_parts(files: Sequence[Path] | None) -> None:
+    """Make known the parts that installed packages bring, and those in files, before any experiment is read."""
+    if files or entry_points(group="baldwinlab.parts"):
+        from baldwinlab.parts import load_entry_points, load_file  # here, because to load the engine takes a while
+
+        load_entry_points()
+        for file in files or ():
+            load_file(file)
 
 
-def require_positive(name: str, value: int) -> None:
-    if value < 1:
-        raise ValueError(f"{name} {value} must be at least 1")
-
-
-def _standing(study: Study, runs: int) -> str:
-    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
-    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
-
-
-def make_report(study: Study, out: Path, last: int) -> None:
-    """Bring the results of a study, or of a multiverse, on the page and on the screen."""
-    if conditions_by_reading(list(study.experiments)):
-        multiverse = publish_multiverse(study, out, last, console.progress, console.say)
-        console.console.print(console.readings_table(multiverse))
-        for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
-            console.say(f"- {sentence}")
-        console.say(f"report: {out}")
-        return
-    results = publish(study, out, last, console.say)
-    if any(result.record()["verdict"] in console.VERDICT_STYLE for result in results):
-        console.console.print(console.claims_table(results))
-    console.say(f"report: {out}")
-
-
-class InterruptedStudyError(Exception):
-    """A study that did not come to its end."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.code = code
+def require_folder_of(option: str, path: Path) -> None:
+    """Raises RefusedError where a file is to be written into a folder that there is not."""
+    if not path.parent.is_dir():
+        raise RefusedError(f"{option} {path}: there is no folder {path.parent}")

@@ -14,7 +14,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.cli.common import Directory, app
+from baldwinlab.cli.common import Directory, Parts, load_parts
+from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
 from baldwinlab.models.miniworld import cpu
@@ -25,21 +26,22 @@ HOST = "127.0.0.1"
 PATIENCE = 2  # seconds that open connections have to end when the server does
 
 
-@app.command
 def lab(
     directory: Annotated[Directory, Parameter(help="a study, or a folder that holds studies at any depth")] = RESULTS,
     /,
     *,
+    part: Parts = None,
     port: Annotated[int, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
     browser: Annotated[bool, Parameter(help="open the page in the browser")] = True,
 ) -> None:
     """Open the lab in the browser: watch, replay and share the studies in a folder, and start new ones."""
     if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
-        raise ValueError("the lab needs the extra 'lab': pip install 'baldwinlab[lab]'")
+        raise RefusedError("the lab needs the extra 'lab': pip install 'baldwinlab[lab]'")
     if not is_local(directory):
-        raise ValueError(f"{directory}: the lab shows folders of this machine only")
+        raise RefusedError(f"{directory}: the lab shows folders of this machine only")
     if directory != RESULTS and not directory.is_dir():  # whoever begins has no results yet, and may start a live run
-        raise ValueError(f"{directory}: there is no such folder; give that of a study, or one that holds studies")
+        raise RefusedError(f"{directory}: there is no such folder; give that of a study, or one that holds studies")
+    load_parts(part)
     with listening(port) as listener:
         address = f"http://{HOST}:{listener.getsockname()[1]}/"
         seconds = cpu.warm_up([Experiment()])
@@ -52,9 +54,9 @@ def lab(
 
 
 def listening(port: int) -> socket.socket:
-    """A socket on loopback, to which browsers may already turn. Raises ValueError where there can be none."""
+    """A socket on loopback, to which browsers may already turn. Raises RefusedError where there can be none."""
     if not 0 <= port <= 65535:
-        raise ValueError(f"--port {port} must be at least 0 and at most 65535")
+        raise RefusedError(f"--port {port} must be at least 0 and at most 65535")
     listener = socket.socket()
     try:
         if os.name == "posix":  # a port that was used a moment ago is free; elsewhere the option means another thing
@@ -64,8 +66,8 @@ def listening(port: int) -> socket.socket:
     except OSError as error:
         listener.close()
         if error.errno == errno.EADDRINUSE:
-            raise ValueError(f"port {port} is in use, perhaps by another lab; choose another with --port") from None
-        raise ValueError(f"port {port} cannot be used: {error.strerror}; choose another with --port") from None
+            raise RefusedError(f"port {port} is in use, perhaps by another lab; choose another with --port") from None
+        raise RefusedError(f"port {port} cannot be used: {error.strerror}; choose another with --port") from None
     return listener
 
 

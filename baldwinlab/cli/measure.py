@@ -11,11 +11,10 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.bench import bench as benchmark
 from baldwinlab.bench import machine
-from baldwinlab.cli.common import BackendName, app
+from baldwinlab.cli.common import BackendName, require_folder_of
 from baldwinlab.files import write_atomically
 
 
-@app.command
 def bench(
     *,
     quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
@@ -23,16 +22,15 @@ def bench(
     json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
 ) -> None:
     """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
-    if json and not json.parent.is_dir():
-        raise ValueError(f"--json {json}: there is no folder {json.parent}")
+    if json:
+        require_folder_of("--json", json)
     records = []
     console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
     for record in benchmark(quick, backend):
         records.append(record._asdict())
         rate = record.agent_steps_per_second / 1e6
-        numbers = (
-            f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {record.peak_mib:>9.0f} {record.threads:>8}"
-        )
+        peak = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
+        numbers = f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
         console.say(f"{record.case:<18} {numbers}")
     if json:
         write_atomically(json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode())

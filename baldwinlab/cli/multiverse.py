@@ -7,15 +7,18 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Runs, Seed, Workers, app, bring, make_report, require_positive
+from baldwinlab.api.bring import bring
+from baldwinlab.api.report import report
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Runs, Seed, Workers, load_parts
+from baldwinlab.errors import require_positive
 from baldwinlab.multiverse import combinations, experiments, one_at_a_time
 
 ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when Holm corrects 19 tests; 6 against 6 only 0.041
 
 
-@app.command
 def multiverse(
     *,
+    part: Parts = None,
     runs: Runs = ENOUGH_RUNS,
     full: Annotated[bool, Parameter(help="all 2048 combinations of the choices, not one at a time", negative="")] = False,
     executor: Executor = "threads",
@@ -30,8 +33,9 @@ def multiverse(
     With 8 runs of each condition, a difference that every pair of runs shows stays significant when all tests of a reading are
     corrected together (p = 0.003); with fewer than 6, none can be.
     """
-    require_positive("--last", last)
+    load_parts(part)
+    require_positive("last", last)
     readings = combinations() if full else one_at_a_time()
     out = out or Path("results/paper") / ("multiverse-full" if full else "multiverse")
-    study = bring(experiments(readings), runs, seed, workers, out, backend, executor)
-    make_report(study, out / "report.html", last)
+    study = bring(experiments(readings), out, runs=runs, seed=seed, workers=workers, backend=backend, executor=executor)
+    report(study, last=last)

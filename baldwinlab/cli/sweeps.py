@@ -7,15 +7,16 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import sweep as sweeps
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Workers, app, bring, make_report, require_positive
+from baldwinlab.api import sweep as sweeps
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Workers, load_parts
+from baldwinlab.errors import require_positive
 
 
-@app.command
 def sweep(
     file: Annotated[Path, Parameter(help="a TOML file that says which fields are swept, and how; see docs/sweeps.md")],
     /,
     *,
+    part: Parts = None,
     workers: Workers = None,
     out: Out = None,
     last: Last = 10,
@@ -23,11 +24,7 @@ def sweep(
     executor: Executor = "threads",
 ) -> None:
     """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields."""
-    require_positive("--last", last)
-    if workers is not None:
-        require_positive("--workers", workers)
-    plan = sweeps.read(file)
-    directory = out or Path("results") / file.stem
-    points = sweeps.create(directory, plan, file)
-    study = bring(points, plan.runs, plan.seed, workers, directory, backend, executor)
-    make_report(study, directory / "report.html", last)
+    load_parts(part)
+    require_positive("last", last)
+    study = sweeps.sweep(file, out=out, workers=workers, backend=backend, executor=executor)
+    study.report(last=last)

@@ -122,9 +122,12 @@ def _pieces(value: Any, seen: set[int]) -> Iterator[str]:
         if id(value) not in seen:
             seen.add(id(value))
             inside = [cell.cell_contents for cell in value.__closure__ or ()]
+            yield f"{value.__module__}.{value.__qualname__}"
             yield from _of_code(value.__code__)
             for each in (*_globals_of(value.__code__, value.__globals__), *inside):
                 yield from _pieces(each, seen)
+    elif isinstance(value, type):
+        yield f"{value.__module__}.{value.__qualname__}"  # Numba's cache names the types of arguments so
     elif isinstance(value, int | float | str | bytes | tuple | np.generic):
         yield repr(value)
 

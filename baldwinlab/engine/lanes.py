@@ -164,6 +164,7 @@ _overload_on_values(operator.truediv, WIDE, lambda builder, a, b: builder.fdiv(a
 _overload_on_values(operator.lt, MASK, lambda builder, a, b: builder.fcmp_ordered("<", a, b))
 _overload_on_values(operator.le, MASK, lambda builder, a, b: builder.fcmp_ordered("<=", a, b))
 _overload_on_values(operator.gt, MASK, lambda builder, a, b: builder.fcmp_ordered(">", a, b))
+_overload_on_values(operator.ge, MASK, lambda builder, a, b: builder.fcmp_ordered(">=", a, b))
 _overload_on_masks(operator.and_, lambda builder, a, b: builder.and_(a, b))
 _overload_on_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
 

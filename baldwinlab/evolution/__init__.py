@@ -4,14 +4,13 @@ Kernels allocate nothing and validate nothing; what is called from outside of th
 """
 
 from baldwinlab.evolution.breeding import breed, next_genome
-from baldwinlab.evolution.fitness import cost_of_learning, fitness
+from baldwinlab.evolution.fitness import cost_of_learning, energy_of, fitness
 from baldwinlab.evolution.founders import draw_genome
 from baldwinlab.evolution.inheritance import bequeath, deal_teachers
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
-from baldwinlab.evolution.selection import SCHEMES, select
+from baldwinlab.evolution.selection import select
 
 __all__ = [
-    "SCHEMES",
     "Fitness",
     "Genome",
     "Moment",
@@ -22,6 +21,7 @@ __all__ = [
     "cost_of_learning",
     "deal_teachers",
     "draw_genome",
+    "energy_of",
     "fitness",
     "next_genome",
     "select",

@@ -2,31 +2,59 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import entry
+from baldwinlab.engine.jit import entry, kept
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.moment import Fitness, Genome
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.parts.evolution import Fitness as FitnessPart
+from baldwinlab.parts.evolution import breeding_part, evaluate
 
 
-def fitness(experiment: Experiment, eaten: npt.NDArray[np.int32], genome: Genome, learned: Genome | None) -> Fitness:
-    """Energy [agent] of the items `eaten` [agent, region], less the cost of learning, but at least 0."""
-    of_region = np.array([region.energy for region in experiment.world.food] or [0.0], np.float64)
-    found = np.empty(len(genome))
-    balance(of_region, np.ascontiguousarray(eaten), cost_of_learning(experiment, genome, learned), found)
+class Energy(FitnessPart, name="energy"):
+    """The energy of the items eaten, less the cost of learning, but at least 0."""
+
+    @staticmethod
+    def evaluate(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:
+        for agent in range(fitness.size):
+            fitness[agent] = max(0.0, energy[agent] - cost[agent])
+
+
+def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitness:
+    """What lives were worth, [agent]: by the experiment's fitness part, of the energy they gained and what learning cost.
+
+    Raises ValueError where it is not a number.
+    """
+    found = np.full(len(energy), np.nan)
+    values, code = breeding_part(experiment, "fitness")
+    kept(evaluate_all, code)(values, energy, cost, found)
+    if np.isnan(found).any():
+        raise ValueError(f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents")
+    return found
+
+
+def evaluate_all(part: Any, energy: Fitness, cost: Fitness, found: Fitness) -> None:
+    evaluate(part, energy, cost, found)
+
+
+def energy_of(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
+    """Energy [agent] of the items `eaten` [agent, region], of which each gives `energies` [region]."""
+    found = np.empty(len(eaten))
+    balance(energies, np.ascontiguousarray(eaten), found)
     return found
 
 
 @entry
-def balance(of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], cost: Fitness, found: Fitness) -> None:
-    """Fill `found` with the energy of what every agent has eaten, less its cost."""
+def balance(of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], found: Fitness) -> None:
     for agent in range(found.size):
         gained = 0.0
         for region in range(of_region.size):
             gained += eaten[agent, region] * of_region[region]
-        found[agent] = max(0.0, gained - cost[agent])
+        found[agent] = gained
 
 
 def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | None) -> Fitness:

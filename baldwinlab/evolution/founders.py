@@ -13,13 +13,15 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.moment import Genome, Moment
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 
 WEIGHTS_OF_MODULE: Final = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
 
 
-def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
+def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
     """The genomes of a generation that has no parents."""
+    if not isinstance(experiment, Experiment):
+        return np.ascontiguousarray(experiment.of_model.founders(experiment.population.size, moment), np.float32)
     genome = np.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
     for module, name in enumerate(experiment.modules):
         draw_normal(moment, WEIGHTS_OF_MODULE[name], genome, module)

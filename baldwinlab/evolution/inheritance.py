@@ -3,43 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine import rng
-from baldwinlab.engine.jit import entry
+from baldwinlab.engine.jit import entry, kept
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.evolution.sorting import Order, sort_by
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.parts.evolution import Inheritance, breeding_part, pass_on
+
+Weights = npt.NDArray[np.float32]  # [weight], of the action module
 
 
-def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> Genome:
-    """The genomes that are inherited: as they were born, or nearer to what the action module [agent, weight] was at death.
+class Darwinian(Inheritance, name="darwinian"):
+    """What was born is inherited; or, by its share, what was learned.
 
     Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
     """
-    share = experiment.evolution.lamarckian_share
-    if learned is None or share == 0:
+
+    derived: ClassVar[Mapping[str, Any]] = {"share": lambda part, experiment: float(experiment.evolution.lamarckian_share)}
+
+    def wants_learned(self, experiment: BaseExperiment) -> bool:
+        return experiment.evolution.lamarckian_share > 0
+
+    @staticmethod
+    def pass_on(part: Any, born: Weights, learned: Weights, inherited: Weights) -> None:
+        for weight in range(learned.size):
+            kept = (1.0 - part.share) * np.float64(born[weight])
+            inherited[weight] = np.float32(kept + np.float64(np.float32(part.share) * learned[weight]))
+
+
+class NoInheritance(Inheritance, name="none"):
+    """Nothing: all weights are drawn afresh every generation."""
+
+    afresh = True
+
+    def wants_learned(self, experiment: BaseExperiment) -> bool:
+        return False
+
+
+def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
+    """The genomes that are inherited: as they were born, or as inheritance makes them of what was `learned` [agent, weight]."""
+    part = experiment.part("evolution.inheritance")
+    if learned is None or not part.wants_learned(experiment):
         return genome
     inherited = genome.copy()
-    approach(float(share), learned, inherited)
+    values, code = breeding_part(experiment, "inheritance")
+    kept(pass_all_on, code)(values, genome, learned, inherited)
     return inherited
 
 
-@entry
-def approach(share: float, learned: Genome, inherited: Genome) -> None:
-    """Move the action module of every genome by `share` of the way to what was `learned` [agent, weight]."""
+def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
+    """Fill the action modules of `inherited`, agent by agent."""
     for agent in range(learned.shape[0]):
-        for weight in range(learned.shape[1]):
-            kept = (1.0 - share) * np.float64(inherited[agent, 0, weight])
-            inherited[agent, 0, weight] = np.float32(kept + np.float64(np.float32(share) * learned[agent, weight]))
+        pass_on(part, genome[agent, 0], learned[agent], inherited[agent, 0])
 
 
-def deal_teachers(experiment: Experiment, genome: Genome, moment: Moment) -> Genome:
+def deal_teachers(experiment: BaseExperiment, genome: Genome, moment: Moment) -> Genome:
     """A control: what if the reinforcement module were not inherited together with the action module, or not at all?"""
-    return TEACHERS[experiment.learning.teacher](genome, moment) if len(experiment.modules) > 1 else genome
+    if not isinstance(experiment, Experiment) or len(experiment.modules) == 1:
+        return genome
+    return TEACHERS[experiment.learning.teacher](genome, moment)
 
 
 def keep_teachers(genome: Genome, moment: Moment) -> Genome:

@@ -9,39 +9,42 @@ Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from baldwinlab.engine.jit import compiled, entry, kept
 from baldwinlab.evolution.moment import Fitness, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.parts.evolution import Selection, breeding_part
+from baldwinlab.parts.evolution import select as choose
 
 
-class Scheme(NamedTuple):
-    fill: Callable[[Fitness, Uniforms, Keys, Order, Parents], None]
-    least: float = -math.inf  # the lowest fitness that it copes with
-
-
-def select(scheme: str, fitness: Fitness, uniforms: Uniforms) -> Parents:
+def select(experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms) -> Parents:
     """Two parents for each child, the fitter one first; of equals, the one drawn first.
 
-    Raises ValueError for a scheme that there is not, and for a fitness that the scheme cannot work with.
+    Raises ValueError for a fitness that the scheme cannot work with.
     """
-    if scheme not in SCHEMES:
-        raise ValueError(f"evolution.selection = {scheme!r} must be one of {', '.join(SCHEMES)}")
-    fill, least = SCHEMES[scheme]
+    scheme, code = breeding_part(experiment, "selection")
+    least, where = type(scheme).part.least, f"evolution.selection = {experiment.evolution.selection!r}"
     if (agent := misfit(fitness, least)) >= 0:
         needed = "0 or more: choose rank or tournament, or a fitness that is never negative" if least == 0 else "a finite number"
-        raise ValueError(
-            f"evolution.selection = {scheme!r}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}"
-        )
-    agents = fitness.size
-    parents = np.empty((len(uniforms), 2), np.int32)
-    kept(fill)(fitness, uniforms, np.empty(agents), np.empty(agents, np.int64), parents)
-    put_fitter_first(fitness, parents)
+        raise ValueError(f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}")
+    agents, parents = fitness.size, np.full((len(uniforms), 2), -1, np.int32)
+    kept(draw_parents, code)(scheme, fitness, uniforms, np.empty(agents), np.empty(agents, np.int64), parents)
+    if parents.min() < 0 or parents.max() >= agents:
+        raise ValueError(f"{where} chose a parent that is none of the {agents} agents")
     return parents
+
+
+def draw_parents(scheme: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    """Fill `parents` by a scheme, the fitter one first."""
+    choose(scheme, fitness, uniforms, shares, order, parents)
+    for child in range(parents.shape[0]):
+        first, second = parents[child, 0], parents[child, 1]
+        if fitness[second] > fitness[first]:
+            parents[child, 0], parents[child, 1] = second, first
 
 
 @entry
@@ -53,63 +56,67 @@ def misfit(fitness: Fitness, least: float) -> int:
     return -1
 
 
-@entry
-def put_fitter_first(fitness: Fitness, parents: Parents) -> None:
-    for child in range(parents.shape[0]):
-        first, second = parents[child, 0], parents[child, 1]
-        if fitness[second] > fitness[first]:
-            parents[child, 0], parents[child, 1] = second, first
-
-
-@compiled
-def roulette(fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+class Roulette(Selection, name="roulette"):
     """Probability proportional to fitness, which must not be negative; all alike if nobody has any."""
-    for agent in range(fitness.size):
-        shares[agent] = fitness[agent]
-    _spin(uniforms, shares, parents)
+
+    least = 0.0
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        for agent in range(fitness.size):
+            shares[agent] = fitness[agent]
+        _spin(uniforms, shares, parents)
 
 
-@compiled
-def tournament(fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+class Tournament(Selection, name="tournament"):
     """The fitter one of two that are drawn."""
-    for child in range(parents.shape[0]):
-        for parent in range(2):
-            first = _any_of(fitness.size, uniforms[child, 0, 2 * parent])
-            second = _any_of(fitness.size, uniforms[child, 0, 2 * parent + 1])
-            parents[child, parent] = second if fitness[second] > fitness[first] else first
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                first = _any_of(fitness.size, uniforms[child, 0, 2 * parent])
+                second = _any_of(fitness.size, uniforms[child, 0, 2 * parent + 1])
+                parents[child, parent] = second if fitness[second] > fitness[first] else first
 
 
-@compiled
-def truncation(fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+class Truncation(Selection, name="truncation"):
     """Anyone of the upper half, rounded down; equals are put in random order."""
-    half = max(1, fitness.size // 2)
-    for agent in range(fitness.size):
-        shares[agent] = -fitness[agent]
-    sort_by(shares, uniforms[:, 1, 0], order)
-    for child in range(parents.shape[0]):
-        for parent in range(2):
-            parents[child, parent] = order[_any_of(half, uniforms[child, 0, parent])]
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        half = max(1, fitness.size // 2)
+        for agent in range(fitness.size):
+            shares[agent] = -fitness[agent]
+        sort_by(shares, uniforms[:, 1, 0], order)
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                parents[child, parent] = order[_any_of(half, uniforms[child, 0, parent])]
 
 
-@compiled
-def rank(fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+class Rank(Selection, name="rank"):
     """Probability proportional to the rank, from 1 for the least fit; equals share the mean of theirs."""
-    sort_by(fitness, fitness, order)
-    first = 0
-    for place in range(1, fitness.size + 1):
-        if place == fitness.size or fitness[order[place]] != fitness[order[first]]:
-            for equal in range(first, place):
-                shares[order[equal]] = 0.5 * (first + 1 + place)
-            first = place
-    _spin(uniforms, shares, parents)
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        sort_by(fitness, fitness, order)
+        first = 0
+        for place in range(1, fitness.size + 1):
+            if place == fitness.size or fitness[order[place]] != fitness[order[first]]:
+                for equal in range(first, place):
+                    shares[order[equal]] = 0.5 * (first + 1 + place)
+                first = place
+        _spin(uniforms, shares, parents)
 
 
-@compiled
-def neutral(fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+class Neutral(Selection, name="neutral"):
     """Anyone, whatever the fitness: the neutral twin of every other scheme."""
-    for child in range(parents.shape[0]):
-        for parent in range(2):
-            parents[child, parent] = _any_of(fitness.size, uniforms[child, 0, parent])
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                parents[child, parent] = _any_of(fitness.size, uniforms[child, 0, parent])
 
 
 @compiled
@@ -144,12 +151,3 @@ def _first_above(rising: Keys, value: float) -> Any:
         else:
             low = middle + 1
     return low
-
-
-SCHEMES: Final[Mapping[str, Scheme]] = {
-    "roulette": Scheme(roulette, least=0.0),
-    "tournament": Scheme(tournament),
-    "truncation": Scheme(truncation),
-    "rank": Scheme(rank),
-    "neutral": Scheme(neutral),
-}

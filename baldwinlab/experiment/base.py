@@ -83,6 +83,44 @@ class BaseExperiment(Fields):
     def to_dict(self) -> dict[str, Any]:
         return self.model_dump(mode="json")
 
+    @property
+    def of_model(self) -> Any:
+        """The model, with its fields. Raises ExperimentError for one that is not here."""
+        return self.part("model")
+
+    @property
+    def learns(self) -> bool:
+        """Whether agents learn in life."""
+        return bool(self.of_model.learns)
+
+    @property
+    def steps(self) -> int:
+        """Steps of a life."""
+        return int(self.of_model.steps)
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """The modules of a genome."""
+        return tuple(self.of_model.modules)
+
+    @property
+    def weight_count(self) -> int:
+        """Entries of a module that a life begins with."""
+        return int(self.of_model.weights())
+
+    @property
+    def genome_length(self) -> int:
+        """Entries of each module in a genome."""
+        return self.weight_count
+
+    def without_learner(self) -> Self:
+        """The first switch: the same with nothing learned in life, so that what is gained is innate."""
+        return self.replace(**{key_of(self.model): self.of_model.without_learner()})
+
+    def neutral_twin(self) -> Self:
+        """The second switch: the same births, with parents at random."""
+        return self.replace(evolution={"selection": "neutral"})
+
     def part(self, path: str) -> Any:
         """The part that the field at a dotted path chooses, with its fields. Raises ExperimentError for one that is not here."""
         return self.parts(path)[0]

@@ -8,8 +8,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
+from baldwinlab.errors import BaldwinLabError
 
-class ExperimentError(ValueError):
+
+class ExperimentError(BaldwinLabError, ValueError):
     """An experiment that cannot be: one line a fault, each with its path, the value and what is allowed."""
 
 

@@ -176,6 +176,13 @@ class Experiment(BaseExperiment):
         return self.learning.rule != "none"
 
     @property
+    def steps(self) -> int:
+        return self.lifetime.steps
+
+    def without_learner(self) -> Self:
+        return self.replace(learning={"rule": "none"})
+
+    @property
     def modules(self) -> tuple[str, ...]:
         """The networks in a genome."""
         return tuple(self.part("learning.rule").modules)

@@ -92,7 +92,7 @@ class LiveRun:
         Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean.
         """
         energy = np.stack([history.energy[first:last] for history in self._histories])
-        eaten = np.stack([history.food_eaten[first:last] for history in self._histories])
+        eaten = np.stack([history.of_agents("food_eaten")[first:last] for history in self._histories])
         dims = ("run", "generation", "agent")
         some = xr.Dataset({"energy": (dims, energy), "food_eaten": (dims, eaten)})
         bands = {name: interval_of_mean(measure(some)) for name, measure in MEASURES.items()}

@@ -149,7 +149,7 @@ def movie_of(shown: Sequence[Life], kind: str) -> bytes:
 
 def _scene(life: Life) -> Scene:
     experiment, (seed, run, generation) = life.experiment, life.moment
-    trace = replay(experiment, seed, generation, run, life.past().energy)
+    trace = replay(experiment, seed=seed, run=run, generation=generation, energy=life.past().energy)
     return Scene(trace, experiment.world.width, experiment.world.height)
 
 

@@ -2,9 +2,9 @@
 
     from baldwinlab.parts import Field, LearningRule, get, put
 
-A part is a class derived from its kind (`baldwinlab.parts.kinds` says which phases each has), with a name; docs/changing-the-model.md
-lists the kinds, each with its example. Importing a file with a part makes the part known; so does `load_file`, and so does an entry
-point of the group `baldwinlab.parts`.
+A part is a class derived from its kind, with a name; `kinds`, `evolution` and `models` say which phases each kind has, and
+docs/changing-the-model.md lists them, each with its example. Importing a file with a part makes the part known; so does
+`load_file`, and so does an entry point of the group `baldwinlab.parts`.
 """
 
 from pydantic import Field
@@ -14,6 +14,7 @@ from baldwinlab.engine.lanes import any_of, bundle, choose, get, negated, put
 from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import philox, unit
 from baldwinlab.experiment.fields import Fields
+from baldwinlab.parts.evolution import Fitness, Inheritance, Selection, Variation
 from baldwinlab.parts.foreign import PartError, Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.kinds import (
     Body,
@@ -26,18 +27,27 @@ from baldwinlab.parts.kinds import (
     backward,
     forward,
 )
+from baldwinlab.parts.models import Lives, Model
+from baldwinlab.variables import Variable
 
 __all__ = [
     "Body",
     "Field",
     "Fields",
+    "Fitness",
+    "Inheritance",
     "ItemRegion",
     "LearningRule",
+    "Lives",
+    "Model",
     "Network",
     "Part",
     "PartError",
+    "Selection",
     "Sense",
     "Source",
+    "Variable",
+    "Variation",
     "WorldFeature",
     "any_of",
     "backward",

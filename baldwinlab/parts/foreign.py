@@ -1,7 +1,8 @@
 """Foreign parts: loaded from a file that somebody gives, known by their source and its SHA-256.
 
-A file is executed because its owner gives it, by `--part`, by an import or by installing a package; nothing that is found in a study
-ever is. Its module has a name that carries the hash, so that compiled code which names its types is never taken for another's.
+A file is executed because its owner gives it, by `--part`, by an import or by installing a package; nothing that is found in a
+study ever is. Its module has a name that carries the hash, so that compiled code which names its types is never taken for
+another's.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import choices
 
 PREFIX: Final = "baldwinlab_part_"
 GROUP: Final = "baldwinlab.parts"
 
 
-class PartError(ValueError):
+class PartError(BaldwinLabError, ValueError):
     """A part that cannot be loaded, or that is not the one a study was made with."""
 
 
@@ -101,7 +103,9 @@ def load_entry_points() -> None:
         try:
             entry.load()
         except Exception as error:  # whatever a foreign module raises
-            raise PartError(f"the part {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}") from None
+            raise PartError(
+                f"the part {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}"
+            ) from None
 
 
 def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
@@ -123,5 +127,7 @@ def source_of(kind: str, name: str) -> Source:
         try:
             text = Path(str(module.__file__)).read_text("utf-8")
         except (OSError, AttributeError, UnicodeDecodeError):
-            raise PartError(f"the {kind} {name!r} has no file: a part must be in one, so that a study can keep its source") from None
+            raise PartError(
+                f"the {kind} {name!r} has no file: a part must be in one, so that a study can keep its source"
+            ) from None
     return Source(kind, name, text)

@@ -11,6 +11,7 @@ import xarray as xr
 from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.analysis.summary import by_condition
 from baldwinlab.files import write_atomically
+from baldwinlab.papers import Paper, load
 from baldwinlab.report import content
 from baldwinlab.report.content import typical_run
 from baldwinlab.report.pictures import embed, pictures
@@ -36,29 +37,34 @@ def write_report(
     out: Path,
     last: int = 10,
     sections: Sequence[Section] = (),
+    paper: Paper | None = None,
 ) -> Path:
     """Write the report to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
 
     `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
     population at `emergence_generations`, or none. Of `facts`, the report shows what it finds: seed, versions, platform,
-    seconds, agent_steps, workers, compile_seconds. `sections` come after the claims.
+    seconds, agent_steps, workers, compile_seconds. `sections` come after the claims. `paper` is the one that the study was made
+    by; without, it is held against the default.
     Each file appears whole or not at all. Raises OSError.
     """
+    about = paper or load()
     texts = content.experiment_texts(study)
     conditions = content.experiments(texts)
     differing = content.differing(results)
-    shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last)]
+    shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, about)]
     page = render(
         "report.html",
         sections=sections,
-        overview=content.overview(study, conditions, facts),
+        paper=about,
+        reproduced=paper is not None,
+        overview=content.overview(study, conditions, facts, about),
         verdict_counts=content.verdict_counts(results),
         results=results,
         figures=shown,
         last=last,
         differing=differing,
         open_choices=content.open_choices(differing, conditions),
-        departures=content.departures(study, conditions),
+        departures=content.departures(study, conditions, about),
         summary=by_condition(study, last),
         experiments=texts,
         facts=facts,

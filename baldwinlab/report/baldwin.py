@@ -12,6 +12,7 @@ from baldwinlab.analysis import baldwin
 from baldwinlab.analysis.assays import Assays
 from baldwinlab.analysis.baldwin import Analysis, Number
 from baldwinlab.figures import baldwin as draw
+from baldwinlab.papers.words import Inference
 from baldwinlab.report import verdict
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render
@@ -43,8 +44,10 @@ MEASURES = {
 }
 
 
-def section(assays: Assays, directory: Path, last: int = 10) -> Section:
-    """The section of a report on these assays; writes baldwin.json, baldwin.csv and the figures to `directory`.
+def section(assays: Assays, directory: Path, last: int = 10, inference: Inference | None = None) -> Section:
+    """The section of a report on these assays, beside how a paper infers the effect if it does.
+
+    Writes baldwin.json, baldwin.csv and the figures to `directory`.
 
     Raises ValueError for an assay that is not what it should be, and OSError.
     """
@@ -58,7 +61,7 @@ def section(assays: Assays, directory: Path, last: int = 10) -> Section:
         rules=baldwin.rules(),
         headlines={subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects},
         findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
-        paper=verdict.beside_the_paper(analysis) if analysis.subjects else "",
+        paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference else "",
         figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
         table=numbers_table(analysis),
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),

@@ -7,17 +7,16 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab import presets
 from baldwinlab.analysis import fitness
-from baldwinlab.analysis.claims import Choice, ClaimResult, Finding
+from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.analysis.rules import HOLDS, VERDICTS
 from baldwinlab.experiment import Experiment, ExperimentError, World
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.papers import Paper, PaperError
+from baldwinlab.papers.claims import Choice
 from baldwinlab.report import words
 
 Experiments = Mapping[str, Experiment]
-
-PAPER_RUNS = 30
 
 
 def experiment_texts(study: xr.Dataset) -> dict[str, str]:
@@ -36,7 +35,7 @@ def run_counts(study: xr.Dataset) -> dict[str, int]:
     return {str(name): int(count) for name, count in zip(study["condition"].values, finished.values, strict=True)}
 
 
-def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any], paper: Paper) -> list[tuple[str, str]]:
     """What was run, as pairs of a heading and what it is."""
     settings = conditions.values()
     return [
@@ -45,7 +44,7 @@ def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any
         ("generations a run", span(experiment.evolution.generations for experiment in settings)),
         ("time steps a generation", span(experiment.lifetime.steps for experiment in settings)),
         ("agents in a world", span(experiment.population.size for experiment in settings)),
-        ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment) for experiment in settings))),
+        ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment, paper) for experiment in settings))),
         ("seed", str(facts.get("seed", study.attrs.get("seed", "not known")))),
     ]
 
@@ -55,14 +54,14 @@ def span(values: Iterable[int]) -> str:
     return f"{found[0]:,}" if len(found) == 1 else f"{found[0]:,} to {found[-1]:,}"
 
 
-def reading(experiment: Experiment) -> str:
+def reading(experiment: Experiment, paper: Paper) -> str:
     """The reading of the paper that an experiment follows, or how it departs from the standard one."""
     try:
-        for name in presets.names("readings"):
-            if not _changes(presets.load(experiment.name, name), experiment):
+        for name in paper.names("readings"):
+            if not _changes(paper.experiment(experiment.name, name), experiment):
                 return name
-        changes = _changes(presets.load(experiment.name), experiment)
-    except ExperimentError:  # not a condition of the paper
+        changes = _changes(paper.experiment(experiment.name), experiment)
+    except (ExperimentError, PaperError):  # not a condition of the paper
         return f"{experiment.name} is an experiment of its own"
     return f"{experiment.name} is standard but for {', '.join(changes)}"
 
@@ -70,7 +69,9 @@ def reading(experiment: Experiment) -> str:
 def _changes(base: Experiment, experiment: Experiment) -> list[str]:
     there, here = dict(_leaves(base.to_dict())), dict(_leaves(experiment.to_dict()))
     return [
-        f"{path} = {toml_value(value)}" for path, value in here.items() if there[path] != value and not path.startswith("record.")
+        f"{path} = {toml_value(value)}"
+        for path, value in here.items()
+        if there.get(path) != value and not path.startswith("record.")
     ]
 
 
@@ -128,24 +129,24 @@ def open_choices(results: Sequence[ClaimResult], conditions: Experiments) -> lis
 
 def setting(field: str, conditions: Experiments) -> str:
     """What a field, such as senses.visual_radius, is in the study's experiments."""
-    values = [dict(_leaves(experiment.to_dict()))[field] for experiment in conditions.values()]
-    return " or ".join(dict.fromkeys(toml_value(value) for value in values))
+    found = [dict(_leaves(experiment.to_dict())).get(field) for experiment in conditions.values()]
+    return " or ".join(dict.fromkeys(toml_value(value) for value in found if value is not None))
 
 
 def toml_value(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def departures(study: xr.Dataset, conditions: Experiments) -> list[str]:
+def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
     """What sets this study apart from the paper's, before any open choice."""
-    known = {experiment.name for experiment in presets.paper()}
-    found = [reading(experiment) for name, experiment in conditions.items() if name in known]
+    own = paper.own()
+    found = [reading(experiment, paper) for name, experiment in conditions.items() if name in own]
     sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
     named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
-    sentences += [f"The reading is {name}: {presets.describe('readings', name)}." for name in named]
+    sentences += [f"The reading is {name}: {paper.describe('readings', name)}." for name in named]
     counts = run_counts(study)
-    if max(counts.values()) < PAPER_RUNS:
-        sentences.append(f"There are {span(counts.values())} runs, where the paper has {PAPER_RUNS}: intervals are wider.")
+    if max(counts.values()) < paper.about.runs:
+        sentences.append(f"There are {span(counts.values())} runs, where the paper has {paper.about.runs}: intervals are wider.")
     return sentences
 
 

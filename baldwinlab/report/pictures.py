@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Drawing
 
 from baldwinlab import figures
 from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.papers import Paper
+from baldwinlab.papers.words import Figure
 from baldwinlab.report.content import Experiments, typical_run, worlds
 from baldwinlab.report.words import number
 
@@ -22,34 +24,56 @@ class Picture(NamedTuple):
     title: str
     caption: str
     alternative: str
-    figure: Figure
+    figure: Drawing
 
 
 def pictures(
-    study: xr.Dataset, results: Sequence[ClaimResult], traces: Sequence[xr.Dataset], conditions: Experiments, last: int
+    study: xr.Dataset,
+    results: Sequence[ClaimResult],
+    traces: Sequence[xr.Dataset],
+    conditions: Experiments,
+    last: int,
+    paper: Paper,
 ) -> Iterator[Picture]:
-    """In the order in which the report shows them; without traces there is no picture of emergence."""
-    medians = final_medians(study, last)
-    yield Picture(
+    """Those that the paper has, in its order; without traces there is no picture of emergence."""
+    draw: Mapping[Figure, Callable[[], Picture]] = {
+        "fitness": lambda: _fitness(study, last),
+        "final-fitness": lambda: _final_fitness(study, results, last),
+        "emergence": lambda: _emergence(study, traces),
+        "maps": lambda: _maps(conditions),
+        "senses": lambda: _senses(conditions),
+    }
+    for name in paper.about.figures:
+        if name != "emergence" or traces:
+            picture = draw[name]()
+            yield picture._replace(caption=" ".join(filter(None, [picture.caption, paper.words.captions.get(name)])))
+
+
+def _fitness(study: xr.Dataset, last: int) -> Picture:
+    return Picture(
         "fitness",
         "Fitness over generations",
         "Energy of the items eaten by the best agent and by the average agent of each generation: mean over runs, and the 95 % "
-        "interval of that mean (Student's t) as a band. The paper draws the mean alone.",
-        f"Curves of fitness by generation for each condition. {medians}",
+        "interval of that mean (Student's t) as a band.",
+        f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
         figures.fitness_curves(study),
     )
-    yield Picture(
+
+
+def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
+    return Picture(
         "final-fitness",
         f"Fitness in the last {last} generations",
         "Each point is a run, averaged over these generations. Box: quartiles, with the median as the thick line; whiskers reach "
         "the farthest run within 1.5 times the box. Brackets: p of the Mann-Whitney test, corrected for all claims (Holm).",
-        f"Box plots of final fitness by condition. {medians}",
+        f"Box plots of final fitness by condition. {final_medians(study, last)}",
         figures.fitness_boxes(study, results, last),
     )
-    if traces:
-        yield _emergence(study, traces)
+
+
+def _maps(conditions: Experiments) -> Picture:
     found = worlds(conditions)
-    yield Picture(
+    return Picture(
         "maps",
         "The maps",
         "To scale, in units of length, y pointing down; what leaves the map at one edge enters at the opposite one. Places of "
@@ -57,7 +81,6 @@ def pictures(
         "; ".join(f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})" for title, world in found.items()) + ".",
         figures.world_maps(found, min(experiment.population.size for experiment in conditions.values())),
     )
-    yield _senses(conditions)
 
 
 def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:

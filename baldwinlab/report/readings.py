@@ -10,6 +10,7 @@ from baldwinlab import figures
 from baldwinlab.analysis import readings as analysis
 from baldwinlab.analysis.readings import Multiverse, Reading
 from baldwinlab.analysis.rules import FAILS, HOLDS, UNDECIDED
+from baldwinlab.papers import load
 from baldwinlab.report.content import span
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render
@@ -40,8 +41,7 @@ def section(multiverse: Multiverse, folder: Path) -> Section:
 def lead(multiverse: Multiverse) -> str:
     """What a page of its own begins with."""
     return (
-        "Nam Le, Evolving Self-taught Neural Networks: The Baldwin Effect and the Emergence of Intelligence (AISB 2019, arXiv "
-        "1906.08854) leaves choices open. Here they are made otherwise, to see which of its claims depend on them. "
+        f"{load().about.source} leaves choices open. Here they are made otherwise, to see which of its claims depend on them. "
         f"Seed {multiverse.seed}; each run counts with its average over the last {multiverse.last} generations."
     )
 

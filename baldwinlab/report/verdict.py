@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from baldwinlab.analysis.baldwin import NO, NOT_MEASURED, UNDECIDED, YES, Analysis, Answer, Subject
 from baldwinlab.experiment import kind_and_map
+from baldwinlab.papers.words import Inference
 from baldwinlab.report.words import number
 
 MORE, LESS, SAME = "more", "less", "the same"
@@ -54,15 +55,15 @@ def headline(subject: Subject) -> str:
     return said
 
 
-def beside_the_paper(analysis: Analysis) -> str:
+def beside_the_paper(analysis: Analysis, inference: Inference) -> str:
     """The paper rests on one comparison, and this says how that comes out and what the others add."""
-    verdicts = {subject.condition: subject.answer("newborns").verdict for subject in analysis.subjects}
-    said = "The paper infers the Baldwin effect from one comparison: evolved learners against blank slates."
+    verdicts = {subject.condition: subject.answer(inference.question).verdict for subject in analysis.subjects}
+    said = inference.says
     if set(verdicts.values()) == {YES}:
         said += " That comparison comes out here as it does there."
     elif against := [condition for condition, verdict in verdicts.items() if verdict == NO]:
         said += f" That comparison contradicts the paper here, in {', '.join(against)}."
-    said += " It cannot show whether what was learned becomes innate."
+    said += f" {inference.limit}".rstrip()
     for verdict, found in ((YES, "it does"), (NO, "it does not")):
         if conditions := [subject.condition for subject in analysis.subjects if subject.phase(2) == verdict]:
             said += f" Measured directly, {found} in {' and '.join(conditions)}."

@@ -14,8 +14,11 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.evolution import Genome, Moment, fitness
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.models import living
 from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.foragers import lives_in
+from baldwinlab.parts import models
 from baldwinlab.runs.replay import genome_at
 
 
@@ -23,17 +26,16 @@ class Lives(NamedTuple):
     """What became of the agents of several runs at one generation."""
 
     energy: npt.NDArray[np.float64]  # [run, agent], the fitness: of the items eaten, less the cost of learning
-    weights: npt.NDArray[np.float32]  # [run, agent, weight], the action module's at death
+    weights: npt.NDArray[np.float32]  # [run, agent, weight], of the first module, at death
 
 
-def relive(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
+def relive(experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
     """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
 
     A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
     """
-    block = born(experiment, seed, runs, generation, genomes)
-    block.live(0, experiment.lifetime.steps)
-    return lived(experiment, block, genomes)
+    genomes = genomes[:, :, : len(experiment.modules)]
+    return _lived(experiment, living(experiment, seed, runs).live(generation, genomes), genomes)
 
 
 def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Block:
@@ -45,12 +47,16 @@ def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int
 
 def lived(experiment: Experiment, block: Block, genomes: Genome) -> Lives:
     """What has become of the lives in a block, which began with `genomes` [run, agent, module, weight]."""
-    weights = block.weights()
-    each = zip(block.eaten(), genomes, weights, strict=True)
-    return Lives(np.stack([fitness(experiment, *life) for life in each]), weights)
+    return _lived(experiment, lives_in(experiment, block, genomes), genomes)
 
 
-def stored_genome(experiment: Experiment, record: xr.Dataset, generation: int) -> Genome:
+def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> Lives:
+    worth = [fitness(experiment, *of_run) for of_run in zip(lives.energy, lives.cost, strict=True)]
+    unchanged = genomes[:, :, 0, : experiment.weight_count]
+    return Lives(np.stack(worth), unchanged if lives.learned is None else lives.learned)
+
+
+def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again."""
     kept: Genome = record.genome.values[generation]
     if not np.isnan(kept).any():

@@ -9,25 +9,26 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
+from baldwinlab.errors import RefusedError
 from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.cpu import Block
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.runs.simulate import check_seed, facts, simulate
+from baldwinlab.runs.simulate import check_seed, facts, simulate_block
 
 
 def replay(
-    experiment: Experiment, seed: int = 0, generation: int = 0, run: int = 0, energy: xr.DataArray | None = None
+    experiment: Experiment, *, seed: int = 0, run: int = 0, generation: int = 0, energy: xr.DataArray | None = None
 ) -> xr.Dataset:
     """One lifetime of a run, every step: the variables of `baldwinlab.variables.TRACE`.
 
     `energy` (generation, agent) of the same run, where it is at hand, spares living through the generations before. The
     trace agrees to the bit with `simulate` of the same experiment, seed and run.
-    Raises ValueError for a generation that the experiment has not.
+    Raises RefusedError for a generation that the experiment has not.
     """
     check_seed(seed, run)
     if not 0 <= generation < experiment.evolution.generations:
-        raise ValueError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
+        raise RefusedError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
     genome = genome_at(experiment, Moment(seed, run, generation), energy)
     block = Block(experiment, seed, [run])
     block.begin(generation, genome[None])
@@ -40,26 +41,27 @@ def replay(
     return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
 
 
-def energy_before(experiment: Experiment, moment: Moment) -> xr.DataArray | None:
+def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | None:
     """What the generations before `moment` ate, (generation, agent), lived for it; None before the first."""
     seed, run, generation = moment
     if generation == 0:
         return None
     before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
-    return simulate(experiment.replace(**before), seed, run)["energy"]
+    return simulate_block(experiment.replace(**before), seed, [run])[0]["energy"]
 
 
-def genome_at(experiment: Experiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
+def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
     """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
 
     What is learned cannot be known without living, so with Lamarckian inheritance `energy` is of no use.
     """
     seed, run, generation = moment
-    if experiment.evolution.inheritance == "none":
+    inheritance = experiment.part("evolution.inheritance")
+    if inheritance.afresh:
         return draw_genome(experiment, moment)
-    if experiment.evolution.lamarckian_share and generation > 0:
+    if inheritance.wants_learned(experiment) and generation > 0:
         whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
-        return np.asarray(simulate(experiment.replace(**whole), seed, run)["genome"].values[generation], np.float32)
+        return np.asarray(simulate_block(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
     if energy is None:
         energy = energy_before(experiment, moment)
     genome = draw_genome(experiment, Moment(seed, run, 0))

@@ -21,21 +21,21 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tomlkit
 import xarray as xr
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
-from baldwinlab.variables import from_netcdf
+from baldwinlab.variables import from_netcdf, packed, whole
 
 FORMAT = 1
 _BLANK = "0" * 64
 _CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
 
-class StudyError(Exception):
+class StudyError(BaldwinLabError):
     """A directory that is not the study it should be, or cannot be read or written."""
 
 
@@ -44,10 +44,8 @@ class DamagedRecordError(StudyError):
 
 
 def encode(run: xr.Dataset) -> bytes:
-    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank. Genomes that are not kept take no room."""
-    kept = run.genome.notnull().any(("agent", "module", "weight")).values
-    packed = run.drop_vars("genome").assign(kept_genome=run.genome[kept].rename(generation="kept_generation"))
-    raw = bytes(packed.assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
+    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank."""
+    raw = bytes(packed(run).assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
     return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
@@ -63,10 +61,9 @@ def verify(raw: bytes) -> None:
 
 def decode(raw: bytes) -> xr.Dataset:
     """The run in a record that has been verified."""
-    packed = from_netcdf(raw)
-    genome = packed.kept_genome.rename(kept_generation="generation").reindex(generation=packed.generation)
-    del packed.attrs["checksum"]
-    return packed.drop_vars(["kept_genome", "kept_generation"]).assign(genome=genome.astype(np.float32))
+    record = from_netcdf(raw)
+    del record.attrs["checksum"]
+    return whole(record)
 
 
 def record_path(directory: Path, condition: str, run: int) -> Path:
@@ -88,6 +85,7 @@ class Study:
             facts = tomllib.loads((directory / "study.toml").read_text("utf-8"))
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
+            self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError) as error:
@@ -173,9 +171,10 @@ class Study:
                 continue
 
 
-def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Study:
+def create(directory: Path, experiments: Sequence[Experiment], seed: int, paper: str = "") -> Study:
     """Make a study, or open the one that is there if it is the same.
 
+    `paper` is the name of the one that it is made by, if any.
     Raises StudyError if the directory holds another study or anything else: it is never mixed, never overwritten.
     """
     names = [experiment.name for experiment in experiments]
@@ -183,7 +182,7 @@ def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Stu
         raise StudyError(f"two conditions have the same name: {', '.join(names)}")
     if (directory / "study.toml").exists():
         study = Study(directory)
-        _require_same(study, experiments, seed)
+        _require_same(study, experiments, seed, paper)
         return study
     try:
         if directory.exists() and not all(_may_lie_in_a_study(entry) for entry in directory.iterdir()):
@@ -193,7 +192,7 @@ def create(directory: Path, experiments: Sequence[Experiment], seed: int) -> Stu
             if path.exists() and from_toml(path.read_text("utf-8"), str(path)) != experiment:
                 raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
             write_atomically(path, to_toml(experiment).encode())
-        facts = {"format": FORMAT, "seed": seed, "conditions": names}
+        facts = {"format": FORMAT, "seed": seed, "conditions": names} | ({"paper": paper} if paper else {})
         write_atomically(directory / "study.toml", tomlkit.dumps(facts).encode())
     except OSError as error:
         raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
@@ -205,10 +204,12 @@ def _may_lie_in_a_study(entry: Path) -> bool:
     return entry.name == "runs" or (entry / "runs").is_dir()
 
 
-def _require_same(study: Study, experiments: Sequence[Experiment], seed: int) -> None:
+def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, paper: str) -> None:
     where = f"{study.directory} holds another study"
     if study.seed != seed:
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
+    if paper and study.paper not in (paper, ""):
+        raise StudyError(f"{where}: it is of the paper {study.paper}, not {paper}; choose another --out")
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
         raise StudyError(

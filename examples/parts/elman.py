@@ -17,7 +17,7 @@ class Elman(Network, name="elman"):
         "inputs": lambda part, experiment: len(experiment.inputs),
         "context": lambda part, experiment: experiment.network.hidden[0],
     }
-    backward = FeedForward.backward
+    backward = staticmethod(FeedForward.backward)
 
     def layers(self, inputs, hidden, actions):
         return (inputs + hidden[0], *hidden, actions)

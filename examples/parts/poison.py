@@ -4,8 +4,6 @@
         --set evolution.fitness=above-the-worst
 """
 
-import numpy as np
-
 from baldwinlab.models.miniworld.make import kind_number
 from baldwinlab.models.miniworld.senses import see
 from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
@@ -41,6 +39,13 @@ class AboveTheWorst(Fitness, name="above-the-worst"):
 
     @staticmethod
     def evaluate(part, energy, cost, fitness):
-        worst = np.min(energy - cost)
+        worst = energy[0] - cost[0]
+        for agent in range(energy.size):
+            worst = min(worst, energy[agent] - cost[agent])
         for agent in range(energy.size):
             fitness[agent] = energy[agent] - cost[agent] - worst
+
+    @staticmethod
+    def oracle(part, energy, cost):
+        balance = [gained - spent for gained, spent in zip(energy, cost, strict=True)]
+        return [each - min(balance) for each in balance]

@@ -6,9 +6,7 @@ Nobody inherits a teacher. Who the best is takes a look at all agents of a world
 `meet`; each then learns by itself. The idea is old: see Boyd and Richerson, Culture and the Evolutionary Process (1985).
 """
 
-
 from baldwinlab.parts import Field, LearningRule, backward, get
-
 
 
 class Social(LearningRule, name="social"):

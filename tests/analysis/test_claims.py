@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.claims import ClaimResult, claims, evaluate, write
+from baldwinlab.analysis.claims import ClaimResult, evaluate, write
 from baldwinlab.analysis.rules import RULES, Verdict, conjunction
 from baldwinlab.experiment import Experiment
+from baldwinlab.papers import load
 from baldwinlab.presets import paper
 from tests.analysis.studies import AS_THE_PAPER, RUNS, study
 
@@ -146,7 +147,7 @@ def test_files_are_strict_and_complete(tmp_path: Path) -> None:
 def test_the_claims_name_only_what_there_is() -> None:
     names = {experiment.name for experiment in paper()}
     fields = Experiment().to_dict()
-    for claim in claims():
+    for claim in load().claims:
         for comparison in claim.comparisons:
             assert comparison.conditions <= names
             assert comparison.rule in RULES

@@ -31,7 +31,7 @@ def test_meals_and_windows_are_those_of_the_trace(tmp_path: Path) -> None:
     assert found.window.values.tolist() == [0, 250, 500]
     for generation in range(3):
         here = found.sel(run=2, newborns=f"generation {generation}")
-        trace = replay(experiment, study.seed, generation, run=2)
+        trace = replay(experiment, seed=study.seed, run=2, generation=generation)
         assert np.array_equal(here.first_meal, first_meals(trace), equal_nan=True)
         for first in (0, 250, 500):
             assert np.array_equal(here.eaten.sel(window=first), trace.eaten[first : first + 250].sum("step"))

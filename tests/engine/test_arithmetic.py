@@ -66,7 +66,7 @@ def test_a_power_of_ten_is_exact_to_two_units_in_the_last_place() -> None:
 def test_a_normal_quantile_is_that_of_scipy_to_fifteen_digits_and_symmetric() -> None:
     arguments = ARGUMENTS[normal_quantile]
     np.testing.assert_allclose(of_all(normal_quantile, arguments), ndtri(arguments), rtol=2e-15, atol=0)
-    dyadic = RANDOM.integers(1, 2**32, 1000) * 2.0**-33  # so that 1 - p is exact
+    dyadic: Numbers = RANDOM.integers(1, 2**32, 1000).astype(np.float64) * 2.0**-33  # so that 1 - p is exact
     np.testing.assert_array_equal(of_all(normal_quantile, dyadic), -of_all(normal_quantile, 1 - dyadic))
 
 

@@ -22,7 +22,7 @@ def sigmoid(z: np.ndarray) -> np.ndarray:
 
 def test_weights_go_from_birth_to_death_and_food_is_what_was_eaten(lab_server: LabServer) -> None:
     study = Study(lab_server.root / "small")
-    trace = replay(study.experiment("evo+self-taught/A"), study.seed, 2, 1)
+    trace = replay(study.experiment("evo+self-taught/A"), seed=study.seed, run=1, generation=2)
     for agent in (0, 19):
         header, found = arrays(lab_server.address, "inside", **SMALL, agent=agent)
         assert np.array_equal(found["weights"][0], trace.weight_birth[agent, 0])
@@ -56,7 +56,7 @@ def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_serve
     first = found["weights"][0, :30].reshape(3, 10)
     assert np.allclose(found["activations"][:, 3:13], sigmoid(found["activations"][:, :3] @ first), atol=1e-6)
     study = Study(lab_server.root / "small")
-    trace = replay(study.experiment("evo/A"), study.seed, 2, 1)
+    trace = replay(study.experiment("evo/A"), seed=study.seed, run=1, generation=2)
     assert np.array_equal(found["activations"][:, -3:], trace.output[:, 3])
 
 
@@ -95,7 +95,7 @@ def test_biases_are_driven_too() -> None:
     assert header["layer_sizes"] == [3, 4, 2, 3]
     assert header["biases"]
     assert found["activations"].shape == (300, 12)
-    assert np.array_equal(found["activations"][:, -3:], replay(experiment, 1).output[:, 2])
+    assert np.array_equal(found["activations"][:, -3:], replay(experiment, seed=1).output[:, 2])
 
 
 @pytest.mark.parametrize("agent", [20, 10**6])

@@ -77,7 +77,7 @@ def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(l
     kept = study.experiment("evo/A")
     assert kept == run.experiment.replace(evolution={"generations": run.lived})
     for number in range(2):
-        xr.testing.assert_identical(study.read("evo/A", number), simulate(kept, 3, number))
+        xr.testing.assert_identical(study.read("evo/A", number), simulate(kept, seed=3, run=number))
 
 
 @pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high"])])
@@ -122,7 +122,7 @@ def test_a_live_run_keeps_the_pace_that_it_is_told(live: Live) -> None:
 def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
     run = stopped(live, small().replace(**LONG))
     experiment, seed, number, energy = live.recording_source(run.id, 1, 2)
-    trace = replay(experiment, seed, 2, number, energy)
+    trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
     assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
     with pytest.raises(ValueError, match=f"generation {run.lived} .* has not lived: {run.lived} have"):
         live.recording_source(run.id, 0, run.lived)
@@ -292,7 +292,7 @@ def test_two_pages_and_one_that_comes_later_get_the_same_generations(server: Lab
         best, states = heard(late, "done")
     assert both == [best, best]
     assert states == ["done"]
-    runs = [simulate(small(), 5, run).energy.max("agent").values for run in (0, 1)]
+    runs = [simulate(small(), seed=5, run=run).energy.max("agent").values for run in (0, 1)]
     assert np.allclose(best, np.mean(runs, axis=0))
 
 

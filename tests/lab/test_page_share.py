@@ -36,7 +36,7 @@ SPY = """async () => {
 def trace_of(server: LabServer, condition: str) -> xr.Dataset:
     study = Study(server.root / "small")
     energy = study.read(condition, 1).energy
-    return replay(study.experiment(condition), study.seed, generation=2, run=1, energy=energy)  # the life that SMALL names
+    return replay(study.experiment(condition), seed=study.seed, run=1, generation=2, energy=energy)  # the life that SMALL names
 
 
 @pytest.fixture

@@ -23,7 +23,13 @@ from tests.small import small, small_study
 
 def trace_of(server: LabServer, condition: str, run: int, generation: int) -> xr.Dataset:
     study = Study(server.root / "small")
-    return replay(study.experiment(condition), study.seed, generation, run, study.read(condition, run).energy)
+    return replay(
+        study.experiment(condition),
+        seed=study.seed,
+        run=run,
+        generation=generation,
+        energy=study.read(condition, run).energy,
+    )
 
 
 def items(found: dict[str, npt.NDArray[Any]], first: int, last: int) -> npt.NDArray[np.float32]:
@@ -72,7 +78,7 @@ def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
 
 def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
     _, found = arrays(lab_server.address, "recording", preset="evo+self-taught/A", seed=3, run=1, generation=1, last=400)
-    require_same(found, replay(load("evo+self-taught/A"), 3, 1, 1), 0, 400)
+    require_same(found, replay(load("evo+self-taught/A"), seed=3, run=1, generation=1), 0, 400)
 
 
 def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
@@ -80,7 +86,7 @@ def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
     study = small_study(tmp_path / "small", [sparse], runs=1)
     with serving(tmp_path) as server:
         _, found = arrays(server.address, "recording", study="small", condition=sparse.name, run=0, generation=1)
-    require_same(found, replay(sparse, study.seed, 1, 0), 0, 300)
+    require_same(found, replay(sparse, seed=study.seed, generation=1), 0, 300)
 
 
 def test_a_world_without_food_is_recorded() -> None:

@@ -56,7 +56,13 @@ def test_a_lifetime_of_the_paper_is_far_below_three_megabytes_and_two_side_by_si
 def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(lab_server: LabServer) -> None:
     found = replay_in(shared(lab_server, a=LIFE, step=70))
     study = Study(lab_server.root / "small")
-    trace = replay(study.experiment("evo+self-taught/A"), study.seed, 2, 1, study.read("evo+self-taught/A", 1).energy)
+    trace = replay(
+        study.experiment("evo+self-taught/A"),
+        seed=study.seed,
+        run=1,
+        generation=2,
+        energy=study.read("evo+self-taught/A", 1).energy,
+    )
     _, arrays = recording_in(found["panels"][0])
     assert np.array_equal(arrays["x"], trace.x)
     assert np.array_equal(arrays["eaten"], trace.eaten.cumsum("step"))

@@ -105,7 +105,7 @@ def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out
     short = small("evo/A").replace(name="short", evolution={"generations": 2})
     study = create(tmp_path / "it", [small("evo/A"), short, small()], 5)
     for experiment in (small("evo/A"), short):
-        study.write(experiment.name, 0, simulate(experiment, 5, 0))
+        study.write(experiment.name, 0, simulate(experiment, seed=5))
     with serving(tmp_path) as server:
         found = data(server.address, "results", study="it")
     assert found["conditions"] == ["evo/A", "short"]

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
+from baldwinlab import papers
 from baldwinlab.analysis.assays import Assays
 from baldwinlab.analysis.baldwin import evaluate
 from baldwinlab.report import verdict, write_page
@@ -25,7 +26,10 @@ def words(**assays: xr.Dataset) -> str:
     stored: dict[str, Any] = {name.replace("_", "-"): {A: data} for name, data in assays.items()}
     analysis = evaluate(stored)
     (subject,) = analysis.subjects
-    return " ".join([verdict.headline(subject), verdict.beside_the_paper(analysis), *verdict.sentences(analysis, subject)])
+    inference = papers.load().words.inference
+    assert inference is not None
+    beside = verdict.beside_the_paper(analysis, inference)
+    return " ".join([verdict.headline(subject), beside, *verdict.sentences(analysis, subject)])
 
 
 LEARNERS = within_life(A, 1, 9)

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
+from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate
 from baldwinlab.presets import load
 from baldwinlab.report import emergence_generations, typical_run, write_report
@@ -18,6 +19,7 @@ from baldwinlab.report.words import number, probability
 from tests.analysis.studies import AS_THE_PAPER, study, trace
 from tests.report.browsing import complaints_and_width
 
+PAPER = papers.load()
 FORAGERS = "evo+self-taught/B"
 FACTS = {
     "seed": 7,
@@ -112,10 +114,10 @@ def test_the_typical_run_is_the_one_in_the_middle() -> None:
 
 
 def test_the_reading_is_named_or_spelt_out() -> None:
-    assert reading(load("evo/A")) == "standard"
-    assert reading(load("evo/A", "literal")) == "literal"
-    assert reading(load("evo/A").replace(lifetime={"steps": 9})) == "evo/A is standard but for lifetime.steps = 9"
-    assert reading(load("evo/A").replace(name="mine")) == "mine is an experiment of its own"
+    assert reading(load("evo/A"), PAPER) == "standard"
+    assert reading(load("evo/A", "literal"), PAPER) == "literal"
+    assert reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER) == "evo/A is standard but for lifetime.steps = 9"
+    assert reading(load("evo/A").replace(name="mine"), PAPER) == "mine is an experiment of its own"
     assert setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")}) == "40 or 4"
 
 
@@ -128,7 +130,7 @@ def test_maps_are_titled_by_what_tells_them_apart() -> None:
 
 def test_facts_may_be_absent() -> None:
     assert timing({}) == ""
-    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}))["seed"] == "7"
+    assert dict(overview(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"] == "7"
     assert open_choices([], {}) == []
 
 

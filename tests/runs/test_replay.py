@@ -22,7 +22,7 @@ def test_a_trace_agrees_with_its_run_to_the_bit(condition: str) -> None:
         trace = replay(experiment, seed=9, run=4, generation=generation)
         assert np.array_equal(trace.eaten.sum("step"), run.food_eaten[generation])
         assert np.array_equal(trace.weight_birth, run.genome[generation])
-        xr.testing.assert_identical(trace, replay(experiment, 9, generation, 4, energy=run.energy))
+        xr.testing.assert_identical(trace, replay(experiment, seed=9, run=4, generation=generation, energy=run.energy))
     assert run.food_eaten.sum() > 0
 
 

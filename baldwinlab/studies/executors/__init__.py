@@ -6,6 +6,7 @@ import re
 import shutil
 from functools import partial
 
+from baldwinlab.errors import ArgumentError, RefusedError
 from baldwinlab.files import require_cluster_extra
 from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task, agent_steps_of_run
 from baldwinlab.studies.executors.threads import THREADS, available_cores
@@ -19,22 +20,22 @@ def choose(name: str, workers: int | None = None) -> Executor:
     """The executor of that name, with so many workers; unless that is given, with as many as there are.
 
     `name` is "threads"; "dask:" and the address of a scheduler, such as dask:tcp://127.0.0.1:8786; or "slurm", where workers
-    are jobs. Raises ValueError, with a sentence for the user, for any other name and where the executor cannot be used.
+    are jobs. Raises RefusedError for any other name and where the executor cannot be used.
     """
     if name == "threads":
         return THREADS if workers is None else THREADS._replace(workers=workers)
     kind, _, address = name.partition(":")
     if name != "slurm" and (kind != "dask" or not ADDRESS.fullmatch(address)):
-        raise ValueError(f"--executor {name} must be threads, dask:tcp://HOST:PORT or slurm")
+        raise ArgumentError("executor", name, "must be threads, dask:tcp://HOST:PORT or slurm")
     require_cluster_extra(f"--executor {name}")
     from baldwinlab.studies.executors import cluster  # here, because to load it takes a while
 
     if name == "slurm":
         if workers is None:
-            raise ValueError("--executor slurm needs --workers: how many jobs to submit")
+            raise RefusedError("--executor slurm needs --workers: how many jobs to submit")
         if not shutil.which("sbatch"):
-            raise ValueError("--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm")
+            raise RefusedError("--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm")
         return Executor("slurm", workers * cluster.cores_of_a_job(), partial(cluster.on_slurm, workers))
     if workers is not None:
-        raise ValueError(f"--workers {workers} is for threads and slurm: a Dask cluster has the workers it has")
+        raise ArgumentError("workers", workers, "is for threads and slurm: a Dask cluster has the workers it has")
     return Executor("dask", max(1, cluster.cores(address)), partial(cluster.on_dask, address))

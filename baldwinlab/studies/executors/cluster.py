@@ -19,6 +19,7 @@ from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
 from baldwinlab.engine.jit import CACHE_DIRECTORY
+from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import validate
 from baldwinlab.files import is_local, location
 from baldwinlab.models.miniworld.backend import Backend, choose
@@ -54,17 +55,17 @@ def _require_job(script: str) -> None:
 
 
 def cores(address: str) -> int:
-    """Cores of the cluster's workers. Raises ValueError where no scheduler answers."""
+    """Cores of the cluster's workers. Raises RefusedError where no scheduler answers."""
     with _connect(address) as client:
         return sum(client.nthreads().values())
 
 
 def cores_of_a_job() -> int:
-    """Raises ValueError where Dask's configuration does not say what a Slurm job is."""
+    """Raises RefusedError where Dask's configuration does not say what a Slurm job is."""
     missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
-        raise ValueError(f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/cluster.md")
+        raise RefusedError(f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/cluster.md")
     return int(_job_setting("cores"))
 
 
@@ -76,7 +77,7 @@ def _connect(address: str) -> Client:
     try:
         return Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, RuntimeError):
-        raise ValueError(f"no Dask scheduler answers at {address}; one is started by `dask scheduler`") from None
+        raise RefusedError(f"no Dask scheduler answers at {address}; one is started by `dask scheduler`") from None
 
 
 def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backend) -> Generator[int, None, None]:

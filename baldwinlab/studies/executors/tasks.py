@@ -6,9 +6,10 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import Backend
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import live_block
 from baldwinlab.studies.store import Study, write_record
 
 
@@ -37,7 +38,7 @@ class Executor(NamedTuple):
     do: Callable[[Study, Sequence[Task], int, Backend], Generator[int, None, None]]
 
 
-class ExecutorError(Exception):
+class ExecutorError(BaldwinLabError):
     """A place where tasks cannot be done any longer."""
 
 
@@ -60,6 +61,5 @@ def do(task: Task, seed: int, directory: Path, backend: Backend, lived: Callable
 
 def _do_block(block: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
     share = block.agent_steps // block.experiment.evolution.generations
-    records = simulate_block(block.experiment, seed, block.runs, backend, lambda histories: lived(share))
-    for run, record in zip(block.runs, records, strict=True):
-        write_record(directory, block.experiment.name, run, record)
+    for history in live_block(block.experiment, seed, block.runs, backend, lambda histories: lived(share)):
+        write_record(directory, block.experiment.name, history.run, history.record())

@@ -43,7 +43,7 @@ def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
 
 @every_kind_of_life
 def test_a_run_has_the_same_bits_in_any_company(experiment: Experiment) -> None:
-    alone = {run: simulate(experiment, 9, run) for run in RUNS}
+    alone = {run: simulate(experiment, seed=9, run=run) for run in RUNS}
     assert len({result["genome"].values.tobytes() for result in alone.values()}) == len(RUNS)
     assert sum(int(result["food_eaten"].sum()) for result in alone.values()) > 0
     for grouping in GROUPINGS:
@@ -54,10 +54,10 @@ def test_a_run_has_the_same_bits_in_any_company(experiment: Experiment) -> None:
 
 def test_threads_do_not_change_a_bit() -> None:
     experiments = [small("evo+self-taught", network={"hidden": [width]}, lifetime={"steps": 300}) for width in (2, 4, 10, 5)]
-    alone = [simulate(experiment, 3, run) for experiment in experiments for run in RUNS]
+    alone = [simulate(experiment, seed=3, run=run) for experiment in experiments for run in RUNS]
     with ThreadPoolExecutor(4) as pool:
         together = list(
-            pool.map(lambda task: simulate(task[0], 3, task[1]), [(each, run) for each in experiments for run in RUNS])
+            pool.map(lambda task: simulate(task[0], seed=3, run=task[1]), [(each, run) for each in experiments for run in RUNS])
         )
     for one, other in zip(alone, together, strict=True):
         assert_same_bits(one, other)
@@ -67,7 +67,7 @@ def test_threads_do_not_change_a_bit() -> None:
 @pytest.mark.parametrize("generation", [0, 1, 2])
 def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(condition: str, generation: int) -> None:
     experiment = small(condition, evolution={"mutation_rate": 0.5})
-    energy = simulate(experiment, 4, 2)["energy"]
+    energy = simulate(experiment, seed=4, run=2)["energy"]
     assert energy.sum() > 0
     assert_same_bits(
         replay(experiment, seed=4, run=2, generation=generation, energy=energy),
@@ -76,8 +76,8 @@ def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(condition: str
 
 
 def test_a_longer_run_begins_as_a_shorter_one() -> None:
-    short = simulate(small("evo+self-taught", evolution={"generations": 2}), 8)
-    long = simulate(small("evo+self-taught", evolution={"generations": 4}), 8)
+    short = simulate(small("evo+self-taught", evolution={"generations": 2}), seed=8)
+    long = simulate(small("evo+self-taught", evolution={"generations": 4}), seed=8)
     for name in ("food_eaten", "energy", "parents", "genome"):
         np.testing.assert_array_equal(long[name][:2], short[name])
 

@@ -18,7 +18,7 @@ CONDITIONS = ("evo", "evo+self-taught", "self-taught")
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_on_map_b_agents_without_learning_never_eat(seed: int) -> None:
-    result = simulate(load("evo/B").replace(evolution={"generations": 4}), seed)
+    result = simulate(load("evo/B").replace(evolution={"generations": 4}), seed=seed)
     assert (result["food_eaten"] == 0).all()
     assert (result["energy"] == 0).all()
 
@@ -143,6 +143,6 @@ def test_a_replayed_life_is_the_life_that_was_lived(
     condition: str, seed: int, generation: int, update: str, biases: bool
 ) -> None:
     experiment = small(condition, lifetime={"update": update}, network={"biases": biases})
-    lived, trace = simulate(experiment, seed), replay(experiment, seed=seed, generation=generation)
+    lived, trace = simulate(experiment, seed=seed), replay(experiment, seed=seed, generation=generation)
     np.testing.assert_array_equal(trace["eaten"].sum("step"), lived["food_eaten"][generation])
     np.testing.assert_array_equal(trace["weight_birth"], lived["genome"][generation])

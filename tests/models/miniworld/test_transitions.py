@@ -202,7 +202,7 @@ def follow(experiment: Experiment, seed: int, generation: int) -> Counter[str]:
     follower = Follower(experiment, replay(experiment, seed=seed, generation=generation))
     tally = follower.follow()
     if not tally["skipped"]:
-        energy = simulate(experiment, seed)["energy"].values[generation]
+        energy = simulate(experiment, seed=seed)["energy"].values[generation]
         assert energy.tolist() == [agent.energy for agent in follower.agents]
     return tally
 

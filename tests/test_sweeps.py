@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab import open_study, open_sweep, sweep
+from baldwinlab import open_study, open_sweep, sweeps
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.runs.simulate import simulate
@@ -40,14 +40,14 @@ contact.reach = { low = 2, high = 20 }
 def points_of(text: str, folder: Path) -> list[Experiment]:
     path = folder / "sweep-file.toml"
     path.write_text(text)
-    return sweep.experiments(sweep.read(path), path)
+    return sweeps.experiments(sweeps.read(path), path)
 
 
 def made(text: str, folder: Path, runs: int) -> Study:
     """A sweep in `folder`/made, brought to so many runs."""
     path = folder / "sweep-file.toml"
     path.write_text(text)
-    sweep.create(folder / "made", sweep.read(path), path)
+    sweeps.create(folder / "made", sweeps.read(path), path)
     study = Study(folder / "made")
     run_study(study, missing_runs(study, runs, ignore), 1, silent, ignore)
     return study
@@ -206,7 +206,7 @@ def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
     path = tmp_path / "other.toml"
     path.write_text(text)
     with pytest.raises(StudyError, match=sentence):
-        sweep.create(grid.directory, sweep.read(path), path)
+        sweeps.create(grid.directory, sweeps.read(path), path)
     assert before == {path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()}
 
 

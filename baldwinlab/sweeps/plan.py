@@ -130,14 +130,21 @@ def _plain(value: Any) -> bool:
 def read(path: Path) -> Sweep:
     """The sweep in a TOML file. Raises ExperimentError with a line for every fault."""
     try:
-        return Sweep.model_validate(tomllib.loads(path.read_text("utf-8")))
+        tree = tomllib.loads(path.read_text("utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ExperimentError(f"cannot read {path}: {reason}") from None
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{path} is not TOML: {error}") from None
+    return validate(tree, str(path))
+
+
+def validate(tree: Mapping[str, Any], where: str) -> Sweep:
+    """The sweep that `tree` describes, as its file would. Raises ExperimentError with a line for every fault."""
+    try:
+        return Sweep.model_validate(tree)
     except ValidationError as error:
-        raise ExperimentError("\n".join(f"{path}: {_sentence(fault)}" for fault in error.errors())) from None
+        raise ExperimentError("\n".join(f"{where}: {_sentence(fault)}" for fault in error.errors())) from None
 
 
 def _sentence(fault: Any) -> str:

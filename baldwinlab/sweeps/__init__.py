@@ -29,9 +29,9 @@ from baldwinlab.files import location, write_atomically
 from baldwinlab.studies import store
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweep.plan import Range, Sweep, read
+from baldwinlab.sweeps.plan import Range, Sweep, read, validate
 
-__all__ = ["Sweep", "create", "experiments", "is_sweep", "open_sweep", "read"]
+__all__ = ["Sweep", "create", "experiments", "is_sweep", "open_sweep", "read", "validate"]
 
 FILE = "sweep.toml"
 
@@ -144,17 +144,17 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
             raise ExperimentError(f"{path}: fields.{field} has a value twice; in a grid, each must be another")
 
 
-def create(directory: Path, sweep: Sweep, path: Path) -> list[Experiment]:
+def create(directory: Path, sweep: Sweep, path: Path, text: str | None = None) -> list[Experiment]:
     """Make the study of a sweep, or open the one that is there if it is the same; gives its points.
 
-    `path` is the sweep's file, of which a copy is kept. Raises ExperimentError where a point cannot be, and StudyError if the
-    directory holds anything else, as `store.create` does.
+    `path` is the sweep's file, of which a copy is kept; where there is none, `text` is what it would say. Raises
+    ExperimentError where a point cannot be, and StudyError if the directory holds anything else, as `store.create` does.
     """
     points = experiments(sweep, path)
     if is_sweep(directory) and (there := len(Study(directory).experiments)) != len(points):
         raise StudyError(f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out")
     store.create(directory, points, sweep.seed)
-    write_atomically(directory / FILE, path.read_bytes())
+    write_atomically(directory / FILE, path.read_bytes() if text is None else text.encode())
     return points
 
 

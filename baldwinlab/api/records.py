@@ -1,0 +1,27 @@
+"""From a record to its experiment."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from baldwinlab.errors import RefusedError
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.toml import from_toml
+
+
+def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experiment:
+    """The experiment that a record was made by: a run, a life, an assay, or one condition of a whole study's data.
+
+    Raises RefusedError for a dataset that carries none, or several of which `condition` does not pick one.
+    """
+    if "experiment" in record.attrs:
+        return from_toml(record.attrs["experiment"], where="the record's experiment")
+    if "experiment" not in record:
+        raise RefusedError("this dataset carries no experiment; it is no record of baldwinlab, or was computed from one")
+    texts = record["experiment"]
+    if condition is not None and "condition" in texts.coords:
+        texts = texts.sel(condition=condition) if condition in texts.condition.values else texts.isel(condition=[])
+    if texts.size != 1:
+        names = ", ".join(map(str, record.condition.values.ravel())) if "condition" in record.coords else "select a point of it"
+        raise RefusedError(f"condition = {condition!r} does not pick one experiment of this dataset; there are: {names}")
+    return from_toml(str(texts.item()), where="the record's experiment")

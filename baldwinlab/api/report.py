@@ -1,0 +1,34 @@
+"""What came of a study, on the page and on the screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from baldwinlab import console
+from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table
+from baldwinlab.errors import require_positive
+from baldwinlab.multiverse import conditions_by_reading
+from baldwinlab.publish import publish, publish_multiverse
+from baldwinlab.report.readings import combinations, verdict
+from baldwinlab.studies.store import Study
+
+
+def report(study: Study, out: Path | None = None, *, last: int = 10) -> Path:
+    """Write statistics, figures and the page of a study, a sweep or a multiverse, and show its claims; gives the page's path.
+
+    `out` is report.html in the study's directory unless given. A run counts with its average over its `last` generations.
+    Raises StudyError where no run is stored yet.
+    """
+    require_positive("last", last)
+    out = study.directory / "report.html" if out is None else out
+    if conditions_by_reading(list(study.experiments)):
+        multiverse = publish_multiverse(study, out, last, console.progress, console.say)
+        console.console.print(readings_table(multiverse))
+        for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
+            console.say(f"- {sentence}")
+    else:
+        results = publish(study, out, last, console.say)
+        if any(result.record()["verdict"] in VERDICT_STYLE for result in results):
+            console.console.print(claims_table(results))
+    console.say(f"report: {out}")
+    return out

@@ -1,0 +1,58 @@
+"""A paper, whole: its conditions, its assays and its report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from baldwinlab import papers
+from baldwinlab.api.bring import assay, bring
+from baldwinlab.api.report import report
+from baldwinlab.api.study import Study
+from baldwinlab.errors import require_positive
+from baldwinlab.files import location
+
+
+def reproduce(
+    paper: str | Path = papers.DEFAULT,
+    *,
+    runs: int | None = None,
+    generations: int | None = None,
+    steps: int | None = None,
+    seed: int = 0,
+    reading: str = "standard",
+    out: str | Path | None = None,
+    last: int = 10,
+    workers: int | None = None,
+    backend: str = "auto",
+    executor: str = "threads",
+) -> Study:
+    """Run every condition of a paper and all assays, and write the report. `out` is a folder of results/ unless given.
+
+    `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
+    `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
+    reading, and as `run` does.
+    """
+    chosen = papers.load(paper)
+    changes: dict[str, Any] = {}
+    if generations is not None:
+        changes["evolution"] = {"generations": generations}
+    if steps is not None:
+        changes["lifetime"] = {"steps": steps}
+    experiments = [experiment.replace(**changes) for experiment in chosen.experiments(reading)]
+    given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
+    require_positive("last", last)
+    directory = Path("results") / _name(chosen, given) if out is None else location(out)
+    wanted = chosen.about.runs if runs is None else runs
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
+    study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
+    assay(study, workers=None if executor != "threads" else workers)
+    report(study, last=last)
+    return Study(study)
+
+
+def _name(paper: papers.Paper, given: Mapping[str, object]) -> str:
+    """Of the folder for a study of this paper, with what is otherwise than in the paper."""
+    first = "paper" if paper.name == papers.DEFAULT else paper.name
+    return "-".join([first, *(f"{key}{value}" for key, value in given.items() if value is not None)])

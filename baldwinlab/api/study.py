@@ -1,0 +1,147 @@
+"""A study in Python: run it or open it, and ask it.
+
+>>> import baldwinlab as bl
+>>> study = bl.run(["evo/A", "evo+self-taught/A"], runs=30, out="mine")  # doctest: +SKIP
+>>> study.assay("innate"), study.report()  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+import xarray as xr
+
+from baldwinlab import presets
+from baldwinlab.api.bring import assay, bring
+from baldwinlab.assays import ASSAYS, applies, missing_assays, open_assay
+from baldwinlab.errors import RefusedError
+from baldwinlab.experiment import Experiment, assign
+from baldwinlab.experiment.idle import require_effect
+from baldwinlab.files import location
+from baldwinlab.runs.replay import replay
+from baldwinlab.studies import store
+from baldwinlab.studies.store import StudyError
+from baldwinlab.studies.study import open_study
+from baldwinlab.sweeps import is_sweep, open_sweep
+
+SHOWN = 10  # conditions that are listed; a sweep may have thousands
+
+
+class Study:
+    """A study on disk, and what can be asked of it. `run`, `sweep` and `reproduce` make one, `open` opens one."""
+
+    def __init__(self, stored: store.Study) -> None:
+        self._stored = stored
+
+    @property
+    def directory(self) -> Path:
+        return self._stored.directory
+
+    @property
+    def seed(self) -> int:
+        return self._stored.seed
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        return tuple(self._stored.experiments)
+
+    def experiment(self, condition: str) -> Experiment:
+        """Raises StudyError for a condition that the study has not, as everything here does that takes one."""
+        return self._stored.experiment(condition)
+
+    def runs(self, condition: str) -> list[int]:
+        """The numbers of the runs that are stored."""
+        self.experiment(condition)
+        return self._stored.runs(condition)
+
+    def data(self, conditions: Sequence[str] | None = None) -> xr.Dataset:
+        """All stored runs, or those of some conditions: as `open_study`; of a whole sweep, as `open_sweep`."""
+        if conditions is None and is_sweep(self.directory):
+            return open_sweep(self.directory)
+        return open_study(self.directory, conditions)
+
+    def assay(self, name: str, condition: str | None = None, *, workers: int | None = None) -> xr.Dataset:
+        """What an assay measures of a condition, or of all along the dim `condition`; what is not stored yet is measured first.
+
+        The variables are `baldwinlab.variables.ASSAYS[name]`. Raises StudyError for an assay that there is not, and where
+        it has nothing to measure.
+        """
+        if any(missing_assays(self._stored, [name]).values()):
+            assay(self._stored, [name], workers=workers)
+        if condition is not None:
+            return open_assay(self.directory, name, condition)
+        measured = [each for each in self.conditions if self.runs(each) and applies(name, self._stored, each)]
+        if not measured:
+            raise StudyError(f"{self.directory}: {name} has nothing to measure there")
+        found = [open_assay(self.directory, name, each) for each in measured]
+        texts = [each.attrs["experiment"] for each in found]
+        whole = xr.concat(found, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
+        whole = whole.assign_coords(condition=measured)
+        return whole.assign(experiment=("condition", texts)).assign_attrs(seed=self.seed)
+
+    def report(self, out: str | Path | None = None, *, last: int = 10) -> Path:
+        """Write statistics, figures and the page, report.html in the study's directory unless `out` is given; gives its path.
+
+        A run counts with its average over its `last` generations.
+        """
+        from baldwinlab.api.report import report  # here, because to load the figures takes a while
+
+        return report(self._stored, None if out is None else Path(out), last=last)
+
+    def replay(self, condition: str, *, run: int, generation: int) -> xr.Dataset:
+        """One lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`."""
+        experiment = self.experiment(condition)
+        energy = self._stored.read(condition, run).energy
+        return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy)
+
+    def __repr__(self) -> str:
+        shown = [f"  {condition}: runs: {len(self.runs(condition))}" for condition in self.conditions[:SHOWN]]
+        more = len(self.conditions) - SHOWN
+        if more > 0:
+            shown.append(f"  and {more:,} more conditions")
+        stored = [name for name in ASSAYS if (self.directory / "assays" / name).exists()]
+        return "\n".join([f"<Study {self.directory}, seed {self.seed}>", *shown, f"  assays: {', '.join(stored) or 'none'}"])
+
+
+def open(directory: str | Path) -> Study:
+    """The study in a directory, or at any location that fsspec reaches. Raises StudyError where there is none."""
+    return Study(store.Study(location(directory)))
+
+
+def run(
+    experiments: str | Path | Experiment | Sequence[str | Path | Experiment],
+    *,
+    runs: int = 30,
+    seed: int = 0,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    backend: str = "auto",
+    executor: str = "threads",
+    set: Mapping[str, Any] | None = None,
+) -> Study:
+    """Run one experiment or several as one study: presets such as evo/A, TOML files, or what `load` gives.
+
+    `set` changes fields of all of them, {"lifetime.steps": 100}. `out` is a folder of results/ unless given; the same call again
+    does what is missing. Raises ExperimentError, ArgumentError and StudyError with a sentence before anything is done.
+    """
+    given = [experiments] if isinstance(experiments, str | Path | Experiment) else list(experiments)
+    if not given:
+        raise RefusedError("a study needs at least one experiment")
+    assignments = list(_assignments(set or {}))
+    loaded = [assign(each if isinstance(each, Experiment) else presets.load(each), assignments) for each in given]
+    require_effect(loaded)
+    directory = Path("results") / "-".join(each.name.replace("/", "-") for each in loaded) if out is None else location(out)
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
+    return Study(bring(loaded, directory, runs=runs, seed=seed, **how))
+
+
+def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:
+    """`{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` are both lifetime.steps=5."""
+    for key, value in tables.items():
+        if isinstance(value, Mapping):
+            yield from _assignments(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}={tomlkit.item(value).as_string()}"

@@ -1,0 +1,55 @@
+"""What came of a study, as tables on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.analysis.readings import Multiverse
+from baldwinlab.analysis.rules import MARKS
+
+VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
+
+
+def claims_table(results: Sequence[ClaimResult]) -> Table:
+    """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure."""
+    table = Table(title="What the paper claims, and what we measured", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 1, 0))
+    table.add_column("")
+    table.add_column("verdict", width=13)
+    table.add_column("claim, measured effect [95 % interval], corrected p, effect size; the paper's figure")
+    for result in results:
+        record = result.record()
+        verdict = Text(record["verdict"], style=VERDICT_STYLE.get(record["verdict"], ""))
+        table.add_row(record["id"], verdict, Text.assemble(record["claim"], ("\n" + _measured(record), "dim")))
+    return table
+
+
+def _measured(record: dict[str, Any]) -> str:
+    """For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`."""
+    parts = [f"{record['effect']:.4g}" if record["effect"] is not None else "not measured"]
+    if record["interval"]:
+        parts[0] += " [{:.4g}, {:.4g}]".format(*record["interval"])
+    if record["p_holm"] is not None:
+        parts.append(f"p {record['p_holm']:.2g}")
+    if record["a12"] is not None:
+        parts.append(f"A12 {record['a12']:.2f}")
+    return f"{', '.join(parts)}; paper: {record['paper']}"
+
+
+def readings_table(multiverse: Multiverse) -> Table:
+    """Every claim under each reading that makes at most one choice otherwise, and how near the reading comes to the paper."""
+    table = Table(title="Every reading of the paper", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("reading", *(claim.id for claim in multiverse.claims), "hold"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("distance", justify="right")
+    for reading in multiverse.singles.readings:
+        verdicts = [reading.outcomes[claim.id].verdict for claim in multiverse.claims]
+        marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
+        distance = "" if reading.distance is None else f"{reading.distance:.2f}"
+        table.add_row(" ".join((reading.name, *reading.choices)), *marks, str(reading.held), distance)
+    return table

@@ -1,0 +1,21 @@
+"""Who begot whom."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from baldwinlab import console
+from baldwinlab.assays.descent import phylogeny as pedigree
+from baldwinlab.cli.common import Directory, require_folder_of
+from baldwinlab.files import write_atomically
+from baldwinlab.studies.store import Study
+
+
+def phylogeny(directory: Directory, /, *, condition: str, run: int, out: Path) -> None:
+    """Write who begot whom in a run as CSV in the ALife data standard for phylogenies."""
+    require_folder_of("--out", out)
+    study = Study(directory)
+    study.experiment(condition)
+    record = study.read(condition, run)
+    write_atomically(out, pedigree(record).encode())
+    console.say(f"{out}: {record.parents.sizes['generation'] * record.parents.sizes['agent']} agents")

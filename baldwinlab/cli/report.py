@@ -1,0 +1,25 @@
+"""What came of a study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab.api.report import report as make_report
+from baldwinlab.cli.common import Directory, Last
+from baldwinlab.errors import require_positive
+from baldwinlab.studies.store import Study
+
+
+def report(
+    directory: Directory,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
+    last: Last = 10,
+) -> None:
+    """Rebuild statistics, figures and report from stored results."""
+    require_positive("last", last)
+    make_report(Study(directory), out, last=last)

@@ -1,0 +1,44 @@
+"""A paper, whole."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab.api import reproduce as papers
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Seed, Workers, load_parts
+from baldwinlab.papers import DEFAULT
+
+
+def reproduce(
+    paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")] = DEFAULT,
+    /,
+    *,
+    part: Parts = None,
+    runs: Annotated[int | None, Parameter(help="independent runs of each condition; the paper's own number unless given")] = None,
+    generations: Annotated[int | None, Parameter(help="generations of each run; the paper's own unless given")] = None,
+    steps: Annotated[int | None, Parameter(help="steps of a life; the paper's own unless given")] = None,
+    seed: Seed = 0,
+    reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
+    workers: Workers = None,
+    out: Out = None,
+    last: Last = 10,
+    backend: BackendName = "auto",
+    executor: Executor = "threads",
+) -> None:
+    """Reproduce a whole paper: its conditions, statistics, assays, figures and report."""
+    load_parts(part)
+    papers.reproduce(
+        paper,
+        runs=runs,
+        generations=generations,
+        steps=steps,
+        seed=seed,
+        reading=reading,
+        out=out,
+        last=last,
+        workers=workers,
+        backend=backend,
+        executor=executor,
+    )

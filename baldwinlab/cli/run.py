@@ -1,0 +1,33 @@
+"""Experiments of one's own."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab import console
+from baldwinlab.api import study as studies
+from baldwinlab.cli.common import Assignments, BackendName, Executor, Out, Parts, Runs, Seed, Workers, load_parts
+from baldwinlab.experiment import assign
+from baldwinlab.presets import load
+
+
+def run(
+    experiment: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or a TOML file")],
+    /,
+    *others: Annotated[str, Parameter(help="more of them, to be compared in one study")],
+    part: Parts = None,
+    assignments: Assignments = None,
+    runs: Runs = 30,
+    seed: Seed = 0,
+    workers: Workers = None,
+    out: Out = None,
+    backend: BackendName = "auto",
+    executor: Executor = "threads",
+) -> None:
+    """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
+    load_parts(part)
+    experiments = [assign(load(name), assignments or []) for name in (experiment, *others)]
+    study = studies.run(experiments, runs=runs, seed=seed, out=out, workers=workers, backend=backend, executor=executor)
+    console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")

@@ -1,0 +1,129 @@
+"""What a paper claims, as data: `claims.toml` in its folder, whose head in `le_2019` says what each key is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from baldwinlab.papers.files import Declared, PaperError, declared, read
+
+FIRST = "first"  # in place of a condition: the same one, in its first generations
+
+Measure = Literal["best", "mean", "share", "most"]
+Rule = Literal["greater", "lower", "zero", "at_least"]
+
+RULES: Mapping[Rule, str] = {
+    "greater": "Holds if every comparison has a corrected p below 0.05 and the first condition is the higher, in the median and "
+    "in A12; does not hold if in any comparison it is significantly the lower; else undecided.",
+    "lower": "Holds if every comparison has a corrected p below 0.05 and the first condition is the lower, in the median and in "
+    "A12; does not hold if in any comparison it is significantly the higher; else undecided.",
+    "zero": "Holds if no agent ate a single item in any run and any generation; else does not hold.",
+    "at_least": "Holds if the 95 % interval of the median over runs lies at or above {bound:g}; does not hold if it lies wholly "
+    "below; else undecided.",
+}
+
+
+class Comparison(Declared):
+    """What is held against what. Without `b`, `a` is held against `bound`."""
+
+    a: str
+    measure: Measure
+    rule: Rule
+    b: str = ""
+    bound: float | None = None
+
+    @model_validator(mode="after")
+    def _can_be_decided(self) -> Self:
+        needs = {
+            "greater": (bool(self.b), "b beside a"),
+            "lower": (bool(self.b), "b beside a"),
+            "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
+            "at_least": (self.bound is not None and not self.b, "a bound, and no b"),
+        }
+        met, what = needs[self.rule]
+        if not met:
+            raise ValueError(f"the rule {self.rule!r} needs {what}")
+        if self.b == FIRST and self.measure == "most":
+            raise ValueError("the measure 'most' is over all generations, so b cannot be 'first'")
+        return self
+
+    @property
+    def other(self) -> str:
+        """What `a` is held against, in words."""
+        if not self.b:
+            return f"{self.bound or 0:g}"
+        return f"{self.a}, first generations" if self.b == FIRST else self.b
+
+    @property
+    def conditions(self) -> set[str]:
+        return {self.a, self.b} - {"", FIRST}
+
+
+class Choice(Declared):
+    """What the paper leaves open."""
+
+    id: str = ""  # its key in the file
+    field: str  # where an experiment holds it, such as senses.visual_radius
+    text: str
+
+
+class Claim(Declared):
+    id: str
+    title: str
+    text: str = Field(alias="claim")
+    decided_by: Rule | None = Field(None, alias="rule")
+    paper: str
+    figure: float | None = None
+    choices: tuple[Choice, ...] = ()  # that could account for a difference, the likeliest first
+    comparisons: tuple[Comparison, ...] = Field(min_length=1)
+
+    @field_validator("choices", mode="before")
+    @classmethod
+    def _named(cls, names: Any, info: ValidationInfo) -> Any:
+        known: Mapping[str, Choice] = info.context or {}
+        for name in names if isinstance(names, list) else ():
+            if name not in known:
+                raise ValueError(f"there is no choice {name!r}; there are {', '.join(known) or 'none'}")
+        return [known[name] for name in names] if isinstance(names, list) else names
+
+    @field_validator("comparisons", mode="before")
+    @classmethod
+    def _under_its_rule(cls, comparisons: Any, info: ValidationInfo) -> Any:
+        rule = info.data.get("decided_by")
+        tables = isinstance(comparisons, list) and all(isinstance(one, dict) for one in comparisons)
+        return [{"rule": rule} | one for one in comparisons] if tables and rule else comparisons
+
+    @property
+    def rule(self) -> str:
+        """What decides it, in words."""
+        used = {comparison.rule: comparison.bound for comparison in self.comparisons}
+        return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in used.items())
+
+    @property
+    def conditions(self) -> set[str]:
+        return set().union(*(comparison.conditions for comparison in self.comparisons))
+
+
+class _Choices(Declared):
+    choices: dict[str, Choice]
+
+
+class _Claims(Declared):
+    claims: tuple[Claim, ...]
+
+
+def read_claims(path: Path) -> tuple[Claim, ...]:
+    """The claims in a file; none where there is no such file. Raises PaperError."""
+    if not path.exists():
+        return ()
+    tree = read(path)
+    named = declared(_Choices, {"choices": tree.pop("choices", {})}, path).choices
+    choices = {name: choice.model_copy(update={"id": name}) for name, choice in named.items()}
+    claims = declared(_Claims, tree, path, choices).claims
+    ids = [claim.id for claim in claims]
+    if twice := [name for name in ids if ids.count(name) > 1]:
+        raise PaperError(f"{path}: two claims have the id {twice[0]!r}")
+    return claims

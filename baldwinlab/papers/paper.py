@@ -1,0 +1,190 @@
+"""A paper: a folder of data, and the experiments, claims and words that it declares.
+
+    paper.toml                             name, title, authors, what it runs: the fields of `About`
+    conditions/*.toml                      each laid over the defaults of an experiment
+    maps/*.toml, readings/*.toml           laid over a condition; controls/*.toml: conditions that are not the paper's own
+    claims.toml, words.toml, README.md     what it claims; what the report says of it; its page
+
+An experiment is named CONDITION/MAP, or CONDITION where the paper has no maps. All but paper.toml and conditions/ may be left
+out. Nothing in the folder is code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
+from baldwinlab.experiment.paths import look_up
+from baldwinlab.papers.claims import Claim, read_claims
+from baldwinlab.papers.files import Declared, PaperError, declared, read
+from baldwinlab.papers.words import FIGURES, Figure, Words, read_words
+
+KINDS = ("conditions", "controls", "maps", "readings")
+STANDARD = "standard"  # the reading taken unless another is named
+
+
+class About(Declared):
+    """What `paper.toml` declares."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    title: str
+    authors: tuple[str, ...] = Field(min_length=1)
+    year: int
+    published: str = ""  # where, such as "AISB 2019"
+    citation: str
+    link: str = ""
+    description: str
+    conditions: tuple[str, ...] = ()  # that it runs, in order; all that there are unless given
+    maps: tuple[str, ...] = ()
+    runs: int = Field(30, ge=1)  # of each condition
+    figures: tuple[Figure, ...] = FIGURES
+    emergence: str = ""  # the experiment whose lives the figure of that name shows; the first unless given
+
+    @property
+    def source(self) -> str:
+        """Authors, title and place, in a line."""
+        published = f" ({self.published})" if self.published else ""
+        return f"{', '.join(self.authors)}, {self.title}{published}"
+
+
+@dataclass(frozen=True)
+class Paper:
+    folder: Path
+    about: About
+
+    @property
+    def name(self) -> str:
+        return self.about.name
+
+    @cached_property
+    def claims(self) -> tuple[Claim, ...]:
+        return read_claims(self.folder / "claims.toml")
+
+    @cached_property
+    def words(self) -> Words:
+        return read_words(self.folder / "words.toml")
+
+    def names(self, kind: str) -> list[str]:
+        """The presets of a kind (one of `KINDS`), the standard reading first."""
+        found = sorted(path.stem for path in (self.folder / kind).glob("*.toml"))
+        return sorted(found, key=lambda name: name != STANDARD)
+
+    def describe(self, kind: str, name: str) -> str:
+        """What a preset is, in a line."""
+        return str(self.layer(kind, name)["description"])
+
+    def changes(self, kind: str, name: str) -> dict[str, Any]:
+        """The fields that a preset sets, as `Experiment.replace` takes them."""
+        return {part: fields for part, fields in self.layer(kind, name).items() if part != "description"}
+
+    def layer(self, kind: str, name: str) -> dict[str, Any]:
+        """A preset's file. Raises ExperimentError where there is none, PaperError for one that does not say what it is."""
+        known = self.names(kind)
+        if name not in known:
+            if (kind, name) == ("readings", STANDARD):
+                return {"description": "the paper as it stands"}
+            raise ExperimentError(
+                f"there is no {kind.removesuffix('s')} {name!r}{nearest(name, known)}; there are {', '.join(known) or 'none'}"
+            )
+        path = self.folder / kind / f"{name}.toml"
+        layer = read(path)
+        if not isinstance(layer.get("description"), str):
+            raise PaperError(f"{path}: description is missing, a line that says what it is")
+        if "name" in layer:
+            raise PaperError(f"{path}: name: a preset has no such key, it is named by its file")
+        return layer
+
+    def experiment_names(self) -> list[str]:
+        """All that it can name, its own conditions first."""
+        conditions, maps = [*self.names("conditions"), *self.names("controls")], self.names("maps")
+        return [f"{condition}/{place}" for condition in conditions for place in maps] if maps else conditions
+
+    def experiment(self, name: str, reading: str = STANDARD) -> Experiment:
+        """One by name, under a reading.
+
+        Raises ExperimentError where there is none of that name, and PaperError where its files make none.
+        """
+        condition, slash, place = name.rpartition("/") if self.names("maps") else (name, "/", "")
+        if not slash:
+            known = self.experiment_names()
+            near = nearest(name, known)
+            raise ExperimentError(
+                f"there is no preset {name!r}{near}; there are {', '.join(known)}, and any file that ends in .toml"
+            )
+        first = "controls" if condition in self.names("controls") else "conditions"
+        layers = [(first, condition), *([("maps", place)] if place else []), ("readings", reading)]
+        tree: dict[str, Any] = {"name": name}
+        for layer in layers:
+            tree = merge(tree, self.changes(*layer))
+        try:
+            return validate(tree)
+        except ExperimentError as error:
+            files = " with ".join(f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind))
+            raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
+
+    def own(self) -> list[str]:
+        """Of the experiments it can name, those that it runs, in its order."""
+        conditions = self.about.conditions or self.names("conditions")
+        maps = self.about.maps or self.names("maps")
+        return [f"{condition}/{place}" for place, condition in product(maps, conditions)] if maps else list(conditions)
+
+    def experiments(self, reading: str = STANDARD) -> list[Experiment]:
+        """Those that it runs, in its order."""
+        return [self.experiment(name, reading) for name in self.own()]
+
+
+def nearest(name: str, known: list[str]) -> str:
+    near = get_close_matches(name, known, n=1)
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def open_paper(folder: Path) -> Paper:
+    """The paper in a folder, as far as its paper.toml says. Raises PaperError."""
+    path = folder / "paper.toml"
+    return Paper(folder, declared(About, read(path), path))
+
+
+def check(paper: Paper) -> Paper:
+    """Read all that is in the folder, and give it back. Raises PaperError with the first fault."""
+    if not paper.names("conditions"):
+        raise PaperError(f"{paper.folder / 'conditions'} holds no condition: a TOML file laid over an experiment's defaults")
+    for kind, listed in (("conditions", paper.about.conditions), ("maps", paper.about.maps)):
+        _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
+    known = paper.experiment_names()
+    experiments = [paper.experiment(name) for name in known]
+    for reading in paper.names("readings"):
+        paper.experiment(known[0], reading)
+    _require(filter(None, [paper.about.emergence]), known, f"{paper.folder / 'paper.toml'}: emergence")
+    for claim in paper.claims:
+        where = f"{paper.folder / 'claims.toml'}: {claim.id}"
+        _require(sorted(claim.conditions), known, f"{where} names a condition")
+        for choice in claim.choices:
+            _require_field(choice.field, experiments, f"{where}, choice {choice.id}")
+    paper.words  # noqa: B018 (reading them is the check)
+    return paper
+
+
+def _require(names: Iterable[str], known: list[str], where: str) -> None:
+    for name in names:
+        if name not in known:
+            raise PaperError(f"{where} {name!r}, which there is not{nearest(name, known)}; there are {', '.join(known)}")
+
+
+def _require_field(path: str, experiments: Sequence[Experiment], where: str) -> None:
+    """A field that a part brings is there only where that part is chosen."""
+    faults = []
+    for experiment in experiments:
+        try:
+            look_up(experiment, path)
+        except ExperimentError as error:
+            faults.append(error)
+    if len(faults) == len(experiments):
+        raise PaperError(f"{where}: {faults[0]}")

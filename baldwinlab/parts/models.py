@@ -1,0 +1,63 @@
+"""The kind of part that is a whole model: founders, lives, payoff; for models that are not the foragers of MiniWorld.
+
+A model is chosen by `model = "its-name"`, and its fields stand in a table of its name. Population, evolution and record are
+those of every experiment. Its genomes are float32 [agent, module, weight], so that selection, variation, records and assays are
+those of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.parts.kinds import Part
+from baldwinlab.variables import Variable
+
+
+class Lives(NamedTuple):
+    """What became of the agents of several runs in one generation."""
+
+    energy: npt.NDArray[np.float64]  # [run, agent], gained in life
+    cost: npt.NDArray[np.float64]  # [run, agent], of learning
+    learned: (
+        npt.NDArray[np.float32] | None
+    )  # [run, agent, weight], the first module at death; None where it is no use
+    records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
+
+
+class Model(Part):
+    """A kind of life."""
+
+    kind = "model"
+    modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
+    records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
+    payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
+
+    @property
+    def learns(self) -> bool:
+        """Whether agents learn in life."""
+        return False
+
+    @property
+    def steps(self) -> int:
+        """Steps of a life: what rates and times left are told in."""
+        return 1
+
+    def without_learner(self) -> Self:
+        """The same with nothing learned in life: what is gained then is innate. Raises ValueError where that is no life."""
+        raise ValueError(f"the model {self.name!r} says nothing of a life without learning")
+
+    def weights(self) -> int:
+        """Entries of a module."""
+        raise NotImplementedError
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        """The genomes [agent, module, weight] of a generation without parents; random numbers are `moment.uniforms(...)`."""
+        raise NotImplementedError
+
+    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        """The lives of one generation of these runs; `genomes` is [run, agent, module, weight]. A run's bits are its own."""
+        raise NotImplementedError

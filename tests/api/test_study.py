@@ -1,0 +1,114 @@
+"""A whole study in Python: run, opened, asked, carried on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import baldwinlab as bl
+from baldwinlab import BaldwinLabError, Study
+from tests.small import SMALL, contents, small, small_study
+
+SHORT = {"evolution.generations": 3, "lifetime": {"steps": 300}}
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    return bl.run([small("evo/A"), small("evo+self-taught/A")], runs=2, seed=5, out=tmp_path_factory.mktemp("mine") / "study")
+
+
+def test_a_run_is_the_study_that_the_command_line_makes(study: Study, tmp_path: Path) -> None:
+    small_study(tmp_path / "other", runs=2)
+    assert contents(study.directory) == contents(tmp_path / "other")
+    assert study.conditions == ("evo/A", "evo+self-taught/A")
+    assert study.runs("evo/A") == [0, 1]
+    assert study.experiment("evo/A") == small("evo/A")
+
+
+def test_presets_are_taken_by_name_and_changed_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    study = bl.run(["evo/A", bl.load("evo+self-taught/A")], runs=1, set=SHORT)
+    assert study.directory == Path("results/evo-A-evo+self-taught-A")
+    assert study.experiment("evo/A") == bl.load("evo/A").replace(**SMALL)
+    one = bl.run("evo/A", runs=1, set={**SHORT, "world.food.0.count": 3}, out="one")
+    assert one.experiment("evo/A").world.food[0].count == 3
+    (tmp_path / "mine.toml").write_text('name = "mine"\n[lifetime]\nsteps = 5\n[evolution]\ngenerations = 1\n')
+    assert bl.run(Path("mine.toml"), runs=1).conditions == ("mine",)
+
+
+def test_the_same_call_again_does_what_is_missing(study: Study, capsys: pytest.CaptureFixture[str]) -> None:
+    again = bl.run([small("evo/A"), small("evo+self-taught/A")], runs=3, seed=5, out=study.directory)
+    assert "runs: 6, stored already: 4" in capsys.readouterr().out
+    assert again.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
+
+
+def test_opened_it_has_its_data_and_any_life_of_it(study: Study) -> None:
+    opened = bl.open(study.directory)
+    xr.testing.assert_identical(opened.data(), bl.open_study(study.directory))
+    assert opened.data(["evo/A"]).sizes["condition"] == 1
+    trace = opened.replay("evo+self-taught/A", run=1, generation=2)
+    eaten = opened.data().food_eaten.sel(condition="evo+self-taught/A", run=1, generation=2)
+    assert np.array_equal(trace.eaten.sum("step"), eaten)
+    assert str(study.directory) in repr(opened)
+    assert "evo/A: runs: " in repr(opened)
+
+
+def test_an_assay_is_measured_when_it_is_first_asked_for(study: Study, capsys: pytest.CaptureFixture[str]) -> None:
+    innate = study.assay("innate", "evo+self-taught/A", workers=1)
+    xr.testing.assert_identical(innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A"))
+    assert "assays to do: 2" in capsys.readouterr().out
+    whole = study.assay("innate")
+    assert "assays to do" not in capsys.readouterr().out
+    assert whole.condition.values.tolist() == ["evo/A", "evo+self-taught/A"]
+    learned = whole.energy.sel(condition="evo+self-taught/A")
+    np.testing.assert_array_equal(learned.dropna("life", how="all"), innate.energy.transpose(*learned.dims))
+    assert "assays: innate" in repr(study)
+    with pytest.raises(BaldwinLabError, match="there is no assay 'instinct'"):
+        study.assay("instinct")
+
+
+def test_its_report_lies_in_it_or_where_one_says(study: Study, tmp_path: Path) -> None:
+    assert study.report() == study.directory / "report.html"
+    assert "<html" in study.report(tmp_path / "page.html", last=2).read_text("utf-8")
+
+
+def test_a_record_leads_to_its_experiment(study: Study) -> None:
+    evo, taught = small("evo/A"), small("evo+self-taught/A")
+    assert bl.experiment_of(bl.simulate(evo, seed=1)) == evo
+    assert bl.experiment_of(study.replay("evo+self-taught/A", run=0, generation=1)) == taught
+    assert bl.experiment_of(study.data(), "evo+self-taught/A") == taught
+    assert bl.experiment_of(study.data().sel(condition="evo/A")) == evo
+    assert bl.experiment_of(study.assay("innate", "evo/A")) == evo
+    with pytest.raises(BaldwinLabError, match="there are: evo/A, evo\\+self-taught/A"):
+        bl.experiment_of(study.data())
+    with pytest.raises(BaldwinLabError, match="carries no experiment"):
+        bl.experiment_of(xr.Dataset())
+
+
+def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(tmp_path: Path) -> None:
+    out = tmp_path / "study"
+    for sentence, arguments in {
+        "runs = 0 must be at least 1": {"runs": 0},
+        "workers = -1 must be at least 1": {"workers": -1},
+        "seed = -1 must be at least 0": {"seed": -1},
+        "executor = 'cloud' must be threads": {"executor": "cloud"},
+        "lifetime.steps = 0: input should be": {"set": {"lifetime.steps": 0}},
+    }.items():
+        with pytest.raises(BaldwinLabError, match=sentence):
+            bl.run("evo/A", out=out, **arguments)  # type: ignore[arg-type]
+    with pytest.raises(BaldwinLabError, match="at least one experiment"):
+        bl.run([], out=out)
+    with pytest.raises(BaldwinLabError, match="holds no study"):
+        bl.open(out)
+    assert not out.exists()
+
+
+def test_a_setting_that_does_nothing_is_refused_unless_it_does_something_beside(tmp_path: Path) -> None:
+    idle = {"learning.teacher": "shuffled", "evolution.lamarckian_share": 0.5}
+    with pytest.raises(bl.ExperimentError, match=r'learning.teacher: does nothing with learning.rule = "none"') as refused:
+        bl.run("evo/A", set=idle, out=tmp_path / "study")
+    assert len(str(refused.value).splitlines()) == 2
+    bl.run(["evo/A", "evo+self-taught/A"], runs=1, set={**SHORT, **idle}, out=tmp_path / "study")

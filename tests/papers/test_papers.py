@@ -1,0 +1,247 @@
+"""A paper is a folder: what it runs and claims, what is wrong with one, and a user's own brought from folder to report."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from baldwinlab import papers, presets
+from baldwinlab.analysis.baldwin import criteria
+from baldwinlab.analysis.fitness import MEASURES
+from baldwinlab.analysis.rules import RULES
+from baldwinlab.papers import PaperError
+from baldwinlab.papers.claims import RULES as RULES_IN_WORDS
+from baldwinlab.papers.claims import Measure
+from baldwinlab.papers.paper import KINDS, check
+from baldwinlab.papers.words import Inference
+from baldwinlab.studies.store import Study
+from tests.test_cli import Command, command  # noqa: F401  (a fixture)
+
+PAPER = """
+name = "tiny"
+title = "On being tiny"
+authors = ["A. Reader", "B. Writer"]
+year = 2026
+citation = "A. Reader and B. Writer, On being tiny, 2026"
+description = "two kinds of tiny life"
+runs = 2
+"""
+PLAIN = 'description = "evolution alone"\n[learning]\nrule = "none"\n'
+TAUGHT = 'description = "agents that teach themselves"\n[learning]\nrule = "self-taught"\n'
+NEAR = 'description = "food where agents are born"\n[[world.food]]\nx = [120, 200]\ny = [120, 200]\ncount = 50\n'
+STANDARD = 'description = "short lives"\n[lifetime]\nsteps = 60\n[evolution]\ngenerations = 2\n'
+CLAIMS = """
+[choices]
+T1 = { field = "senses.visual_radius", text = "how far an agent sees" }
+[[claims]]
+id = "T1"
+title = "The taught eat more"
+claim = "The average agent that teaches itself eats more."
+rule = "greater"
+paper = "more"
+choices = ["T1"]
+comparisons = [{ a = "taught/near", b = "plain/near", measure = "mean" }]
+[[claims]]
+id = "T2"
+title = "Somebody eats"
+claim = "Somebody eats at last."
+rule = "at_least"
+paper = "nearly all"
+comparisons = [
+    { a = "taught/near", measure = "share", bound = 0.01 },
+    { a = "taught/near", b = "first", measure = "best", rule = "greater" },
+]
+"""
+FILES = {
+    "paper.toml": PAPER,
+    "conditions/plain.toml": PLAIN,
+    "conditions/taught.toml": TAUGHT,
+    "maps/near.toml": NEAR,
+    "readings/standard.toml": STANDARD,
+    "claims.toml": CLAIMS,
+    "words.toml": 'heading = "Tiny, again"\n[captions]\nfitness = "The paper has it smaller."\n',
+    "README.md": "Tiny.\n",
+}
+
+
+def folder(place: Path, *without: str, **changed: str) -> Path:
+    """A paper's folder without some files; `changed` are files by their name without folder and ending."""
+    for name, text in FILES.items():
+        path = place / name
+        if not any(name.startswith(left_out) for left_out in without):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(changed.get(path.stem, text))
+    return place
+
+
+def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
+    paper = check(papers.load())
+    assert list(papers.built_in()) == ["le-2019"]
+    assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
+    assert paper.experiments("literal") == presets.paper("literal")
+    assert "arXiv 1906.08854" in paper.about.citation and (paper.folder / "README.md").exists()
+    assert all(paper.names(kind) for kind in KINDS)
+
+
+def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None:
+    assert RULES_IN_WORDS.keys() == RULES.keys()
+    assert set(get_args(Measure)) == {*MEASURES, "most"}
+    assert set(get_args(Inference.model_fields["question"].annotation)) == {criterion.id for criterion in criteria()}
+
+
+def test_a_folder_is_a_paper_and_its_presets_are_named_by_it(tmp_path: Path) -> None:
+    place = folder(tmp_path / "tiny")
+    assert papers.load(place).own() == ["plain/near", "taught/near"]
+    experiment = presets.load(f"{place}:taught/near")
+    assert (experiment.name, experiment.lifetime.steps, experiment.learning.rule) == ("taught/near", 60, "self-taught")
+    assert presets.load("le-2019:evo/A") == presets.load("evo/A")
+
+
+def test_the_order_of_what_it_runs_is_its_own(tmp_path: Path) -> None:
+    paper = papers.load(folder(tmp_path, paper=PAPER + 'conditions = ["taught", "plain"]\n'))
+    assert paper.own() == ["taught/near", "plain/near"]
+
+
+def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_none(tmp_path: Path) -> None:
+    paper = papers.load(folder(tmp_path, "maps", "claims", "words", "README", "readings"))
+    assert [experiment.name for experiment in paper.experiments()] == ["plain", "taught"]
+    assert paper.claims == () and not paper.words.heading
+
+
+@pytest.mark.parametrize(
+    ("without", "changed", "message"),
+    [
+        (("paper",), {}, "there is no {}/paper.toml"),
+        (("conditions",), {}, "{}/conditions holds no condition: a TOML file laid over an experiment's defaults"),
+        ((), {"paper": "name = "}, "{}/paper.toml is not TOML: Invalid value (at end of document)"),
+        ((), {"paper": PAPER.replace("year = 2026\n", "")}, "{}/paper.toml: year is missing"),
+        ((), {"paper": PAPER + "pages = 8\n"}, "{}/paper.toml: pages: there is no such key"),
+        (
+            (),
+            {"paper": PAPER + 'figures = ["pie"]\n'},
+            "{}/paper.toml: figures.0 = 'pie': input should be 'fitness'",
+        ),
+        ((), {"paper": PAPER + 'maps = ["nera"]\n'}, "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)"),
+        ((), {"paper": PAPER + 'emergence = "taught"\n'}, "{}/paper.toml: emergence 'taught', which there is not"),
+        ((), {"paper": PAPER.replace("tiny", "le-2019", 1)}, "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab"),
+        ((), {"plain": "[learning]\n"}, "{}/conditions/plain.toml: description is missing"),
+        ((), {"near": 'name = "far"\n' + NEAR}, "{}/maps/near.toml: name: a preset has no such key"),
+        (
+            (),
+            {"plain": PLAIN + "speed = 3\n"},
+            "conditions/plain.toml with maps/near.toml with readings/standard.toml: learning.speed",
+        ),
+        (
+            (),
+            {"standard": STANDARD + "rate = 3\n"},
+            "readings/standard.toml: evolution.rate: there is no such field",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace("taught/near", "taugt/near")},
+            "T1 names a condition 'taugt/near', which there is not",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace('"mean"', '"weight"')},
+            "claims.0.comparisons.0.measure = 'weight': input should be 'best'",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace('rule = "greater"\npaper', 'rule = "wins"\npaper')},
+            "claims.0.rule = 'wins'",
+        ),
+        ((), {"claims": CLAIMS.replace('rule = "greater"\npaper', "paper")}, "claims.0.comparisons.0.rule is missing"),
+        (
+            (),
+            {"claims": CLAIMS.replace(", bound = 0.01", "")},
+            "comparisons.0: the rule 'at_least' needs a bound",
+        ),
+        ((), {"claims": CLAIMS.replace('["T1"]', '["T9"]')}, "claims.0.choices: there is no choice 'T9'; there are T1"),
+        (
+            (),
+            {"claims": CLAIMS.replace('"senses.v', '"sense.v')},
+            "choice T1: sense.visual_radius: there is no 'sense'",
+        ),
+        ((), {"claims": CLAIMS.replace('"T2"', '"T1"')}, "claims.toml: two claims have the id 'T1'"),
+        ((), {"claims": "claims = 3\n"}, "claims.toml: claims = 3: input should be a valid tuple"),
+        ((), {"words": "[captions]\npie = 'x'\n"}, "words.toml: captions.pie"),
+    ],
+)
+def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
+    tmp_path: Path, without: tuple[str, ...], changed: dict[str, str], message: str
+) -> None:
+    place = folder(tmp_path / "tiny", *without, **changed)
+    place.mkdir(exist_ok=True)
+    with pytest.raises(PaperError, match=re.escape(message.format(place))) as refusal:
+        papers.load(place)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command: Command, tmp_path: Path) -> None:  # noqa: F811
+    done = command("reproduce", "le-2091")
+    said = "there is no paper 'le-2091' (did you mean 'le-2019'?); there are le-2019, and any folder with a paper.toml"
+    assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
+    done = command("reproduce", str(folder(tmp_path / "tiny")), "--reading", "literal")
+    assert (done.code, done.err) == (2, "baldwinlab: there is no reading 'literal'; there are standard\n")
+    assert not (tmp_path / "results").exists()
+
+
+def test_papers_lists_each_with_what_it_is(command: Command) -> None:  # noqa: F811
+    done = command("papers")
+    assert done.code == 0
+    assert "le-2019      Nam Le, Evolving Self-taught" in done.out and "conditions: 6, claims: 9" in done.out
+
+
+def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
+    command: Command,  # noqa: F811
+    tmp_path: Path,
+) -> None:
+    place = folder(tmp_path / "tiny")
+    done = command("reproduce", "./tiny")
+    assert done.code == 0, done.err
+    out = tmp_path / "results/tiny"
+    assert Study(out).paper == "tiny" and Study(out).runs("taught/near") == [0, 1]
+    records = json.loads((out / "claims.json").read_text())
+    assert [(record["id"], record["publication"], record["verdict"]) for record in records][1][:2] == ("T2", "tiny")
+    page = (out / "report.html").read_text()
+    for words in (
+        "<h1>Tiny, again</h1>",
+        "A. Reader, B. Writer, <cite>On being tiny</cite>",
+        "smaller.",
+        "how far an agent sees",
+    ):
+        assert words in page
+    assert "Nam Le" not in page and "The paper infers" not in page
+    assert (out / "paper/claims.toml").read_text() == CLAIMS
+    for path in sorted(place.rglob("*"), reverse=True):
+        path.unlink() if path.is_file() else path.rmdir()
+    assert command("report", "results/tiny").code == 0
+    assert (out / "report.html").read_text() == page
+
+
+def test_without_claims_the_report_compares_the_conditions(command: Command, tmp_path: Path) -> None:  # noqa: F811
+    folder(tmp_path / "tiny", "maps", "claims", "words", paper=PAPER + 'figures = ["final-fitness", "fitness"]\n')
+    done = command("reproduce", "tiny", "--runs", "1", "--out", "mine")
+    assert done.code == 0, done.err
+    page = (tmp_path / "mine/report.html").read_text()
+    assert "<h1>On being tiny: a reproduction</h1>" in page and "<h2>The claims" not in page
+    assert "Conditions compared" in page
+    assert page.index("Fitness in the last") < page.index("Fitness over generations") and "What an agent senses" not in page
+    assert json.loads((tmp_path / "mine/claims.json").read_text()) == []
+
+
+def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) -> None:  # noqa: F811
+    folder(tmp_path / "tiny", "claims")
+    folder(tmp_path / "other", "claims", paper=PAPER.replace("tiny", "other"))
+    assert command("reproduce", "tiny", "--runs", "1", "--out", "mine").code == 0
+    done = command("reproduce", "other", "--runs", "1", "--out", "mine")
+    assert done.err == "baldwinlab: mine holds another study: it is of the paper tiny, not other; choose another --out\n"
+    for path in (tmp_path / "mine/paper").rglob("*.toml"):
+        path.unlink()
+    done = command("report", "mine")
+    assert (done.code, done.err) == (2, "baldwinlab: mine was made by the paper 'tiny', of which nothing is kept in mine/paper\n")
