@@ -26,7 +26,7 @@ from baldwinlab.models.miniworld.items import DIAGONAL, grow, image, settle, slo
 from baldwinlab.models.miniworld.life import One, advance_all, build_all, gather, lane_of, take_step
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
-from baldwinlab.models.miniworld.world import bear
+from baldwinlab.models.miniworld.world import ZERO, bear
 from baldwinlab.parts.kinds import advance, hatch, meet
 
 COMPILING = threading.Lock()  # so that no thread compiles what another does already
@@ -229,6 +229,8 @@ def begin_kernel(threads: int) -> Any:
         for weight in range(state.weights.shape[0]):
             state.weights[weight, lane] = genomes[lane, 0, weight]
             fixed[weight, lane] = genomes[lane, genomes.shape[1] - 1, weight]  # the reinforcement module, if there is one
+        for unit in range(state.activations.shape[0]):
+            state.activations[unit, lane] = ZERO
         state.code[0, lane] = -1
         if agent == 0:
             build_all(state.features, model, state, world)

@@ -24,6 +24,7 @@ from baldwinlab.models.miniworld.backend import GPU_PAYS, Block, choose
 from baldwinlab.models.miniworld.make import make_model, make_state
 from baldwinlab.models.miniworld.state import ARRAYS, State
 from baldwinlab.parts import load_file
+from baldwinlab.parts.foreign import load_text
 from tests.worlds import small
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
@@ -31,6 +32,27 @@ WORLDS = 3
 STEPS = 20
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
 MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by tiles
+
+WIND = '''
+"""A wind that turns with every step, and moves all items."""
+import numpy as np
+from baldwinlab.parts import WorldFeature, per_world
+
+
+class Wind(WorldFeature, name="wind"):
+    arrays = {"speed": per_world(1)}
+
+    @staticmethod
+    def build(part, model, state, world):
+        part.speed[world, 0] = np.float32(world + 1)
+
+    @staticmethod
+    def advance(part, model, state, world, step):
+        part.speed[world, 0] = -part.speed[world, 0]
+        for item in range(state.item_x.shape[1]):
+            state.item_x[world, item] += part.speed[world, 0]
+        state.stale[world, 0] = 1
+'''
 
 
 def experiments() -> list[Experiment]:
@@ -52,18 +74,19 @@ def experiments() -> list[Experiment]:
 
 
 def foreign(**changes: Any) -> list[Experiment]:
-    """Experiments with parts of users' own."""
-    for name in ("social", "obstacles", "elman", "self_taught_again"):
+    """Experiments with parts of users' own: agents by themselves, agents that are looked at, and both updates."""
+    for name in ("social", "poison", "obstacles", "elman", "self_taught_again"):
         load_file(PARTS / f"{name}.py")
+    load_text(WIND, Path("wind.py"))
     walled = {"food": FEW, "features": ["obstacles"], "obstacles": {"x": [55, 65], "y": [45, 55]}}
+    poisoned = walled | {"features": ["poison", "obstacles"], "poison": {"x": [30, 70], "y": [40, 60]}}
     social = {"rule": "social", "rate": 0.3}
-    lifetime = changes["lifetime"]
+    in_turn = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
     return [
-        small("evo", **changes, learning=social, world={"food": FEW}),
-        small("evo", **changes | {"lifetime": lifetime | {"update": "sequential"}}, learning=social, world={"food": FEW}),
-        small("evo+self-taught", **changes, world=walled),
-        small("evo+self-taught", **changes, world={"food": FEW}, network={"kind": "elman"}),
-        small("evo", **changes, world=walled, network={"kind": "elman"}, learning=social),
+        small("evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}),
+        small("evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}),
+        small("evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}),
+        small("evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}),
         small("evo+self-taught", **changes, world={"food": FEW}, learning={"rule": "self-taught-again"}),
     ]
 
