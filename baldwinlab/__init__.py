@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from baldwinlab.runs.simulate import simulate
     from baldwinlab.studies.store import StudyError
     from baldwinlab.studies.study import open_study
-    from baldwinlab.sweeps import open_sweep
+    from baldwinlab.sweeps.design import open_sweep
 
 __all__ = [
     "BaldwinLabError",
@@ -58,7 +58,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "open": "api.study",
     "open_assay": "assays",
     "open_study": "studies.study",
-    "open_sweep": "sweeps",
+    "open_sweep": "sweeps.design",
     "replay": "runs.replay",
     "reproduce": "api.reproduce",
     "run": "api.study",

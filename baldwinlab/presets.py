@@ -12,9 +12,10 @@ from typing import Any
 from baldwinlab import papers
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.factors import Factors
 from baldwinlab.papers.paper import KINDS, STANDARD, Paper
 
-__all__ = ["KINDS", "changes", "describe", "load", "names", "paper"]
+__all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 
 def names(kind: str) -> list[str]:
@@ -50,6 +51,11 @@ def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
         return papers.load(named).experiment(name, reading)
     having = [one for one in papers.built_in().values() if name in one.experiment_names()]
     return (having[0] if having else papers.load()).experiment(name, reading)
+
+
+def factors() -> dict[str, Factors]:
+    """Learner and map of every preset, by the name that `load` takes and gives it."""
+    return {name: found for one in reversed(papers.built_in().values()) for name, found in one.factors().items()}
 
 
 def _load_file(path: Path, reading: str) -> Experiment:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.presets import load, paper
+from baldwinlab.presets import factors, load, paper
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, run_study
 
@@ -35,7 +35,8 @@ def silent(description: str, total: int) -> Iterator[Callable[[int], None]]:
 def small_study(
     directory: Path, experiments: list[Experiment] | None = None, runs: int = 3, seed: int = 5, workers: int = 2
 ) -> Study:
-    study = create(directory, experiments or [small("evo/A"), small("evo+self-taught/A")], seed)
+    experiments = experiments or [small("evo/A"), small("evo+self-taught/A")]
+    study = create(directory, experiments, seed, factors=factors())
     run_study(study, missing_runs(study, runs, ignore), workers, silent, ignore)
     return study
 

@@ -21,10 +21,10 @@ from PIL import Image
 
 from baldwinlab.assays import open_assay
 from baldwinlab.cli import main
-from baldwinlab.experiment.toml import from_toml
+from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.presets import KINDS, load, names
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweeps import open_sweep
+from baldwinlab.sweeps.design import open_sweep
 from tests.small import contents, small_study
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
@@ -87,6 +87,18 @@ def test_several_experiments_are_run_as_one_study(command: Command) -> None:
     study = open_study("results/evo-B-evo+drift-B-evo+self-taught-B")
     assert study.condition.values.tolist() == ["evo/B", "evo+drift/B", "evo+self-taught/B"]
     assert command("run", "evo/B", "evo/B", *cut).err == "baldwinlab: two conditions have the same name: evo/B, evo/B\n"
+
+
+def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(command: Command, tmp_path: Path) -> None:
+    for name in ("rank/A", "biases/A"):
+        path = tmp_path / f"{name[:4]}.toml"
+        path.write_text(to_toml(load("evo/A").replace(name=name, lifetime={"steps": 60}, evolution={"generations": 2})))
+    assert command("run", "rank.toml", "bias.toml", "--runs", "2", "--out", "mine").code == 0
+    done = command("report", "mine")
+    assert done.code == 0, done.err
+    page = (tmp_path / "mine/report.html").read_text()
+    assert "Evolution and lifetime learning: rank/A, biases/A" in page and "Conditions compared" in page
+    assert not (tmp_path / "mine/multiverse.json").exists()
 
 
 def test_set_may_be_given_once_for_all_or_once_for_each(command: Command) -> None:

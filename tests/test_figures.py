@@ -23,9 +23,10 @@ from baldwinlab.experiment import World
 from baldwinlab.figures.emergence import unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
+from baldwinlab.multiverse.figures import readings, readings_shares
 from baldwinlab.presets import load
-from tests.analysis.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
 from tests.analysis.studies import AS_THE_PAPER, study, trace
+from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
 
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
@@ -43,8 +44,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
     "senses": lambda: figures.agent_senses(load("evo/A")),
-    "readings": lambda: figures.readings(MULTIVERSE),
-    "readings-shares": lambda: figures.readings_shares(MULTIVERSE),
+    "readings": lambda: readings(MULTIVERSE),
+    "readings-shares": lambda: readings_shares(MULTIVERSE),
 }
 
 ODD = {
@@ -107,7 +108,7 @@ def test_a_way_is_broken_where_it_leaves_the_map() -> None:
 
 def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
     shown = conditions(study(AS_THE_PAPER))
-    assert [(condition.kind, condition.map_name) for condition in shown[:4:3]] == [("evo", "A"), ("evo", "B")]
+    assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [("evo", "A"), ("evo", "B")]
     assert shown[0].look == shown[3].look
     assert len({(look.line, look.marker) for look in map(series, range(28))}) == 28
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.publish import publish
-from tests.analysis.assayed import constant, innate, rising
+from tests.assays.assayed import constant, innate, rising
 from tests.small import ignore, small_study
 
 A = "evo+self-taught/A"

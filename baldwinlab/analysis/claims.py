@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis import fitness, statistics
-from baldwinlab.analysis.rules import RULES, VERDICTS, Verdict, conjunction
+from baldwinlab import statistics
 from baldwinlab.analysis.summary import SUMMARY_COLUMNS, by_condition
 from baldwinlab.analysis.tables import to_csv
 from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper, load
 from baldwinlab.papers.claims import FIRST, Claim, Comparison
+from baldwinlab.statistics import fitness
+from baldwinlab.statistics.rules import RULES, VERDICTS, Verdict, conjunction
 
 
 @dataclass(frozen=True)

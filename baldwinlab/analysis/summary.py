@@ -6,7 +6,8 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab.analysis import fitness, statistics
+from baldwinlab import statistics
+from baldwinlab.statistics import fitness
 
 SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
 

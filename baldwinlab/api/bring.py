@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from baldwinlab import console
+from baldwinlab import console, presets
 from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, run_assays
 from baldwinlab.errors import InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
+from baldwinlab.factors import CONDITIONS, Factors, Kind
 from baldwinlab.models.miniworld.backend import Backend, choose
 from baldwinlab.papers import Paper, keep
 from baldwinlab.runs.simulate import check_seed
@@ -29,9 +30,12 @@ def bring(
     backend: str = "auto",
     executor: str = "threads",
     paper: Paper | None = None,
+    kind: Kind = CONDITIONS,
+    factors: Mapping[str, Factors] | None = None,
 ) -> Study:
     """Make the study, that of a paper if one is given, or open the one that is there, and do the runs that it lacks.
 
+    Unless `factors` are given, those of the conditions that bear a preset's name are the preset's.
     Raises ArgumentError for an argument beyond its limits and StudyError where the directory holds anything else, before
     anything is written; KeyboardInterrupt and InterruptedStudyError say what is stored when it is stopped.
     """
@@ -40,7 +44,9 @@ def bring(
     place = executors.choose(executor, workers)
     check_seed(seed)
     engine = _engine(backend, place, runs, experiments)
-    study = store.create(directory, experiments, seed, paper=paper.name if paper else "")
+    if factors is None:
+        factors = paper.factors() if paper else presets.factors()
+    study = store.create(directory, experiments, seed, kind, factors, paper=paper.name if paper else "")
     if paper:
         keep(paper, directory)
     missing = missing_runs(study, runs, console.complain)

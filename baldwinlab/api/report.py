@@ -7,9 +7,10 @@ from pathlib import Path
 from baldwinlab import console
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table
 from baldwinlab.errors import require_positive
-from baldwinlab.multiverse import conditions_by_reading
-from baldwinlab.publish import publish, publish_multiverse
-from baldwinlab.report.readings import combinations, verdict
+from baldwinlab.factors import MULTIVERSE
+from baldwinlab.multiverse.publish import publish as publish_multiverse
+from baldwinlab.multiverse.section import combinations, verdict
+from baldwinlab.publish import publish
 from baldwinlab.studies.store import Study
 
 
@@ -21,7 +22,7 @@ def report(study: Study, out: Path | None = None, *, last: int = 10) -> Path:
     """
     require_positive("last", last)
     out = study.directory / "report.html" if out is None else out
-    if conditions_by_reading(list(study.experiments)):
+    if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)
         console.console.print(readings_table(multiverse))
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):

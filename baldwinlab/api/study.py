@@ -16,16 +16,17 @@ import xarray as xr
 
 from baldwinlab import presets
 from baldwinlab.api.bring import assay, bring
-from baldwinlab.assays import ASSAYS, applies, missing_assays, open_assay
+from baldwinlab.assays.run import ASSAYS, applies, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.idle import require_effect
+from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies import store
 from baldwinlab.studies.store import StudyError
 from baldwinlab.studies.study import open_study
-from baldwinlab.sweeps import is_sweep, open_sweep
+from baldwinlab.sweeps.design import open_sweep
 
 SHOWN = 10  # conditions that are listed; a sweep may have thousands
 
@@ -59,7 +60,7 @@ class Study:
 
     def data(self, conditions: Sequence[str] | None = None) -> xr.Dataset:
         """All stored runs, or those of some conditions: as `open_study`; of a whole sweep, as `open_sweep`."""
-        if conditions is None and is_sweep(self.directory):
+        if conditions is None and self._stored.kind == SWEEP:
             return open_sweep(self.directory)
         return open_study(self.directory, conditions)
 

@@ -8,11 +8,13 @@ from typing import Any
 
 import tomlkit
 
-from baldwinlab import sweeps
 from baldwinlab.api.bring import bring
 from baldwinlab.api.study import Study
 from baldwinlab.errors import RefusedError, require_positive
+from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
+from baldwinlab.sweeps.design import create
+from baldwinlab.sweeps.plan import read, validate
 
 
 def sweep(
@@ -34,11 +36,11 @@ def sweep(
         if out is None:
             raise RefusedError("a sweep that is no file needs out, the directory of its study")
         path, text = Path("sweep"), tomlkit.dumps(plan)
-        design = sweeps.validate(plan, str(path))
+        design = validate(plan, str(path))
     else:
         path, text = Path(plan), None
-        design = sweeps.read(path)
+        design = read(path)
     directory = Path("results") / path.stem if out is None else location(out)
-    points = sweeps.create(directory, design, path, text)
+    points = create(directory, design, path, text)
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
-    return Study(bring(points, directory, runs=design.runs, seed=design.seed, **how))
+    return Study(bring(points, directory, runs=design.runs, seed=design.seed, kind=SWEEP, **how))

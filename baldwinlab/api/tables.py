@@ -10,8 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from baldwinlab.analysis.claims import ClaimResult
-from baldwinlab.analysis.readings import Multiverse
-from baldwinlab.analysis.rules import MARKS
+from baldwinlab.multiverse.analysis import Multiverse
+from baldwinlab.statistics.rules import MARKS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.experiment import Experiment, ExperimentError, assign, kind_and_map
+from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.store import Study
 
 AS_EVOLVED = "as evolved"
@@ -57,12 +57,11 @@ def settings(study: Study, condition: str) -> list[Setting]:
 
 
 def _other_maps(study: Study, condition: str) -> Iterator[Setting]:
-    """The worlds of the study's conditions of the same name on other maps: of CONDITION/MAP, the last part is the map's."""
-    kind, own = kind_and_map(condition)
-    for other, there in study.experiments.items():
-        other_kind, map_name = kind_and_map(other)
-        if own and map_name and other_kind == kind:
-            yield Setting("map", map_name, study.experiments[condition].replace(world=there.world))
+    """The worlds of the study's conditions of the same learner on other maps."""
+    own = study.factors[condition]
+    for other, there in study.factors.items():
+        if own.map and there.map and there.learner == own.learner:
+            yield Setting("map", there.map, study.experiments[condition].replace(world=study.experiments[other].world))
 
 
 def _other_values(experiment: Experiment) -> Iterator[Setting]:

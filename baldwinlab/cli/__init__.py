@@ -11,31 +11,31 @@ from baldwinlab.cli.common import app
 from baldwinlab.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
 
 COMMANDS = {  # module and function of each
-    "assay": ("assays", "assay"),
-    "bench": ("measure", "bench"),
-    "lab": ("lab", "lab"),
-    "multiverse": ("multiverse", "multiverse"),
-    "papers": ("papers", "papers"),
-    "phylogeny": ("phylogeny", "phylogeny"),
-    "presets": ("presets", "list_presets"),
-    "replay": ("replay", "replay"),
-    "report": ("report", "report"),
-    "reproduce": ("reproduce", "reproduce"),
-    "run": ("run", "run"),
-    "show": ("presets", "show"),
-    "sweep": ("sweeps", "sweep"),
+    "assay": ("assays.command", "assay"),
+    "bench": ("cli.measure", "bench"),
+    "lab": ("cli.lab", "lab"),
+    "multiverse": ("multiverse.command", "multiverse"),
+    "papers": ("cli.papers", "papers"),
+    "phylogeny": ("cli.phylogeny", "phylogeny"),
+    "presets": ("cli.presets", "list_presets"),
+    "replay": ("cli.replay", "replay"),
+    "report": ("cli.report", "report"),
+    "reproduce": ("cli.reproduce", "reproduce"),
+    "run": ("cli.run", "run"),
+    "show": ("cli.presets", "show"),
+    "sweep": ("sweeps.command", "sweep"),
 }
 
 
 def _help(module: str, function: str) -> str:
     """A command's docstring, read without loading what the command uses, which takes seconds."""
-    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text("utf-8"))
+    tree = ast.parse((Path(__file__).parents[1] / f"{module.replace('.', '/')}.py").read_text("utf-8"))
     (found,) = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in (ast.get_docstring(found) or "").split("\n\n"))
 
 
 for _name, (_module, _function) in COMMANDS.items():
-    app.command(f"baldwinlab.cli.{_module}:{_function}", name=_name, help=_help(_module, _function))
+    app.command(f"baldwinlab.{_module}:{_function}", name=_name, help=_help(_module, _function))
 
 
 def main() -> None:

@@ -15,14 +15,7 @@ __all__ = [
     "FoodRegion",
     "World",
     "assign",
-    "kind_and_map",
     "look_up",
     "merge",
     "validate",
 ]
-
-
-def kind_and_map(name: str) -> tuple[str, str]:
-    """`evo/A` is the kind `evo` on the map `A`; a name without a slash has no map, ""."""
-    kind, slash, map_name = name.rpartition("/")
-    return (kind, map_name) if slash else (name, "")

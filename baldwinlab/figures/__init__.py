@@ -2,8 +2,6 @@
 
 from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
-from baldwinlab.figures.readings import readings, readings_shares
-from baldwinlab.figures.responses import heat_maps, response_curves
 from baldwinlab.figures.style import png, save, svg
 from baldwinlab.figures.world import agent_senses, world_maps
 
@@ -12,11 +10,7 @@ __all__ = [
     "emergence",
     "fitness_boxes",
     "fitness_curves",
-    "heat_maps",
     "png",
-    "readings",
-    "readings_shares",
-    "response_curves",
     "save",
     "svg",
     "trajectories",

@@ -16,12 +16,12 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis import fitness
-from baldwinlab.analysis.fitness import interval_of_mean
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.figures.style import BLUE, GREY, VERMILION, WIDTH, styled
 from baldwinlab.figures.world import lay_out
+from baldwinlab.statistics import fitness
+from baldwinlab.statistics.fitness import interval_of_mean
 
 PIECES = 40  # of a trajectory, each drawn as strongly as it is late
 

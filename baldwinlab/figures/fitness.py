@@ -11,31 +11,28 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.fitness import interval_of_mean
-from baldwinlab.analysis.rules import SIGNIFICANT
-from baldwinlab.experiment import kind_and_map
+from baldwinlab.factors import of_study
 from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
+from baldwinlab.statistics import fitness
+from baldwinlab.statistics.fitness import interval_of_mean
+from baldwinlab.statistics.rules import SIGNIFICANT
 
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 
 
 class Condition(NamedTuple):
-    """A condition `evo/A` is the kind `evo` on the map `A`; a name without a slash has no map."""
-
     name: str
-    kind: str
+    learner: str
     map_name: str
     look: Series
 
 
 def conditions(study: xr.Dataset) -> list[Condition]:
-    """The study's conditions in their order; the same kind looks the same on every map."""
-    names = [str(name) for name in study["condition"].values]
-    split = [kind_and_map(name) for name in names]
-    kinds = list(dict.fromkeys(kind for kind, _ in split))
-    return [Condition(name, kind, where, series(kinds.index(kind))) for name, (kind, where) in zip(names, split, strict=True)]
+    """The study's conditions in their order; the same learner looks the same on every map."""
+    factors = of_study(study)
+    learners = list(dict.fromkeys(one.learner for one in factors.values()))
+    return [Condition(name, one.learner, one.map, series(learners.index(one.learner))) for name, one in factors.items()]
 
 
 class Panel(NamedTuple):
@@ -73,10 +70,10 @@ def fitness_curves(study: xr.Dataset) -> Figure:
             _curve(axes, tables[measure].sel(condition=condition.name), condition)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
-    kinds = {condition.kind: condition.look for condition in reversed(conditions(study))}
+    learners = {condition.learner: condition.look for condition in reversed(conditions(study))}
     handles = [
-        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=kind)[0]
-        for kind, look in reversed(kinds.items())
+        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner)[0]
+        for learner, look in reversed(learners.items())
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
     return figure
@@ -104,7 +101,7 @@ def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int =
         for place, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
             if sample.size:
                 _box(axes, place, sample, condition.look)
-        axes.set_xticks(range(len(shown)), [condition.kind for condition in shown], rotation=0 if len(shown) < 5 else 90)
+        axes.set_xticks(range(len(shown)), [condition.learner for condition in shown], rotation=0 if len(shown) < 5 else 90)
         axes.set_xlim(-0.6, len(shown) - 0.4)
         axes.grid(visible=False, axis="x")
         _brackets(axes, [condition.name for condition in shown], _compared(results, measure))

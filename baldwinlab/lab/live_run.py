@@ -11,10 +11,10 @@ from uuid import uuid4
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.fitness import MEASURES, interval_of_mean
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.runs.simulate import History, simulate_block
+from baldwinlab.statistics.fitness import MEASURES, interval_of_mean
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.store import StudyError
 

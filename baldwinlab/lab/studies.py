@@ -16,11 +16,12 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import presets
-from baldwinlab.analysis import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import text
 from baldwinlab.report import typical_run
+from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import open_conditions
 
@@ -39,7 +40,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return Response(raw, media_type="application/json")
 
     def all_presets(request: Request) -> JSONResponse:
-        return JSONResponse({"presets": _presets(), "schema": Experiment.model_json_schema()})
+        return JSONResponse({"presets": _presets(), "schema": schema_of(Experiment)})
 
     def preset(request: Request) -> JSONResponse:
         return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
@@ -119,10 +120,11 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
     conditions = [
         {
             "name": experiment.name,
+            **study.factors[experiment.name]._asdict(),
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
-            "steps": experiment.lifetime.steps,
+            "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,  # of a life that can be watched
         }
         for experiment in study.experiments.values()
     ]
@@ -132,7 +134,12 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
 
 def _presets() -> list[dict[str, str]]:
     return [
-        {"name": f"{name}/{place}", "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}"}
+        {
+            "name": f"{name}/{place}",
+            "learner": name,
+            "map": place,
+            "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}",
+        }
         for kind in ("conditions", "controls")
         for name in presets.names(kind)
         for place in presets.names("maps")

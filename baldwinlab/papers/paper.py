@@ -23,6 +23,7 @@ from pydantic import Field
 
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.paths import look_up
+from baldwinlab.factors import Factors
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Figure, Words, read_words
@@ -102,10 +103,16 @@ class Paper:
             raise PaperError(f"{path}: name: a preset has no such key, it is named by its file")
         return layer
 
+    def factors(self) -> dict[str, Factors]:
+        """Learner and map of all that it can name, its own conditions first."""
+        learners, maps = [*self.names("conditions"), *self.names("controls")], self.names("maps")
+        if not maps:
+            return {learner: Factors(learner) for learner in learners}
+        return {f"{learner}/{place}": Factors(learner, place) for learner in learners for place in maps}
+
     def experiment_names(self) -> list[str]:
         """All that it can name, its own conditions first."""
-        conditions, maps = [*self.names("conditions"), *self.names("controls")], self.names("maps")
-        return [f"{condition}/{place}" for condition in conditions for place in maps] if maps else conditions
+        return list(self.factors())
 
     def experiment(self, name: str, reading: str = STANDARD) -> Experiment:
         """One by name, under a reading.

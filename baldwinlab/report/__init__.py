@@ -53,7 +53,7 @@ def write_report(
     differing = content.differing(results)
     shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, about)]
     page = render(
-        "report.html",
+        "report/report.html",
         sections=sections,
         paper=about,
         reproduced=paper is not None,

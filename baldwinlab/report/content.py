@@ -7,14 +7,15 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.rules import HOLDS, VERDICTS
 from baldwinlab.experiment import Experiment, ExperimentError, World
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.factors import Factors
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import Choice
 from baldwinlab.report import words
+from baldwinlab.statistics import fitness
+from baldwinlab.statistics.rules import HOLDS, VERDICTS
 
 Experiments = Mapping[str, Experiment]
 
@@ -83,13 +84,13 @@ def _leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]
             yield f"{path}{key}", value
 
 
-def worlds(conditions: Experiments) -> dict[str, World]:
+def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, World]:
     """Each different world once, titled by its map where that tells them apart, else by its conditions."""
     names: dict[World, list[str]] = {}
     for name, experiment in conditions.items():
         alike = experiment.world.start.model_copy(update={"headings": "equal"})  # a map shows where, not whereto
         names.setdefault(experiment.world.model_copy(update={"start": alike}), []).append(name)
-    maps = {world: sorted({name.rpartition("/")[2] for name in shared if "/" in name}) for world, shared in names.items()}
+    maps = {world: sorted({factors[name].map for name in shared} - {""}) for world, shared in names.items()}
     single = {found[0] for found in maps.values() if len(found) == 1}
     if len(single) == len(names):
         return {f"Map {found[0]}": world for world, found in maps.items()}

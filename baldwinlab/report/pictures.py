@@ -11,12 +11,13 @@ import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
 from baldwinlab import figures
-from baldwinlab.analysis import fitness
 from baldwinlab.analysis.claims import ClaimResult
+from baldwinlab.factors import of_study
 from baldwinlab.papers import Paper
 from baldwinlab.papers.words import Figure
 from baldwinlab.report.content import Experiments, typical_run, worlds
 from baldwinlab.report.words import number
+from baldwinlab.statistics import fitness
 
 
 class Picture(NamedTuple):
@@ -40,7 +41,7 @@ def pictures(
         "fitness": lambda: _fitness(study, last),
         "final-fitness": lambda: _final_fitness(study, results, last),
         "emergence": lambda: _emergence(study, traces),
-        "maps": lambda: _maps(conditions),
+        "maps": lambda: _maps(study, conditions),
         "senses": lambda: _senses(conditions),
     }
     for name in paper.about.figures:
@@ -71,8 +72,8 @@ def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int)
     )
 
 
-def _maps(conditions: Experiments) -> Picture:
-    found = worlds(conditions)
+def _maps(study: xr.Dataset, conditions: Experiments) -> Picture:
+    found = worlds(conditions, of_study(study))
     return Picture(
         "maps",
         "The maps",

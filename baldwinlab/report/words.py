@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.analysis.contrasts import Contrast
-from baldwinlab.analysis.rules import SIGNIFICANT
-from baldwinlab.analysis.statistics import Comparison
+from baldwinlab.statistics import Comparison
+from baldwinlab.statistics.contrasts import Contrast
+from baldwinlab.statistics.rules import SIGNIFICANT
 
 MEASURES = {
     "best": "best agent",

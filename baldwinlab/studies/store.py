@@ -1,13 +1,13 @@
 """A study on disk: a directory with the experiments as TOML and one record a run.
 
-    DIR/study.toml                              format, seed and conditions; written last when a study is made
+    DIR/study.toml                              format, kind, seed, conditions, their factors; written last of all
     DIR/runs/evo+self-taught/B/experiment.toml  the condition, whole
     DIR/runs/evo+self-taught/B/0007.nc          one run: netCDF, which carries a checksum of itself
     DIR/sessions.jsonl                          when it was worked on, how fast, with what
 
 A file appears whole or not at all: it is written under another name and then renamed. So any number of workers may write to
 one study, and a study that was interrupted lacks the runs that were in flight and nothing else. The directory may lie in an
-object store, or wherever fsspec reaches (`files.location`).
+object store, or wherever fsspec reaches (`files.location`). Format 1, which had no kind and no factors, can be read.
 """
 
 from __future__ import annotations
@@ -17,20 +17,22 @@ import json
 import re
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
-import tomlkit
 import xarray as xr
 
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
+from baldwinlab.studies import older
 from baldwinlab.variables import from_netcdf, packed, whole
 
-FORMAT = 1
+FORMAT = 2
 _BLANK = "0" * 64
 _CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
@@ -75,25 +77,40 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
     write_atomically(record_path(directory, condition, run), encode(record))
 
 
+def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
+    """What `study.toml` says of them. Raises KeyError or ValueError where it is not what `create` writes."""
+    match facts.get("format"):
+        case 1:
+            return older.kind_and_factors(directory, facts["conditions"])
+        case 2:
+            kind, tables = facts["kind"], facts["factors"]
+        case unknown:
+            raise ValueError(f"it has format {unknown}, and this version reads formats 1 and {FORMAT}")
+    if kind not in KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
+    for name in tables:
+        if unknown := set(tables[name]) - set(Factors._fields):
+            raise ValueError(f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}")
+    return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
+
+
 class Study:
     """An existing study directory. Make one with `create`, open one with `Study(directory)`."""
 
     def __init__(self, directory: Path) -> None:
         """Raises StudyError if the directory holds no study that can be read."""
         self.directory = directory
+        path = directory / "study.toml"
         try:
-            facts = tomllib.loads((directory / "study.toml").read_text("utf-8"))
+            facts = tomllib.loads(path.read_text("utf-8"))
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
+            self.kind, self.factors = _kind_and_factors(facts, directory)
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError) as error:
-            raise StudyError(f"{directory / 'study.toml'} cannot be read: {error}") from None
-        if facts.get("format") != FORMAT:
-            raise StudyError(
-                f"{directory / 'study.toml'} has format {facts.get('format')}, and this version reads format {FORMAT}"
-            )
+            raise StudyError(f"{path} cannot be read: {error}") from None
         self.experiments = {name: self._experiment(name) for name in names}
 
     def _experiment(self, condition: str) -> Experiment:
@@ -171,9 +188,17 @@ class Study:
                 continue
 
 
-def create(directory: Path, experiments: Sequence[Experiment], seed: int, paper: str = "") -> Study:
+def create(
+    directory: Path,
+    experiments: Sequence[Experiment],
+    seed: int,
+    kind: Kind = CONDITIONS,
+    factors: Mapping[str, Factors] = MappingProxyType({}),
+    paper: str = "",
+) -> Study:
     """Make a study, or open the one that is there if it is the same.
 
+    `factors` are those of the conditions by name; a condition without a learner is its own, but for the points of a sweep.
     `paper` is the name of the one that it is made by, if any.
     Raises StudyError if the directory holds another study or anything else: it is never mixed, never overwritten.
     """
@@ -192,11 +217,21 @@ def create(directory: Path, experiments: Sequence[Experiment], seed: int, paper:
             if path.exists() and from_toml(path.read_text("utf-8"), str(path)) != experiment:
                 raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
             write_atomically(path, to_toml(experiment).encode())
-        facts = {"format": FORMAT, "seed": seed, "conditions": names} | ({"paper": paper} if paper else {})
-        write_atomically(directory / "study.toml", tomlkit.dumps(facts).encode())
+        write_atomically(directory / "study.toml", _facts(names, seed, kind, factors, paper).encode())
     except OSError as error:
         raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)
+
+
+def _facts(names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors], paper: str) -> str:
+    """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
+    lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}"]
+    lines += [f"paper = {json.dumps(paper)}"] * bool(paper) + ["", "[factors]"]
+    for name in names if kind != SWEEP else ():
+        found = factors.get(name, Factors())
+        found = found._replace(learner=found.learner or name)
+        lines += [f'[factors."{name}"]', *(f"{key} = {json.dumps(value)}" for key, value in found._asdict().items() if value)]
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _may_lie_in_a_study(entry: Path) -> bool:

@@ -14,6 +14,7 @@ import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.factors import coordinates
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.studies.executors import THREADS, Executor, Task, agent_steps_of_run, available_cores
@@ -104,7 +105,8 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
     """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
 
     `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
-    `experiment(condition)` is each condition as TOML. Raises StudyError for a condition that the study has not, and (as
+    `experiment(condition)` is each condition as TOML; `learner`, `map` and `reading` are coordinates along `condition`, as far as
+    the conditions have them ("" where one has not). Raises StudyError for a condition that the study has not, and (as
     DamagedRecordError) for a record that is not what was written.
     """
     study = Study(location(directory))
@@ -116,7 +118,7 @@ def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
     texts = [to_toml(study.experiment(name)) for name in names]
     opened = [_open_condition(study, name) for name in names]
     found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
-    found = found.assign_coords(condition=list(names))
+    found = found.assign_coords(condition=list(names)).assign_coords(coordinates([study.factors[name] for name in names]))
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 

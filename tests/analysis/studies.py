@@ -9,6 +9,7 @@ import xarray as xr
 
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.factors import Factors, coordinates
 from baldwinlab.presets import load
 
 RUNS = 8
@@ -37,8 +38,9 @@ def study(eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: i
     dims = ("condition", "run", "generation", "agent")
     coords = {"condition": list(eaten), "run": range(runs), "generation": range(generations), "agent": range(agents)}
     texts = [to_toml(experiment(name, generations, agents)) for name in eaten]
+    factors = [Factors(*name.rpartition("/")[::2]) if "/" in name else Factors(name) for name in eaten]
     data = {"food_eaten": (dims, food), "energy": (dims, food.copy()), "experiment": ("condition", texts)}
-    return xr.Dataset(data, coords, {"seed": 7})
+    return xr.Dataset(data, coords | coordinates(factors), {"seed": 7})
 
 
 def experiment(name: str, generations: int, agents: int) -> Experiment:

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from baldwinlab.analysis.claims import ClaimResult, evaluate, write
-from baldwinlab.analysis.rules import RULES, Verdict, conjunction
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
 from baldwinlab.presets import paper
+from baldwinlab.statistics.rules import RULES, Verdict, conjunction
 from tests.analysis.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]

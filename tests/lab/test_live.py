@@ -16,13 +16,14 @@ import pytest
 import xarray as xr
 from websockets.sync.client import ClientConnection, connect
 
-from baldwinlab.analysis import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
-from baldwinlab.lab.live import Live, faults
+from baldwinlab.lab.forms import faults
+from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_run import LiveRun, check_size
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
+from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import open_study
 from tests.lab.asking import data

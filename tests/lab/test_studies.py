@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.analysis import claims, fitness
+from baldwinlab.analysis import claims
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
 from baldwinlab.report import typical_run
 from baldwinlab.runs.simulate import simulate
+from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import create
 from baldwinlab.studies.study import open_study
 from tests.lab.asking import data, refusal
@@ -25,7 +26,8 @@ from tests.small import small
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
     (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
-    conditions = [{"name": name, **sizes} for name in ("evo/A", "evo+self-taught/A")]
+    learners = ("evo", "evo+self-taught")
+    conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", **sizes} for name in learners]
     assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}
 
 

@@ -10,14 +10,14 @@ from typing import get_args
 import pytest
 
 from baldwinlab import papers, presets
-from baldwinlab.analysis.baldwin import criteria
-from baldwinlab.analysis.fitness import MEASURES
-from baldwinlab.analysis.rules import RULES
+from baldwinlab.assays.analysis import criteria
 from baldwinlab.papers import PaperError
 from baldwinlab.papers.claims import RULES as RULES_IN_WORDS
 from baldwinlab.papers.claims import Measure
 from baldwinlab.papers.paper import KINDS, check
 from baldwinlab.papers.words import Inference
+from baldwinlab.statistics.fitness import MEASURES
+from baldwinlab.statistics.rules import RULES
 from baldwinlab.studies.store import Study
 from tests.test_cli import Command, command  # noqa: F401  (a fixture)
 

@@ -12,7 +12,8 @@ from playwright.sync_api import Browser
 
 from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate
-from baldwinlab.presets import load
+from baldwinlab.factors import Factors
+from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, typical_run, write_report
 from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability
@@ -123,9 +124,10 @@ def test_the_reading_is_named_or_spelt_out() -> None:
 
 def test_maps_are_titled_by_what_tells_them_apart() -> None:
     paper = {name: load(name) for name in AS_THE_PAPER}
-    assert list(worlds(paper)) == ["Map A", "Map B"]
+    assert list(worlds(paper, factors())) == ["Map A", "Map B"]
     moved = load("evo/A").replace(world={"start": {"x": 100}})
-    assert list(worlds({"one/A": load("evo/A"), "two/A": moved})) == ["one/A", "two/A"]
+    own = {"one/A": load("evo/A"), "two/A": moved}
+    assert list(worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})) == ["one/A", "two/A"]
 
 
 def test_facts_may_be_absent() -> None:

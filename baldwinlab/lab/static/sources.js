@@ -35,17 +35,14 @@ export function nearest(studies, { study, condition, run, generation }, strict =
 
 /** What to set beside a life: the next condition on the same map, or else the first generation. */
 export function rival({ source, conditions }) {
-  const map = source.condition.split("/").pop();
+  const own = conditions.find(({ name }) => name === source.condition);
+  const there = conditions.filter(({ map, reading }) => map === own?.map && reading === own?.reading);
   const other = ["evo", "evo+self-taught"]
-    .map((name) => `${name}/${map}`)
-    .concat(conditions.map(({ name }) => name).filter((name) => name.endsWith(`/${map}`)))
-    .find(
-      (name) =>
-        name !== source.condition &&
-        conditions.some((one) => one.name === name && one.runs.includes(source.run) && one.generations > source.generation),
-    );
+    .flatMap((name) => there.filter(({ learner }) => learner === name))
+    .concat(there)
+    .find((one) => one !== own && one.runs.includes(source.run) && one.generations > source.generation);
   return other
-    ? { ...source, condition: other }
+    ? { ...source, condition: other.name }
     : { ...source, generation: source.generation === 0 ? (conditions[0]?.generations ?? 1) - 1 : 0 };
 }
 
@@ -53,5 +50,5 @@ export function rival({ source, conditions }) {
 export async function presetsAsStudy() {
   const { presets } = await getJSON("api/presets");
   const runs = Array.from({ length: 10 }, (_, run) => run);
-  return { id: PRESETS, conditions: presets.map(({ name }) => ({ name, runs, generations: 100, agents: 20, steps: 5000 })) };
+  return { id: PRESETS, conditions: presets.map(({ name, learner, map }) => ({ name, learner, map, runs, generations: 100, agents: 20, steps: 5000 })) };
 }

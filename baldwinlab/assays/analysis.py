@@ -1,0 +1,264 @@
+"""Is it the Baldwin effect? The stored assays held against the questions in `questions.toml`.
+
+They are asked of every condition that evolves and learns. A run counts once, and is compared with itself: the same run in two
+lives, or early and late. All p-values are one family, corrected by Holm's method.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from math import nan
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab import statistics
+from baldwinlab.analysis.claims import finite
+from baldwinlab.analysis.tables import to_csv
+from baldwinlab.assays.stored import Assays, Quantity, conditions, factors_of, quantities
+from baldwinlab.experiment import Experiment
+from baldwinlab.factors import Factors
+from baldwinlab.files import write_atomically
+from baldwinlab.statistics.rules import SIGNIFICANT
+
+Verdict = Literal["yes", "no", "undecided", "not measured"]
+YES: Verdict = "yes"
+NO: Verdict = "no"
+UNDECIDED: Verdict = "undecided"
+NOT_MEASURED: Verdict = "not measured"
+
+SIGNS = {"greater": 1, "lower": -1}
+RIVAL: Quantity = ("rival", "last")
+OFF: Quantity = ("off", "last")
+
+Table = Mapping[Quantity, xr.DataArray]
+
+
+@dataclass(frozen=True)
+class Criterion:
+    id: str
+    question: str
+    detail: str  # what is held against what, in words
+    rule: str  # greater or lower
+    a: Quantity
+    b: Quantity
+    phase: int | None = None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`numbers` is None where the criterion was not measured."""
+
+    criterion: Criterion
+    numbers: statistics.Pairs | None
+    left_out: int  # runs in which a or b is undefined
+    p_holm: float
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A condition that evolves and learns, and what was found of it."""
+
+    condition: str
+    factors: Factors
+    rival: str  # the condition that differs only in that it does not learn; empty where there is none
+    answers: tuple[Answer, ...]
+    without_learning_nobody_ate: bool  # in any run and any generation that was assayed
+    lamarckian: bool  # part of what is learned is inherited
+
+    def answer(self, criterion: str) -> Answer:
+        return next(answer for answer in self.answers if answer.criterion.id == criterion)
+
+    def of_phase(self, number: int | None) -> list[Answer]:
+        return [answer for answer in self.answers if answer.criterion.phase == number]
+
+    def phase(self, number: int) -> Verdict:
+        """As far as it was measured."""
+        return conjunction([answer.verdict for answer in self.of_phase(number)])
+
+
+@dataclass(frozen=True)
+class Number:
+    """A quantity of a condition: its median over the runs in which it is defined, with a 95 % bootstrap interval."""
+
+    condition: str
+    measure: str
+    when: str
+    runs: int
+    left_out: int  # runs in which it is undefined
+    median: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Analysis:
+    subjects: tuple[Subject, ...]
+    numbers: tuple[Number, ...]
+    last: int  # generations in a window
+
+    def number(self, condition: str, measure: str, when: str) -> Number | None:
+        wanted = (condition, measure, when)
+        return next((found for found in self.numbers if (found.condition, found.measure, found.when) == wanted), None)
+
+
+@cache
+def _data() -> dict[str, Any]:
+    return tomllib.loads((files("baldwinlab.assays") / "questions.toml").read_text("utf-8"))
+
+
+@cache
+def criteria() -> tuple[Criterion, ...]:
+    entries = _data()["criteria"]
+    return tuple(Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])}) for entry in entries)
+
+
+def rules() -> dict[str, str]:
+    """What each rule does, in words."""
+    return dict(_data()["rules"])
+
+
+def conjunction(verdicts: Sequence[Verdict]) -> Verdict:
+    """Of the parts that were measured: no if any is no, yes if all are, else undecided. Not measured if none was."""
+    found = set(verdicts) - {NOT_MEASURED}
+    if not found:
+        return NOT_MEASURED
+    return NO if NO in found else YES if found == {YES} else UNDECIDED
+
+
+def evaluate(assays: Assays, last: int = 10) -> Analysis:
+    """Every criterion for every condition that evolves and learns, and the numbers of all conditions.
+
+    "first" and "last" are windows of `last` generations. What was not assayed is not measured.
+    Raises ValueError unless `last` is at least 1.
+    """
+    experiments = conditions(assays)
+    factors = {name: factors_of(data) for stored in assays.values() for name, data in stored.items()}
+    tables = {name: quantities(assays, name, last) for name in experiments}
+    numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
+    rivals = {name: _rival(name, experiments) for name, experiment in experiments.items() if _evolves_and_learns(experiment)}
+    for name, rival in rivals.items():
+        if rival and OFF in tables[rival]:
+            tables[name][RIVAL] = tables[rival][OFF]
+    measured = {(name, one): _measure(tables[name], one) for name in rivals for one in criteria()}
+    ps = {place: found.p for place, (found, _) in measured.items() if found}
+    corrected = dict(zip(ps, statistics.holm(list(ps.values())), strict=True))
+
+    def answer(name: str, one: Criterion) -> Answer:
+        (found, left_out), p_holm = measured[name, one], float(corrected.get((name, one), nan))
+        return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm))
+
+    def subject(name: str) -> Subject:
+        answers = tuple(answer(name, one) for one in criteria())
+        lamarckian = experiments[name].evolution.lamarckian_share > 0
+        return Subject(name, factors[name], rivals[name], answers, _nobody_ate(assays, name), lamarckian)
+
+    return Analysis(tuple(subject(name) for name in rivals), numbers, last)
+
+
+def _evolves_and_learns(experiment: Experiment) -> bool:
+    return experiment.learns and experiment.evolution.inheritance != "none"
+
+
+def _rival(name: str, experiments: Mapping[str, Experiment]) -> str:
+    """The condition that differs from this one in its learning and in nothing else; empty where there is none."""
+    own = experiments[name].to_dict()
+    for other, experiment in experiments.items():
+        if not experiment.learns and experiment.to_dict() | {"name": own["name"], "learning": own["learning"]} == own:
+            return other
+    return ""
+
+
+def _nobody_ate(assays: Assays, condition: str) -> bool:
+    data = assays.get("innate", {}).get(condition)
+    return data is not None and not bool((data["energy"].sel(life="off") > 0).any())
+
+
+def _defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
+    """The runs in which all of these are defined, and the number of those in which any is not."""
+    values = xr.align(*(table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names), join="inner")
+    stacked = np.stack([np.asarray(part.values, np.float64) for part in values])
+    defined = np.isfinite(stacked).all(axis=0)
+    return list(stacked[:, defined]), int((~defined).sum())
+
+
+def _measure(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
+    if criterion.a not in table or criterion.b not in table:
+        return None, 0
+    (a, b), left_out = _defined(table, criterion.a, criterion.b)
+    return (statistics.compare_pairs(a, b) if a.size else None), left_out
+
+
+def _verdict(sign: int, found: statistics.Pairs | None, p_holm: float) -> Verdict:
+    if found is None:
+        return NOT_MEASURED
+    if found.n > 1 and found.above == found.below == 0:
+        return NO
+    if p_holm < SIGNIFICANT and sign * found.effect > 0 and sign * (found.above - found.below) > 0:
+        return YES
+    return NO if p_holm < SIGNIFICANT and sign * found.effect < 0 and sign * (found.above - found.below) < 0 else UNDECIDED
+
+
+def _numbers(condition: str, table: Table) -> Iterator[Number]:
+    for (measure, when), _ in table.items():
+        (values,), left_out = _defined(table, (measure, when))
+        if values.size:
+            yield Number(
+                condition, measure, when, values.size, left_out, float(np.median(values)), *statistics.median_interval(values)
+            )
+
+
+COLUMNS = ("condition", "quantity", "when", "against", "runs", "left_out", "median", "low", "high", "p", "p_holm", "verdict")
+
+
+def write(analysis: Analysis, directory: Path) -> None:
+    """Write `baldwin.json` and `baldwin.csv`, which has a row for every number and for every comparison.
+
+    Each file appears whole or not at all. Raises OSError.
+    """
+    record = {
+        "last": analysis.last,
+        "conditions": {subject.condition: _record(subject) for subject in analysis.subjects},
+        "numbers": [_json(vars(number)) for number in analysis.numbers],
+    }
+    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(directory / "baldwin.json", f"{text}\n".encode())
+    write_atomically(directory / "baldwin.csv", to_csv(COLUMNS, [*_rows(analysis)]))
+
+
+def _record(subject: Subject) -> dict[str, Any]:
+    phases = {f"phase_{number}": subject.phase(number) for number in (1, 2)}
+    return {"rival": subject.rival or None, **phases, "criteria": [_answer_record(answer) for answer in subject.answers]}
+
+
+def _answer_record(answer: Answer) -> dict[str, Any]:
+    criterion = answer.criterion
+    numbers = (answer.numbers._asdict() if answer.numbers else {}) | {"left_out": answer.left_out, "p_holm": answer.p_holm}
+    return vars(criterion) | {"rule": rules()[criterion.rule], "verdict": answer.verdict} | _json(numbers)
+
+
+def _json(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Null where a number does not exist."""
+    return {name: finite(value) if isinstance(value, float) else value for name, value in values.items()}
+
+
+def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
+    for number in analysis.numbers:
+        row = vars(number) | {"quantity": number.measure}
+        yield {name: row.get(name, "") for name in COLUMNS}
+    for subject in analysis.subjects:
+        for answer in subject.answers:
+            if answer.numbers:
+                row = answer.numbers._asdict() | {"left_out": answer.left_out, "p_holm": answer.p_holm, "verdict": answer.verdict}
+                (quantity, when), against = answer.criterion.a, ", ".join(answer.criterion.b)
+                row |= {"condition": subject.condition, "quantity": quantity, "when": when, "against": against}
+                row |= {"runs": answer.numbers.n, "median": answer.numbers.effect}
+                yield {name: row[name] for name in COLUMNS}

@@ -1,0 +1,28 @@
+"""Assays of a stored study."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab.api import bring
+from baldwinlab.api.report import report
+from baldwinlab.assays.run import ASSAYS
+from baldwinlab.cli.common import Directory, Parts, Workers, load_parts
+from baldwinlab.studies.store import Study
+
+
+def assay(
+    directory: Directory,
+    /,
+    *,
+    only: Annotated[str | None, Parameter(help=f"some of {', '.join(ASSAYS)}, with commas between; all unless given")] = None,
+    workers: Workers = None,
+    part: Parts = None,
+) -> None:
+    """Live the genomes of a stored study again under changed circumstances, measure them, and rebuild the report."""
+    load_parts(part)
+    study = Study(directory)
+    bring.assay(study, list(ASSAYS) if only is None else [name.strip() for name in only.split(",")], workers=workers)
+    report(study)

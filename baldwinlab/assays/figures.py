@@ -1,0 +1,277 @@
+"""What assays show of the Baldwin effect: a column for each condition that evolves and learns.
+
+Lines are means over runs, bands the 95 % intervals of those means (Student's t).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from baldwinlab.assays.stored import AS_EVOLVED, BLANK, Assays, conditions, distances, factors_of, lifetime, lives, share
+from baldwinlab.factors import Factors
+from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
+from baldwinlab.statistics.fitness import interval_of_mean
+
+LIFE_LOOKS = {
+    "on": ("learning on", Series(BLUE, "-", "o")),
+    "off": ("learning off: innate", Series(VERMILION, "--", "s")),
+    "frozen": ("weights at death, learning off", Series(GREEN, "-.", "^")),
+    "drift": ("random change in place of learning", Series(GREY, ":", "D")),
+}
+SHARES = {"innate": Series(VERMILION, "--", "s"), "kept": Series(GREEN, "-.", "^")}
+NEWBORN_LOOKS = (Series(GREY, ":", "D"), Series(ORANGE, "--", "s"), Series(SKY, "-.", "^"), Series(BLUE, "-", "o"))
+MODULE_LOOKS = (Series(BLUE, "-", "o"), Series(GREEN, "-", "^"), Series(ORANGE, "-", "s"), Series(GREY, "-", "D"))
+
+
+@styled
+def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
+    """Above, food by generation in each kind of life; below, the innate share and what the weights at death are worth."""
+    figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.4)
+    for (above, below), subject in zip(grid, subjects, strict=True):
+        food = lives(assays["innate"][subject])
+        for life, (label, look) in LIFE_LOOKS.items():
+            _curve(above, food.sel(life=life), look, label)
+        on = food.sel(life="on")
+        _curve(below, share(food.sel(life="off"), on), SHARES["innate"], "innate share (off / on)")
+        _curve(below, share(food.sel(life="frozen"), on), SHARES["kept"], "learned weights alone (frozen / on)")
+        _from_zero(above)
+        below.axhline(1, color=GREY, lw=0.8)
+        below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
+        _generations(below)
+    _label(grid, "food (energy)", "share of food\nwith learning on")
+    figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=2)
+    figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+    return figure
+
+
+@styled
+def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
+    """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer."""
+    figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.2)
+    for (above, below), subject in zip(grid, subjects, strict=True):
+        data = assays["innate"][subject]
+        food = lives(data)
+        _curve(above, food.sel(life="on") - food.sel(life="off"), Series(BLUE, "-", "o"), "")
+        above.axhline(0, color=GREY, lw=0.8)
+        layers = {name.partition(", ")[2]: moved for name, moved in distances(data).items() if ", " in name}
+        for number, (layer, moved) in enumerate(layers.items()):
+            _curve(below, moved, series(number + 2), layer)
+        _from_zero(below)
+        _generations(below)
+    _label(grid, "gain from learning\n(on - off, energy)", "distance, birth to death")
+    figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+    return figure
+
+
+@styled
+def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
+    """Above, items eaten from one part of life to the next; below, the share of agents that have had their first meal."""
+    figure, grid = _grid(assays["within-life"], subjects, rows=2, height=2.3)
+    for (above, below), subject in zip(grid, subjects, strict=True):
+        data = assays["within-life"][subject]
+        steps = lifetime(data)
+        for name, look in zip(_newborns(data), NEWBORN_LOOKS, strict=False):
+            newborns = data.sel(newborns=name)
+            _curve(above, _by_step(newborns["eaten"].mean("agent"), steps), look, name, "window")
+            meals = np.sort(newborns["first_meal"].values.ravel())
+            eaters = meals[np.isfinite(meals)]
+            shares = np.arange(1, eaters.size + 1) / meals.size
+            below.step([0, *eaters, steps], [0, *shares, eaters.size / meals.size], where="post", color=look.colour, ls=look.line)
+        _from_zero(above)
+        below.set(ylim=(0, 1.03), xlabel="step of life")
+        above.set_xlim(0, steps)
+    _label(grid, "items eaten by an\nagent in 100 steps", "share of agents that\nhave eaten by then")
+    figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    return figure
+
+
+def _newborns(data: xr.Dataset) -> list[str]:
+    """Blank slates first, then by generation."""
+    names = [str(name) for name in data["newborns"].values]
+    return sorted(names, key=lambda name: -1 if name == BLANK else int(name.split()[-1]))
+
+
+def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
+    """Items in 100 steps, at the middle of each part of life; the last part may be shorter."""
+    ends = np.append(eaten["window"].values[1:], steps)
+    widths = ends - eaten["window"].values
+    return (eaten * 100 / xr.DataArray(widths, dims="window")).assign_coords(window=(eaten["window"].values + ends) / 2)
+
+
+@styled
+def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
+    """Food of agents with evolved and with random modules: a point a run, the median as a line."""
+    figure, grid = _grid(assays["modules"], subjects, rows=1, height=2.3)
+    for number, ((axes,), subject) in enumerate(zip(grid, subjects, strict=True)):
+        data = assays["modules"][subject]
+        names = [str(name) for name in data["modules"].values]
+        for place, (name, look) in enumerate(zip(names, MODULE_LOOKS, strict=False)):
+            food = data["energy"].sel(modules=name).mean("agent").values
+            aside = 0.4 * (np.arange(food.size) * 0.618 % 1 - 0.5)  # spread evenly, and the same each time
+            axes.plot(food, place + aside, look.marker, color=look.colour, ms=3.2, alpha=0.6, mew=0)
+            axes.vlines(np.median(food), place - 0.32, place + 0.32, color=BLACK, lw=1.8)
+        axes.set(yticks=range(len(names)), yticklabels=[name.replace(", ", ",\n") for name in names], xlabel="food (energy)")
+        axes.tick_params(labelleft=number % 2 == 0)
+        axes.grid(visible=False, axis="y")
+        axes.invert_yaxis()
+    return figure
+
+
+@styled
+def reaction_norms(assays: Assays) -> Figure:
+    """Food of the last generation under circumstances it did not evolve in: a row a field, a column a map, a line a condition."""
+    stored = assays["reaction"]
+    experiments = {name: experiment.to_dict() for name, experiment in conditions({"reaction": stored}).items()}
+    factors = {name: factors_of(data) for name, data in stored.items()}
+    learners, maps = _distinct(factors)
+    fields = list(dict.fromkeys(str(field) for data in stored.values() for field in data["field"].values if field != AS_EVOLVED))
+    figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
+    grid = figure.subplots(len(fields), len(maps), squeeze=False)
+    for row, field in zip(grid, fields, strict=True):
+        for axes, map_name in zip(row, maps, strict=True):
+            shown = [name for name in stored if factors[name].map == map_name]
+            norms = {name: _norm(stored[name], field, _as_evolved(factors[name].map, experiments[name], field)) for name in shown}
+            labels = sorted({label for norm in norms.values() for label in norm}, key=_number)
+            for name, norm in norms.items():
+                _reaction(axes, norm, labels, series(learners.index(factors[name].learner)))
+            base = {_as_evolved(factors[name].map, experiments[name], field) for name in shown}
+            axes.set_xticks(range(len(labels)), [f"({label})" if label in base else label for label in labels])
+            axes.set(xlim=(-0.4, max(len(labels), 1) - 0.6), xlabel=field)
+            _from_zero(axes)
+        row[0].set_ylabel("food (energy)")
+    for axes, map_name in zip(grid[0], maps, strict=True):
+        axes.set_title(f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold")
+    _legend(figure, learners)
+    return figure
+
+
+def _distinct(factors: Mapping[str, Factors]) -> tuple[list[str], list[str]]:
+    """The learners, and the maps, that there are."""
+    found = factors.values()
+    return list(dict.fromkeys(one.learner for one in found)), list(dict.fromkeys(one.map for one in found))
+
+
+def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> str:
+    """The value of a field that a condition evolved with, as the assay writes values."""
+    if field == "map":
+        return map_name
+    value: object = experiment
+    for step in field.split("."):
+        value = value[int(step)] if isinstance(value, list) else value[step] if isinstance(value, dict) else None
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
+
+
+def _norm(data: xr.Dataset, field: str, as_evolved: str) -> dict[str, xr.DataArray]:
+    """Food (run) at each value of a field, the one it evolved with among them; nothing where the field was not varied."""
+    food = data["energy"].mean("agent")
+    found = {}
+    for number, (name, value) in enumerate(zip(data["field"].values, data["value"].values, strict=True)):
+        if name in (field, AS_EVOLVED):
+            found[as_evolved if name == AS_EVOLVED else str(value)] = food.isel(setting=number)
+    return found if len(found) > 1 else {}
+
+
+def _number(label: str) -> tuple[float, str]:
+    try:
+        return float(label), label
+    except ValueError:
+        return 0.0, label
+
+
+def _reaction(axes: Axes, norm: Mapping[str, xr.DataArray], labels: Sequence[str], look: Series) -> None:
+    if norm:
+        shown = [label for label in labels if label in norm]
+        places = xr.DataArray([labels.index(label) for label in shown], dims="place")
+        food = xr.concat([norm[label].drop_vars(["field", "value", "setting"], errors="ignore") for label in shown], places)
+        _curve(axes, food.assign_coords(place=places), look, "", "place")
+
+
+@styled
+def descent(assays: Assays) -> Figure:
+    """Left, since when all agents have had a common ancestor; right, of how many founders the gene pool is made, in effect."""
+    stored = {name: data for name, data in assays["descent"].items() if data["effective_ancestors"].notnull().any()}
+    factors = {name: factors_of(data) for name, data in stored.items()}
+    learners, maps = _distinct(factors)
+    figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
+    grid = figure.subplots(len(maps), 2, squeeze=False)
+    measures = {
+        "common_ancestor_age": "generations since the\nlast common ancestor",
+        "effective_ancestors": "effective ancestors",
+    }
+    for row, map_name in zip(grid, maps, strict=True):
+        for axes, (measure, label) in zip(row, measures.items(), strict=True):
+            for name in (name for name in stored if factors[name].map == map_name):
+                _curve(axes, stored[name][measure], series(learners.index(factors[name].learner)), "")
+            axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
+            axes.set_ylabel(label)
+            _from_zero(axes)
+            _generations(axes)
+    _legend(figure, learners)
+    return figure
+
+
+def _grid(data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, height: float) -> tuple[Figure, np.ndarray]:
+    """A figure, and its panels [subject, row]: a column a subject, two side by side."""
+    columns = min(len(subjects), 2)
+    blocks = -(-len(subjects) // columns)
+    figure = Figure((WIDTH, 0.6 + height * rows * blocks))
+    grid = figure.subplots(blocks * rows, columns, squeeze=False)
+    panels = grid.reshape(blocks, rows, columns).transpose(0, 2, 1).reshape(-1, rows)
+    for axes in panels[len(subjects) :].flat:
+        axes.set_visible(False)
+    for (first, *_), subject in zip(panels, subjects, strict=False):
+        first.set_title(factors_of(data[subject]).title, loc="left", fontweight="bold")
+    return figure, panels[: len(subjects)]
+
+
+def _curve(axes: Axes, values: xr.DataArray, look: Series, label: str, along: str = "generation") -> None:
+    """A mean over runs with its band; nothing where there is no value."""
+    shown = values.dropna(along, how="all")
+    if not shown.size:
+        return
+    average, low, high = interval_of_mean(shown)
+    x, every = shown[along].values, max(1, shown.sizes[along] // 8)
+    axes.fill_between(x, low, high, color=look.colour, alpha=0.18, lw=0)
+    axes.plot(x, average, color=look.colour, ls=look.line, lw=1.5, marker=look.marker, ms=3.5, markevery=every, label=label)
+
+
+def _from_zero(axes: Axes) -> None:
+    top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
+    axes.set_ylim(-0.025 * top, top)
+
+
+def _generations(axes: Axes) -> None:
+    axes.set_xlabel("generation")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+
+
+def _label(grid: np.ndarray, *labels: str) -> None:
+    """Labels of the rows, at the left edge."""
+    for panels in grid[::2]:
+        for axes, label in zip(panels, labels, strict=True):
+            axes.set_ylabel(label)
+
+
+def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
+    """One handle for each label."""
+    found: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    return list(found.values())
+
+
+def _legend(figure: Figure, learners: Sequence[str]) -> None:
+    looks = [series(number) for number in range(len(learners))]
+    handles = [
+        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner)[0]
+        for look, learner in zip(looks, learners, strict=True)
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)

@@ -1,0 +1,138 @@
+"""The section "Is it the Baldwin effect?": verdict, questions, figures and numbers, of the assays that are stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from baldwinlab.assays import figures, verdict
+from baldwinlab.assays.analysis import Analysis, Number, evaluate, rules, write
+from baldwinlab.assays.stored import Assays
+from baldwinlab.papers.words import Inference
+from baldwinlab.report.pictures import Picture, embed
+from baldwinlab.report.sections import Section, render
+from baldwinlab.report.words import number
+
+TITLE = "Is it the Baldwin effect?"
+PHASES = {1: "Phase one: learning guides selection", 2: "Phase two: what was learned becomes innate", None: "How it comes about"}
+
+MEASURES = {
+    "off": "food, learning off (innate)",
+    "on": "food, learning on",
+    "frozen": "food, weights at death and learning off",
+    "drift": "food, random change in place of learning",
+    "on, where drift was lived": "food, learning on, in the generations in which drift was lived",
+    "gain": "gain from learning (on - off)",
+    "innate share": "innate share (off / on)",
+    "kept share": "weights at death, share (frozen / on)",
+    "distance": "distance that learning moves the weights",
+    "modules": "food with these modules",
+    "setting": "food in this setting",
+    "setting, relative": "the same, relative to as evolved",
+    "first meal": "steps to the first meal",
+    "ever ate": "share of agents that ever ate",
+    "eaten in life": "items eaten in life",
+    "eaten in the first part of life": "items eaten in the first part of life",
+    "eaten in the last part of life": "items eaten in the last part of life",
+    "common ancestor age": "generations since the last common ancestor",
+    "effective ancestors": "effective ancestors",
+}
+
+
+def section(assays: Assays, directory: Path, last: int = 10, inference: Inference | None = None) -> Section:
+    """The section of a report on these assays, beside how a paper infers the effect if it does.
+
+    Writes baldwin.json, baldwin.csv and the figures to `directory`.
+
+    Raises ValueError for an assay that is not what it should be, and OSError.
+    """
+    analysis = evaluate(assays, last)
+    write(analysis, directory)
+    body = render(
+        "assays/section.html",
+        analysis=analysis,
+        last=last,
+        phases=PHASES,
+        rules=rules(),
+        headlines={subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects},
+        findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
+        paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference else "",
+        figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
+        table=numbers_table(analysis),
+        conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
+    )
+    return Section("baldwin", TITLE, body)
+
+
+def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:
+    """A row for each quantity, those of a measure together, with a number for each condition that has it."""
+    rows: dict[tuple[str, str], dict[str, Number]] = {}
+    for found in analysis.numbers:
+        rows.setdefault((found.measure, found.when), {})[found.condition] = found
+    measures = list(dict.fromkeys(measure for measure, _ in rows))
+    rows = dict(sorted(rows.items(), key=lambda row: measures.index(row[0][0])))
+    return [
+        {"measure": MEASURES.get(measure, measure), "when": when, "numbers": numbers} for (measure, when), numbers in rows.items()
+    ]
+
+
+def pictures(assays: Assays, analysis: Analysis) -> Iterator[Picture]:
+    """In the order in which the report shows them, of the assays that are stored."""
+    for assay, name, title, caption, figure, shown in _PICTURES:
+        subjects = [subject.condition for subject in analysis.subjects if subject.condition in assays.get(assay, {})]
+        if subjects:
+            medians = "; ".join(f"{condition}: {_medians(analysis, condition, shown)}" for condition in subjects)
+            text = f"{title}. Medians over runs: {medians}."
+            yield Picture(f"baldwin-{name}", title, caption, text, figure(assays, subjects))
+
+
+def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
+    found = [one for one in analysis.numbers if one.condition == condition and one.measure in measures]
+    return ", ".join(f"{MEASURES[one.measure]}, {one.when}, {number(one.median)}" for one in found)
+
+
+BANDS = "Lines are means over runs, bands their 95 % intervals (Student's t)."
+
+_PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], Figure], Sequence[str]]] = (
+    (
+        "innate", "lives", "Innate and learned",
+        "Newborns of each generation, lived again. Above: what the average agent eats with learning on, with learning off (what "
+        "is innate), with the weights of its own death and learning off, and with random change in place of learning. Below: the "
+        "share of the food with learning that is eaten without; genetic assimilation would raise the innate share towards 1. "
+        f"{BANDS}",
+        figures.innate_and_learned, ("on", "off", "frozen", "drift"),
+    ),
+    (
+        "innate", "learning", "What learning does",
+        "Above: what an agent gains from learning. Below: how far learning moves the weights of each layer in a life (Euclidean "
+        f"distance). Both would fall if what is learned became innate. {BANDS}",
+        figures.what_learning_does, ("gain", "distance"),
+    ),
+    (
+        "within-life", "within-life", "Within a life",
+        "Newborns of several generations, and blank slates that learn as they do. Above: items that an agent eats in 100 steps, "
+        f"by step of its life. {BANDS} Below: the share of all agents of all runs that have had their first meal.",
+        figures.within_life, ("eaten in life", "first meal"),
+    ),
+    (
+        "modules", "modules", "Where the knowledge sits",
+        "Agents of the last generation with their own modules, with a random one in place of one of them, and with both random. "
+        "Each point is a run, the line is the median.",
+        figures.modules, ("modules",),
+    ),
+    (
+        "reaction", "reaction-norms", "Reaction norms",
+        "What the last generation eats under circumstances that it did not evolve in, one changed at a time; in parentheses the "
+        f"value that it evolved with. {BANDS}",
+        lambda assays, subjects: figures.reaction_norms(assays), ("setting",),
+    ),
+    (
+        "descent", "descent", "Descent",
+        "Left: how long ago the last agent lived from whom all agents descend. Right: of how many agents of the first generation "
+        f"the gene pool is made, in effect (1 / sum of squared shares). {BANDS}",
+        lambda assays, subjects: figures.descent(assays), ("common ancestor age", "effective ancestors"),
+    ),
+)  # fmt: skip

@@ -1,0 +1,39 @@
+"""What tells the conditions of a study apart: written down in `study.toml`, and coordinates of `open_study`."""
+
+from __future__ import annotations
+
+from typing import Final, Literal, NamedTuple
+
+import xarray as xr
+
+Kind = Literal["conditions", "sweep", "multiverse"]
+CONDITIONS: Final[Kind] = "conditions"
+SWEEP: Final[Kind] = "sweep"
+MULTIVERSE: Final[Kind] = "multiverse"
+KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
+
+
+class Factors(NamedTuple):
+    """By which a condition differs from others; "" where a factor says nothing of it."""
+
+    learner: str = ""  # who lives there, such as evo+self-taught
+    map: str = ""
+    reading: str = ""  # of the paper, in a multiverse
+
+    @property
+    def title(self) -> str:
+        """Over a picture of the condition."""
+        return f"Map {self.map}, {self.learner}" if self.map else self.learner
+
+
+def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
+    """Coordinates along `condition`: of each factor that says something of any of these conditions."""
+    columns = {name: [getattr(one, name) for one in factors] for name in Factors._fields}
+    return {name: ("condition", values) for name, values in columns.items() if any(values)}
+
+
+def of_study(study: xr.Dataset) -> dict[str, Factors]:
+    """The factors of each condition of a study as `open_study` gives it."""
+    names = [str(name) for name in study["condition"].values]
+    columns = [study[name].values if name in study.coords else [""] * len(names) for name in Factors._fields]
+    return {name: Factors(*map(str, values)) for name, values in zip(names, zip(*columns, strict=True), strict=True)}

@@ -1,0 +1,16 @@
+"""Every reading of the paper, as one study; docs/multiverse.md."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from baldwinlab.multiverse.design import Reading, experiments
+
+__all__ = ["Reading", "experiments"]
+
+
+def __getattr__(name: str) -> Any:
+    """Loaded when it is asked for: whoever reads what is stored needs no engine."""
+    if name in __all__:
+        return getattr(import_module("baldwinlab.multiverse.design"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,41 @@
+"""From a stored multiverse to its results, figures and page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from baldwinlab.multiverse import analysis
+from baldwinlab.multiverse.design import by_reading
+from baldwinlab.multiverse.section import lead, section
+from baldwinlab.report import write_page
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import Progress, open_conditions
+
+FILE = "multiverse.json"  # what came of a multiverse, in its folder
+
+
+def publish(
+    study: Study, out: Path, last: int, progress: Callable[[str, int, str], Progress], tell: Callable[[str], None]
+) -> analysis.Multiverse:
+    """Write multiverse.json, the figures and the page of a multiverse, and return what came of it.
+
+    A reading of which no run is stored is left out. Raises StudyError if there is no other.
+    """
+    study.require_runs()
+    found = []
+    wanted = by_reading(study.factors)
+    with progress("deciding the claims", len(wanted), "readings") as show:
+        for reading, conditions in wanted.items():
+            data = open_conditions(study, list(conditions))
+            if data.sizes["run"]:
+                data = data.assign_coords(condition=list(conditions.values()))
+                about = (reading.name, reading.description, reading.choices, reading.fields)
+                found.append(analysis.reading(data, *about, last))
+            show(1)
+    multiverse = analysis.Multiverse(seed=study.seed, last=last, claims=analysis.paper_claims(), readings=tuple(found))
+    analysis.write(multiverse, study.directory / FILE)
+    tell("drawing the figures")
+    shown = section(multiverse, study.directory / "figures")
+    write_page("The paper's claims under every reading", lead(multiverse), [shown], out)
+    return multiverse

@@ -1,0 +1,208 @@
+"""What every reading of the paper says of its claims: figures, a table, and a verdict in plain language."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from baldwinlab.multiverse import analysis, figures
+from baldwinlab.multiverse.analysis import Multiverse, Reading
+from baldwinlab.papers import load
+from baldwinlab.report.content import span
+from baldwinlab.report.pictures import Picture, embed
+from baldwinlab.report.sections import Section, render
+from baldwinlab.report.words import number, signed
+from baldwinlab.statistics.rules import FAILS, HOLDS, UNDECIDED
+
+WORDS = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
+FEW, MANY = 2, 8  # readings beside the standard that are named, and without it; more are counted
+
+
+def section(multiverse: Multiverse, folder: Path) -> Section:
+    """The section "Every reading" of a report. Its figures are kept in `folder` as SVG and PNG. Raises OSError."""
+    singles = multiverse.singles
+    body = render(
+        "multiverse/section.html",
+        readings=len(singles.readings),
+        combinations=len(multiverse.readings),
+        runs=span(count for reading in multiverse.readings for count in reading.runs),
+        sentences=verdict(singles),
+        sentences_of_combinations=combinations(multiverse),
+        figures=[embed(picture, folder) for picture in _pictures(multiverse)],
+        claims=multiverse.claims,
+        sized=_sized(multiverse),
+        rows=[_row(reading, list(_sized(multiverse))) for reading in singles.readings],
+    )
+    return Section("every-reading", "Every reading", body)
+
+
+def lead(multiverse: Multiverse) -> str:
+    """What a page of its own begins with."""
+    return (
+        f"{load().about.source} leaves choices open. Here they are made otherwise, to see which of its claims depend on them. "
+        f"Seed {multiverse.seed}; each run counts with its average over the last {multiverse.last} generations."
+    )
+
+
+def _sized(multiverse: Multiverse) -> dict[str, float]:
+    """The paper's figures for the size of an effect, by claim."""
+    return {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
+
+
+def _row(reading: Reading, sized: Sequence[str]) -> dict[str, Any]:
+    verdicts = [outcome.verdict for outcome in reading.outcomes.values()]
+    return {
+        "name": reading.name,
+        "description": reading.description,
+        "counts": [verdicts.count(name) for name in WORDS],
+        "effects": [_effect(reading, claim) for claim in sized],
+        "distance": "–" if reading.distance is None else number(reading.distance),
+    }
+
+
+def _effect(reading: Reading, claim: str) -> str:
+    outcome = reading.outcomes[claim]
+    if outcome.effect is None:
+        return "–"
+    interval = f" [{number(outcome.interval[0])}, {number(outcome.interval[1])}]" if outcome.interval else ""
+    return signed(outcome.effect) + interval
+
+
+def _pictures(multiverse: Multiverse) -> Iterator[Picture]:
+    singles = multiverse.singles
+    held = [
+        f"{reading.name}: {_listed([name for name, outcome in reading.outcomes.items() if outcome.verdict == HOLDS]) or 'none'}"
+        for reading in singles.readings
+    ]
+    yield Picture(
+        "readings",
+        "The claims under each reading",
+        "A row for each reading, with the choice that it makes otherwise; a column for each claim. The number is the effect in "
+        "the comparison that decides: with a sign, a difference of medians (items an agent; in C9 a share of agents); without, a "
+        "level (C3: the most that any agent ate; C9: the share of agents that eat at last).",
+        f"A table of verdicts. Claims that hold, by reading: {'; '.join(held)}.",
+        figures.readings(multiverse),
+    )
+    if multiverse.combined:
+        yield Picture(
+            "readings-shares",
+            "The claims under all combinations",
+            "Of all combinations that take one alternative of a choice, the share under which a claim holds. Where the rows of a "
+            "choice differ, the claim depends on it.",
+            " ".join(combinations(multiverse)),
+            figures.readings_shares(multiverse),
+        )
+
+
+def verdict(multiverse: Multiverse) -> list[str]:
+    """What came of readings that make a single choice otherwise, a sentence each, from the numbers alone."""
+    titles = {claim.id: f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})" for claim in multiverse.claims}
+    always = analysis.always(multiverse, HOLDS)
+    unrefuted = [claim for claim in analysis.always(multiverse, HOLDS, UNDECIDED) if claim not in always]
+    never = analysis.always(multiverse, UNDECIDED, FAILS)
+    return [
+        f"No single open choice overturns what holds under every reading: {_listed([titles[claim] for claim in always])}."
+        if always
+        else "No claim holds under every reading.",
+        *(
+            [f"Contradicted under no reading, though under some these runs cannot tell: {_listed(unrefuted)}."]
+            if unrefuted
+            else []
+        ),
+        *([f"Holding under no reading: {_listed(never)}."] if never else []),
+        *_nearness(multiverse),
+        _most(multiverse),
+        *_without_effect(multiverse),
+        *(f"{titles[claim.id]} {_standing(multiverse, claim.id)}." for claim in multiverse.claims if claim.id not in always),
+    ]
+
+
+def _standing(multiverse: Multiverse, claim: str) -> str:
+    """Such as: holds under the standard reading and 13 others; is undecided under biases (R3)."""
+    groups = {name: found for name, found in analysis.by_verdict(multiverse, claim).items() if found}
+    if len(groups) == 1:
+        (only,) = groups
+        return f"{WORDS[only]} under {'any' if only == FAILS else 'every'} reading"
+    parts = [f"{WORDS[name]} under {_named(found)}" for name, found in groups.items()]
+    return "; ".join(parts) or "is not decided under any reading, for want of runs"
+
+
+def _named(found: Sequence[Reading]) -> str:
+    """By name, with the choice; of those beside the standard reading, or of very many, the number."""
+    others = [reading for reading in found if reading.choices]
+    with_standard = len(others) < len(found)
+    if len(others) <= (FEW if with_standard else MANY):
+        return _listed([_name(reading) for reading in found])
+    return f"the standard reading and {len(others)} others" if with_standard else f"{len(found)} readings"
+
+
+def _name(reading: Reading) -> str:
+    return f"{reading.name} ({', '.join(reading.choices)})" if reading.choices else "the standard reading"
+
+
+def _nearness(multiverse: Multiverse) -> Iterator[str]:
+    near = analysis.nearest(multiverse)
+    if near is None or near.distance is None:
+        return
+    sized = _sized(multiverse)
+    paper = _listed([f"{figure:+g} for {claim}" for claim, figure in sized.items()])
+    yield (
+        f"Nearest to the paper's own figures ({paper}) comes {_name(near)}: {_effects(near, sized)}, at a distance of "
+        f"{number(near.distance)}; under it {near.held} of {len(near.outcomes)} claims hold."
+    )
+    inside = analysis.containing(multiverse)
+    yield f"These figures all lie inside the measured 95 % intervals under {_named(inside) if inside else 'no reading'}."
+    for reading in multiverse.readings:
+        if not reading.choices and reading != near and reading.distance is not None:
+            yield f"The standard reading is at a distance of {number(reading.distance)}: {_effects(reading, sized)}."
+
+
+def _effects(reading: Reading, claims: dict[str, float]) -> str:
+    return _listed([f"{signed(reading.outcomes[claim].effect or 0)} for {claim}" for claim in claims])
+
+
+def _most(multiverse: Multiverse) -> str:
+    best = analysis.most_held(multiverse)
+    if not best or not best[0].held:
+        return "No claim holds under any reading."
+    held, count = best[0].held, len(multiverse.claims)
+    number_held = f"all {count} claims hold" if held == count else f"{held} of {count} claims hold, and under no other do more"
+    return f"Under {_named(best)}, {number_held}."
+
+
+def _without_effect(multiverse: Multiverse) -> Iterator[str]:
+    came = [
+        (reading, [(outcome.verdict, outcome.effect) for outcome in reading.outcomes.values()]) for reading in multiverse.readings
+    ]
+    standard = [found for reading, found in came if not reading.choices]
+    same = [_name(reading) for reading, found in came if reading.choices and found in standard]
+    if same:
+        yield f"Every verdict and every effect is the standard reading's under {_listed(same)}."
+
+
+def combinations(multiverse: Multiverse) -> list[str]:
+    """What came of all combinations, a sentence a claim; nothing where there are none."""
+    if not multiverse.combined:
+        return []
+    found = analysis.shares(multiverse)
+    return [_combined(multiverse, claim.id, found) for claim in multiverse.claims]
+
+
+def _combined(multiverse: Multiverse, claim: str, found: Sequence[analysis.Share]) -> str:
+    counts = {name: len(readings) for name, readings in analysis.by_verdict(multiverse, claim).items()}
+    decided = sum(counts.values())
+    if not decided:
+        return f"{claim} is not decided under any combination, for want of runs."
+    held, failed = counts[HOLDS] / decided, counts[FAILS] / decided
+    text = f"{claim} holds under {held:.0%} of {decided:,} combinations, does not under {failed:.0%}"
+    ends = analysis.weightiest(found, claim)
+    if ends is None or ends[0].share == ends[1].share:
+        return f"{text}."
+    most, least = (f"{end.share:.0%} with {end.alternative}" for end in ends)
+    return f"{text}; the choice that moves it most is {ends[0].choice}: {most}, {least}."
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Such as: C1, C2 and C3."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))

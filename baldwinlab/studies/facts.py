@@ -1,0 +1,31 @@
+"""With what, and how fast, a study was made."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from baldwinlab.studies.store import Study
+from baldwinlab.version import __version__
+
+
+def facts(study: Study) -> dict[str, Any]:
+    """For the report: seed, versions, platform, and the agent-steps and seconds of all sessions."""
+    sessions = list(study.sessions())
+    return {
+        "seed": study.seed,
+        "versions": {
+            "baldwinlab": __version__,
+            "Python": platform.python_version(),
+            "NumPy": np.__version__,
+            "Numba": version("numba"),
+        },
+        "platform": platform.platform(),
+        "agent_steps": sum(session["agent_steps"] for session in sessions),
+        "seconds": sum(session["seconds"] for session in sessions),
+        "compile_seconds": sum(session["compile_seconds"] for session in sessions),
+        "workers": sorted({session["workers"] for session in sessions}),
+    }

@@ -1,0 +1,189 @@
+"""A sweep: one experiment at many points of the space of its fields.
+
+A sweep is a study whose conditions are its points, so it resumes and distributes like one. Beside what a study holds there is
+
+    DIR/sweep.toml    the sweep's file as it was given; from it, results are labelled with the fields that were swept
+
+The random samples are NumPy's; the quasi-random ones are I. M. Sobol's (USSR Computational Mathematics and Mathematical
+Physics 7, 1967), scrambled as A. B. Owen proposed (Journal of Complexity 14, 1998), drawn by SciPy.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import tomlkit
+import xarray as xr
+from pydantic import BaseModel
+from scipy.stats import qmc
+
+from baldwinlab import presets
+from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.factors import SWEEP
+from baldwinlab.files import location, write_atomically
+from baldwinlab.studies import store
+from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.study import open_study
+from baldwinlab.sweeps.plan import Range, Sweep, read
+
+FILE = "sweep.toml"
+
+
+def experiments(sweep: Sweep, path: Path) -> list[Experiment]:
+    """The points of a sweep, each a whole experiment: point-0000, point-0001, ...
+
+    `path` is the sweep's file; an experiment given as a file is found relative to it. Points of a random or a Sobol sample
+    are drawn from the sweep's seed, the same each time. Raises ExperimentError with a line for every fault.
+    """
+    base = _base(sweep, path)
+    found: list[Experiment] = []
+    faults: dict[str, str] = {}
+    for number, point in enumerate(_points(sweep, base)):
+        name = f"point-{number:04d}"
+        try:
+            found.append(assign(base, [f"name={name}", *_assignments(point)]))
+        except ExperimentError as error:
+            for line in str(error).splitlines():
+                faults.setdefault(line, name)  # the first point that has it stands for all
+    if faults:
+        raise ExperimentError("\n".join(f"{path}: {name}: {line}" for line, name in faults.items()))
+    _require_different(sweep, found, path)
+    return found
+
+
+def _base(sweep: Sweep, path: Path) -> Experiment:
+    """The experiment as it is before any field is swept."""
+    name = sweep.experiment
+    try:
+        base = assign(presets.load(path.parent / name if name.endswith(".toml") else name), _assignments(sweep.fixed))
+        for field, values in sweep.fields.items():
+            value, _ = _look_up(base, field)
+            if isinstance(values, Range) and (isinstance(value, bool) or not isinstance(value, int | float)):
+                raise ExperimentError(f"fields.{field}: {_text(value)} is not a number; give a list of what it may be")
+            if isinstance(values, Range) and isinstance(value, int) and math.ceil(values.low) > math.floor(values.high):
+                raise ExperimentError(f"fields.{field}: there is no whole number from {values.low:g} to {values.high:g}")
+    except ExperimentError as error:
+        raise ExperimentError("\n".join(f"{path}: {line}" for line in str(error).splitlines())) from None
+    return base
+
+
+def _points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
+    rows: Iterable[Sequence[Any]]
+    if sweep.samples is None:
+        columns = sweep.lists.values()
+        rows = itertools.product(*columns) if sweep.design == "grid" else zip(*columns, strict=True)
+    else:
+        whole = [isinstance(_look_up(base, field)[0], int) for field in sweep.fields]
+        rows = [
+            [_pick(values, share, integer) for values, share, integer in zip(sweep.fields.values(), shares, whole, strict=True)]
+            for shares in _shares(sweep, sweep.samples).tolist()
+        ]
+    return (dict(zip(sweep.fields, row, strict=True)) for row in rows)
+
+
+def _shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
+    """`samples` points of the unit cube, [0, 1) in each field."""
+    generator = np.random.default_rng(sweep.seed)
+    if sweep.design == "random":
+        return generator.random((samples, len(sweep.fields)))
+    sobol = qmc.Sobol(len(sweep.fields), scramble=True, rng=generator)
+    return sobol.random_base2((samples - 1).bit_length())[:samples]  # a power of 2, or the points would lose their balance
+
+
+def _pick(values: list[Any] | Range, share: float, whole: bool) -> Any:
+    if isinstance(values, Range):
+        return values.whole_number(share) if whole else values.number(share)
+    return values[int(share * len(values))]
+
+
+def _assignments(values: Mapping[str, Any]) -> list[str]:
+    return [f"{path}={tomlkit.item(value).as_string()}" for path, value in values.items()]
+
+
+def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
+    """The value of a field, and what it means. Raises ExperimentError for a field that there is not."""
+    value: Any = experiment
+    meaning = ""
+    for step in path.split("."):
+        if isinstance(value, BaseModel) and step in type(value).model_fields:
+            meaning = type(value).model_fields[step].description or ""
+            value = getattr(value, step)
+        elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
+            value = value[int(step)]
+        else:
+            there = (
+                type(value).model_fields if isinstance(value, BaseModel) else range(len(value) if isinstance(value, tuple) else 0)
+            )
+            raise ExperimentError(f"fields.{path}: there is no {step!r} here; there are: {', '.join(map(str, there)) or 'none'}")
+    return value, meaning
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
+
+
+def _labels(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
+    """What a field is at each point: numbers where all are, else text as in TOML."""
+    values = [_look_up(point, field)[0] for point in points]
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return values
+    return [_text(value) for value in values]
+
+
+def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
+    """The values of a field in a grid must differ, or two points would be one."""
+    for field, values in sweep.lists.items():
+        if sweep.design == "grid" and len(set(_labels(points, field))) < len(values):
+            raise ExperimentError(f"{path}: fields.{field} has a value twice; in a grid, each must be another")
+
+
+def create(directory: Path, sweep: Sweep, path: Path, text: str | None = None) -> list[Experiment]:
+    """Make the study of a sweep, or open the one that is there if it is the same; gives its points.
+
+    `path` is the sweep's file, of which a copy is kept; where there is none, `text` is what it would say. Raises
+    ExperimentError where a point cannot be, and StudyError if the directory holds anything else, as `store.create` does.
+    """
+    points = experiments(sweep, path)
+    if (directory / FILE).exists() and (there := len(Study(directory).experiments)) != len(points):
+        raise StudyError(f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out")
+    store.create(directory, points, sweep.seed, SWEEP)
+    write_atomically(directory / FILE, path.read_bytes() if text is None else text.encode())
+    return points
+
+
+def open_sweep(directory: str | Path) -> xr.Dataset:
+    """All stored runs of a sweep as one dataset, labelled with the fields that were swept.
+
+    A grid has the dims (each swept field, run, generation, agent); the other designs have (point, run, generation, agent),
+    with the fields as coordinates along `point`. Runs that are not stored are NaN. Attributes: `design`, `fields`, `base` (the
+    experiment that was swept), `set` (what was changed in it), `seed`. Raises StudyError as `open_study` does, and for a study
+    that is no sweep.
+    """
+    folder = location(directory)
+    study = Study(folder)
+    if study.kind != SWEEP or not (folder / FILE).exists():
+        raise StudyError(f"{folder} is no sweep: it has no {FILE}")
+    sweep = read(folder / FILE)
+    points = list(study.experiments.values())
+    labels = {field: _labels(points, field) for field in sweep.fields}
+    places = {"point": np.arange(len(points), dtype=np.int32)} | {field: ("point", labels[field]) for field in labels}
+    data = open_study(folder).rename(condition="point").assign_coords(places)
+    if sweep.design == "grid":
+        data = _as_grid(data, list(labels))
+    for field in labels:
+        data[field].attrs["long_name"] = _look_up(points[0], field)[1]
+    return data.assign_attrs(design=sweep.design, fields=list(labels), base=sweep.experiment, set=_assignments(sweep.fixed))
+
+
+def _as_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
+    """Points that are every combination of the fields' values, in the order of the file."""
+    order = {field: list(dict.fromkeys(data[field].values)) for field in fields}
+    if len(fields) == 1:
+        return data.swap_dims(point=fields[0]).drop_vars("point")
+    return data.set_index(point=fields).unstack("point").sel(order).transpose(*fields, ...)

@@ -1,0 +1,151 @@
+"""The section on the Baldwin effect: its words follow the numbers, and a browser shows it well on a desk and on a phone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from playwright.sync_api import Browser
+
+from baldwinlab import papers
+from baldwinlab.assays import verdict
+from baldwinlab.assays.analysis import evaluate
+from baldwinlab.assays.section import numbers_table, section
+from baldwinlab.assays.stored import Assays
+from baldwinlab.report import write_page
+from tests.assays.assayed import constant, innate, modules, rising, whole, within_life
+
+A, B = "evo+self-taught/A", "evo+self-taught/B"
+
+
+def words(**assays: xr.Dataset) -> str:
+    """What is said of one condition, in headline and findings."""
+    stored: dict[str, Any] = {name.replace("_", "-"): {A: data} for name, data in assays.items()}
+    analysis = evaluate(stored)
+    (subject,) = analysis.subjects
+    inference = papers.load().words.inference
+    assert inference is not None
+    beside = verdict.beside_the_paper(analysis, inference)
+    return " ".join([verdict.headline(subject), beside, *verdict.sentences(analysis, subject)])
+
+
+LEARNERS = within_life(A, 1, 9)
+
+
+def test_full_assimilation_is_called_the_baldwin_effect() -> None:
+    said = words(innate=innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5)), within_life=LEARNERS)
+    assert said.startswith("the Baldwin effect in both its phases")
+    assert f"it does in {A}" in said and "The gain from learning falls" in said
+
+
+def test_learning_that_is_relied_on_ever_more_is_the_opposite_of_assimilation() -> None:
+    said = words(innate=innate(A, off=constant(10), on=rising(20, 200), drift=constant(5)), within_life=LEARNERS)
+    assert said.startswith("only its first phase")
+    assert "the opposite of assimilation" in said and "The gain from learning grows" in said
+
+
+def test_where_nobody_eats_without_learning_the_ability_to_learn_evolves() -> None:
+    said = words(innate=innate(A, off=constant(0), on=rising(10, 100), drift=constant(5)), within_life=LEARNERS)
+    assert "because nobody eats without learning: what evolves is the ability to learn" in said
+    assert "nothing innate that could grow" in said and "opposite" not in said
+
+
+def test_learning_that_does_not_help_is_no_baldwin_effect() -> None:
+    said = words(innate=innate(A, off=rising(10, 90), on=rising(10, 80), drift=constant(5)), within_life=LEARNERS)
+    assert said.startswith("no Baldwin effect") and "Answered no: Does learning raise fitness?" in said
+
+
+def test_what_lamarckian_inheritance_makes_innate_is_not_called_the_baldwin_effect() -> None:
+    data = innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5))
+    assert "Lamarckian" not in words(innate=data)
+    data.attrs["experiment"] = data.attrs["experiment"].replace("lamarckian_share = 0.0", "lamarckian_share = 1.0")
+    assert "no sign of the Baldwin effect" in words(innate=data)
+
+
+def test_drift_that_does_as_well_is_told() -> None:
+    said = words(innate=innate(A, off=constant(1), on=rising(10, 90), drift=rising(20, 99)), within_life=LEARNERS)
+    assert said.startswith("no Baldwin effect") and "any change does as well" in said
+
+
+def test_what_contradicts_the_paper_is_said() -> None:
+    said = words(innate=innate(A, off=constant(1), on=constant(9)), within_life=within_life(A, 9, 2))
+    assert f"contradicts the paper here, in {A}" in said
+    assert "contradicts" not in words(within_life=LEARNERS)
+
+
+def test_what_was_not_measured_is_named_and_not_guessed() -> None:
+    said = words(innate=innate(A, off=rising(1, 50), on=rising(30, 60)))
+    assert "Not measured: Is it learning, and not just any change? Does evolution improve those who learn?" in said
+    assert "Newborns" not in said and "random changes" not in said
+    alone = words(modules=modules(A, (100, 90, 3, 10)))
+    assert alone.startswith("not known") and "only the reinforcement module is known to carry something" in alone
+
+
+def test_one_run_is_undecided() -> None:
+    said = words(innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1))
+    assert said.startswith("undecided")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("study")
+    return write_page("A study", "Its assays.", [section(whole(), folder)], folder / "page.html")
+
+
+def text_of(path: Path) -> str:
+    return re.sub(r'src="[^"]*"', "", path.read_text("utf-8"))
+
+
+def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> None:
+    text = text_of(page)
+    assert "<strong>On map A (evo+self-taught)</strong>: the Baldwin effect in both its phases" in text
+    assert text.index("On map B") < text.index("Phase one") < text.index("Phase two") < text.index("How it comes about")
+    assert text.index("How it comes about") < text.index("<figure>") < text.index("All numbers of the assays")
+    assert text.count("<figure>") == 6 and "✓" in text and "✗" in text
+    assert "nan" not in text.lower()
+    names = {path.name for path in page.parent.iterdir()}
+    assert names == {"page.html", "figures", "baldwin.json", "baldwin.csv"}
+    assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 6
+
+
+@pytest.mark.parametrize("assay", list(whole(runs=1)))
+def test_a_single_assay_of_a_single_run_has_a_section_too(assay: str, tmp_path: Path) -> None:
+    text = re.sub(r'src="[^"]*"', "", section({assay: whole(runs=1)[assay]}, tmp_path).body)
+    assert "not measured" in text and "nan" not in text.lower()
+
+
+def test_without_a_condition_that_evolves_and_learns_there_are_only_numbers(tmp_path: Path) -> None:
+    stored: Assays = {"innate": {"evo/A": innate("evo/A", off=constant(3))}}
+    text = section(stored, tmp_path).body
+    assert "there is nothing to ask" in text and "<figure>" not in text and "food, learning off (innate)" in text
+
+
+def test_the_table_has_a_row_for_each_quantity_and_leaves_blank_what_there_is_not() -> None:
+    data = innate(A, off=constant(1), on=constant(2))
+    data["energy"].loc[{"life": "on"}] = np.nan
+    rows = numbers_table(evaluate({"innate": {A: data, "evo/A": innate("evo/A", off=constant(1))}}))
+    assert (rows[0]["measure"], rows[0]["when"]) == ("food, learning off (innate)", "first")
+    assert not any(row["measure"] == "food, learning on" for row in rows)
+    assert set(rows[0]["numbers"]) == {A, "evo/A"}
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
+def test_a_browser_shows_it_without_scrolling_sideways(
+    browser: Browser,
+    page: Path,
+    width: int,
+    height: int,
+) -> None:
+    opened = browser.new_page(viewport={"width": width, "height": height})
+    complaints: list[str] = []
+    opened.on("console", lambda message: complaints.append(message.text))
+    opened.goto(page.as_uri())
+    opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
+    assert opened.evaluate("document.documentElement.scrollWidth") <= width
+    assert opened.evaluate("[...document.images].every(image => image.complete && image.naturalWidth > 0)")
+    assert complaints == []
+    opened.close()

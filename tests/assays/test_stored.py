@@ -1,0 +1,109 @@
+"""Assays read back from their files, and what they come to in each run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.assays.stored import distances, factors_of, quantities, read
+from baldwinlab.factors import Factors
+from tests.assays.assayed import RUNS, STEPS, constant, innate, rising, spread, whole, within_life
+
+A = "evo+self-taught/A"
+
+
+def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) -> Path:
+    path = folder / "assays" / assay / f"{A}.nc"
+    path.parent.mkdir(parents=True)
+    (innate(A, off=constant(1), on=constant(2), runs=2) if data is None else data).to_netcdf(path, engine="scipy")
+    return path
+
+
+def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
+    for assay, conditions in whole(runs=2).items():
+        for condition, data in conditions.items():
+            path = tmp_path / "assays" / assay / f"{condition}.nc"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            data.to_netcdf(path, engine="scipy")
+    found = read(tmp_path)
+    assert {assay: set(conditions) for assay, conditions in found.items()} == {
+        assay: set(conditions) for assay, conditions in whole(runs=2).items()
+    }
+    assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
+    assert factors_of(found["innate"][A]) == Factors(learner=A)
+    assert factors_of(read(tmp_path, {A: Factors("evo+self-taught", "A")})["innate"][A]).map == "A"
+    assert quantities(found, A, 10).keys() == quantities(whole(runs=2), A, 10).keys()
+
+
+def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
+    assert read(tmp_path) == {}
+
+
+@pytest.mark.parametrize("keep", [0, 3, 200])
+def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
+    path = stored(tmp_path)
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(ValueError, match=r"A\.nc is damaged: .*; remove it, and `baldwinlab assay` makes it again"):
+        read(tmp_path)
+
+
+def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
+    stored(tmp_path, "within-life")
+    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'within-life' stores"):
+        read(tmp_path)
+
+
+def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
+    found = quantities({"innate": {A: innate(A, off=rising(0, 39), on=constant(78), runs=3)}}, A, last=4)
+    own = spread(3)
+    np.testing.assert_allclose(found["off", "first"].values, 1.5 * own)
+    np.testing.assert_allclose(found["off", "last"].values, 37.5 * own)
+    np.testing.assert_allclose(found["gain", "last"].values, 40.5 * own)
+    np.testing.assert_allclose(found["innate share", "last"].values, 37.5 / 78)
+    assert found["drift", "last"].isnull().all() and found["kept share", "last"].isnull().all()
+
+
+def test_a_share_of_nothing_is_undefined() -> None:
+    found = quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
+    assert found["innate share", "last"].isnull().all()
+    assert (found["gain", "last"] == 0).all()
+
+
+def test_learning_is_held_against_drift_where_drift_was_lived() -> None:
+    data = innate(A, off=constant(1), on=rising(0, 39), drift=constant(5), runs=2)
+    data["energy"].loc[{"life": "drift", "generation": range(1, 39)}] = np.nan
+    found = quantities({"innate": {A: data}}, A, 10)
+    np.testing.assert_allclose(found["on, where drift was lived", "last"].values, 39 * spread(2))
+    np.testing.assert_allclose(found["on", "last"].values, 34.5 * spread(2))
+
+
+def test_layers_add_up_to_a_distance_as_perpendicular_ways_do() -> None:
+    data = innate(A, on=constant(1), runs=1)
+    data["distance"][{"layer": 0}], data["distance"][{"layer": 1}] = 3, 4
+    found = distances(data)
+    assert (found["distance"] == 5).all() and (found["distance, hidden to actions"] == 4).all()
+
+
+def test_who_never_ate_counts_with_the_whole_life() -> None:
+    data = within_life(A, 0, 5, runs=1)
+    data["first_meal"][{"newborns": -1}] = [[100, 200, np.nan, np.nan]]
+    found = quantities({"within-life": {A: data}}, A, 10)
+    assert float(found["first meal", "evolved"][0]) == (100 + 200 + 2 * STEPS) / 4
+    assert float(found["ever ate", "evolved"][0]) == 0.5
+    assert float(found["first meal", "blank slate"][0]) == STEPS
+    assert float(found["eaten in life", "evolved"][0]) == 6 * 50
+
+
+def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
+    found = quantities(whole(), A, 10)
+    assert ("setting", "as evolved") in found and ("setting, relative", "as evolved") not in found
+    np.testing.assert_allclose(found["setting, relative", "map = A"].values, 7 / 8)
+    assert found["setting", "learning.rate = 0.1"].shape == (RUNS,)
+
+
+def test_a_window_has_at_least_one_generation() -> None:
+    with pytest.raises(ValueError, match="at least 1"):
+        quantities(whole(), A, 0)

@@ -1,0 +1,30 @@
+"""Multiverses made by hand, so that what they must say is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from baldwinlab.multiverse import design
+from baldwinlab.multiverse.analysis import Multiverse, Reading, paper_claims, reading
+from tests.analysis.studies import AS_THE_PAPER, RUNS, study
+
+Eaten = Mapping[str, Sequence[float]]
+
+NOBODY_EATS: Eaten = {name: [0] * RUNS for name in AS_THE_PAPER}
+TAUGHT_BEAT_EVOLVED: Eaten = {**AS_THE_PAPER, "self-taught/A": range(100, 100 + RUNS)}  # the opposite of C6, and of C6 alone
+
+
+def reading_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Reading:
+    """A reading of that name, such as `contact-5+rank`, under which agents eat so much."""
+    parts = () if name == "standard" else tuple(name.split("+"))
+    made = design.Reading(parts)
+    return reading(study(eaten, generations=24), name, made.description, made.choices, made.fields)
+
+
+def multiverse_of(*readings: Reading) -> Multiverse:
+    return Multiverse(seed=7, last=10, claims=paper_claims(), readings=readings)
+
+
+def with_gain(gain: float) -> Eaten:
+    """As the paper, but that evo+self-taught eats so much more than evo on map A."""
+    return {**AS_THE_PAPER, "evo+self-taught/A": [eaten + gain for eaten in AS_THE_PAPER["evo/A"]]}

@@ -1,0 +1,107 @@
+"""`baldwinlab multiverse`: resumed as any study, reported of what is stored, and a section in the paper's report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from baldwinlab import console, presets
+from baldwinlab.multiverse import command as command_multiverse
+from baldwinlab.multiverse.design import Reading
+from baldwinlab.studies.store import Study
+from tests.small import contents, small_paper
+from tests.test_cli import Command, command  # noqa: F401  (a fixture)
+
+READINGS = [Reading(()), Reading(("contact-5",)), Reading(("rank",))]
+MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
+
+
+@pytest.fixture
+def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three readings, or four with --full, of lives of 40 steps."""
+    conditions = [condition.replace(evolution={"generations": 2}, lifetime={"steps": 40}) for condition in small_paper()]
+    monkeypatch.setattr(presets, "paper", lambda reading="standard": conditions)
+    monkeypatch.setattr(command_multiverse, "one_at_a_time", lambda: READINGS)
+    monkeypatch.setattr(command_multiverse, "combinations", lambda: [*READINGS, Reading(("contact-5", "rank"))])
+
+
+@contextmanager
+def stopped_half_way(description: str, total: int, unit: str = "") -> Iterator[Callable[[int], None]]:
+    done = [0]
+
+    def show(amount: int) -> None:
+        done[0] += amount
+        if done[0] > total / 2:
+            raise KeyboardInterrupt
+
+    yield show
+
+
+@pytest.mark.usefixtures("tiny")
+def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
+    command: Command,  # noqa: F811
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(console, "progress", stopped_half_way)
+        done = command(*MULTIVERSE)
+    assert done.code == 130 and "the same command carries on from there" in done.err
+    assert 0 < len(contents(tmp_path)) < 36
+    done = command(*MULTIVERSE)
+    assert done.code == 0, done.err
+    assert "report: paper/multiverse/report.html" in done.out and "contact-5 R2" in done.out
+    assert command("multiverse", "--runs", "2", "--out", "whole").code == 0
+    assert contents(tmp_path / "whole") == contents(tmp_path / "paper/multiverse")
+    assert (tmp_path / "whole/multiverse.json").read_bytes() == (tmp_path / "paper/multiverse/multiverse.json").read_bytes()
+
+
+@pytest.mark.usefixtures("tiny")
+def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
+    command: Command,  # noqa: F811
+    tmp_path: Path,
+) -> None:
+    assert command(*MULTIVERSE, "--full").code == 0
+    for record in (tmp_path / "paper/multiverse/runs/rank").rglob("*.nc"):
+        record.unlink()
+    done = command("report", "paper/multiverse")
+    assert done.code == 0, done.err
+    written = json.loads((tmp_path / "paper/multiverse/multiverse.json").read_text(), parse_constant=pytest.fail)
+    assert [reading["name"] for reading in written["readings"]] == ["standard", "contact-5", "contact-5+rank"]
+    assert written["readings"][2]["choices"] == {"R2": "contact-5", "R4": "rank"}
+    assert written["summary"]["shares"]
+    for record in (tmp_path / "paper/multiverse/runs").rglob("*.nc"):
+        record.unlink()
+    assert "holds no finished run yet" in command("report", "paper/multiverse").err
+
+
+@pytest.mark.usefixtures("tiny")
+def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_section(
+    command: Command,  # noqa: F811
+    tmp_path: Path,
+) -> None:
+    assert command(*MULTIVERSE).code == 0
+    done = command("reproduce", "--runs", "1", "--generations", "1", "--steps", "40", "--out", "paper")
+    assert done.code == 0, done.err
+    page = (tmp_path / "paper/report.html").read_text()
+    assert '<h2 id="every-reading">Every reading</h2>' in page
+    assert (tmp_path / "paper/figures/readings.svg").exists()
+    assert list(Study(tmp_path / "paper").experiments) == [experiment.name for experiment in small_paper()]
+
+
+@pytest.mark.usefixtures("tiny")
+def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
+    command: Command,  # noqa: F811
+    tmp_path: Path,
+) -> None:
+    assert command(*MULTIVERSE, "--last", "0").code == 2
+    assert not contents(tmp_path)
+    assert command(*MULTIVERSE).code == 0
+    done = command(*MULTIVERSE, "--full")
+    assert done.code == 2
+    assert "paper/multiverse holds another study: its conditions are standard/evo/A" in done.err and "and 14 more" in done.err
+    assert len(done.err.splitlines()) == 1

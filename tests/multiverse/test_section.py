@@ -1,0 +1,93 @@
+"""The section on every reading: what it says follows from the numbers, and a browser shows it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from baldwinlab.multiverse.analysis import Multiverse, read, write
+from baldwinlab.multiverse.design import one_at_a_time
+from baldwinlab.multiverse.section import combinations, lead, section, verdict
+from baldwinlab.report import write_page
+from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of, with_gain
+from tests.report.browsing import complaints_and_width
+
+STANDARD = reading_of(eaten=with_gain(240))
+
+
+def small_multiverse() -> Multiverse:
+    return multiverse_of(STANDARD, reading_of("biases"), reading_of("rank", TAUGHT_BEAT_EVOLVED))
+
+
+def full_multiverse() -> Multiverse:
+    return multiverse_of(*small_multiverse().readings, reading_of("biases+rank", TAUGHT_BEAT_EVOLVED))
+
+
+def test_the_verdict_names_what_no_choice_overturns_and_what_one_does() -> None:
+    said = verdict(small_multiverse())
+    assert said[0].startswith("No single open choice overturns what holds under every reading: C1 (learning helps the best")
+    assert "C6" not in said[0]
+    assert (
+        "C6 (self-teaching alone does not outdo evolution on map A) holds under the standard reading and biases (R3); "
+        "does not hold under rank (R4)." in said
+    )
+    assert "The standard reading is at a distance of 5.00: +240 for C1 and +240 for C2." in said
+    assert any("(+40 for C1 and +40 for C2) comes biases (R3): +40.0 for C1" in sentence for sentence in said)
+    assert "These figures all lie inside the measured 95 % intervals under biases (R3) and rank (R4)." in said
+    assert "Under the standard reading and biases (R3), all 9 claims hold." in said
+
+
+def test_many_readings_are_counted_and_few_are_named() -> None:
+    names = [reading.name for reading in one_at_a_time()[1:]]
+    said = verdict(
+        multiverse_of(reading_of(), *(reading_of(name) for name in names[:5]), reading_of("rank", TAUGHT_BEAT_EVOLVED))
+    )
+    assert any("holds under the standard reading and 5 others; does not hold under rank (R4)" in sentence for sentence in said)
+
+
+def test_what_fails_everywhere_is_said_without_a_double_meaning() -> None:
+    said = verdict(multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)))
+    assert "C6 (self-teaching alone does not outdo evolution on map A) does not hold under any reading." in said
+
+
+def test_where_nothing_holds_or_nothing_changes_it_says_so() -> None:
+    said = verdict(multiverse_of(reading_of(eaten=NOBODY_EATS), reading_of("open-boundaries", NOBODY_EATS)))
+    assert "Every verdict and every effect is the standard reading's under open-boundaries (R8)." in said
+    assert any(sentence.startswith("Holding under no reading: C1, C2, C4") for sentence in said)
+    lone = verdict(multiverse_of(reading_of(eaten={"evo/A": [1, 2]})))
+    assert lone[0] == "No claim holds under every reading." and "No claim holds under any reading." in lone
+    assert any("C1" in sentence and "for want of runs" in sentence for sentence in lone)
+
+
+def test_of_all_combinations_it_names_the_choice_that_moves_a_claim_most() -> None:
+    said = combinations(full_multiverse())
+    assert said[0] == "C1 holds under 100% of 4 combinations, does not under 0%."
+    assert said[5] == (
+        "C6 holds under 50% of 4 combinations, does not under 50%; the choice that moves it most is R4: 100% with standard, "
+        "0% with rank."
+    )
+    assert combinations(small_multiverse()) == []
+
+
+def test_the_section_is_made_of_the_json_alone_and_keeps_its_figures(tmp_path: Path) -> None:
+    found = read(write(full_multiverse(), tmp_path / "multiverse.json"))
+    made = section(found, tmp_path / "figures")
+    assert made == section(full_multiverse(), tmp_path / "again")
+    assert (made.anchor, made.title) == ("every-reading", "Every reading")
+    names = {f"{name}.{end}" for name in ("readings", "readings-shares") for end in ("svg", "png")}
+    assert {path.name for path in (tmp_path / "figures").iterdir()} == names
+    text = re.sub(r'src="[^"]*"', "", made.body)
+    assert "nan" not in text.lower() and "None" not in text
+    assert "C1, paper +40" in text and "R4: parents are drawn with a probability that grows linearly with rank" in text
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
+def test_a_browser_shows_the_page_without_complaint_and_without_scrolling_sideways(
+    browser: Browser, tmp_path: Path, width: int, height: int
+) -> None:
+    several = full_multiverse()
+    page = write_page("Every reading", lead(several), [section(several, tmp_path)], tmp_path / "report.html")
+    assert complaints_and_width(browser, page, width, height) == ([], width)

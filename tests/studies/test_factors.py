@@ -1,0 +1,94 @@
+"""What kind of study it is, and by which factors its conditions differ, is written down and not read out of names."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.factors import Factors
+from baldwinlab.presets import load
+from baldwinlab.publish import publish
+from baldwinlab.studies.store import Study, StudyError, create
+from baldwinlab.studies.study import open_study
+from tests.small import ignore, small, small_study
+
+PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
+
+
+def older(directory: Path, names: list[str]) -> Study:
+    """A study of these conditions as format 1 had it: without kind and factors."""
+    study = small_study(directory, [small().replace(name=name) for name in names], runs=1)
+    conditions = ", ".join(f'"{name}"' for name in names)
+    (directory / "study.toml").write_text(f"format = 1\nseed = {study.seed}\nconditions = [{conditions}]\n")
+    return Study(directory)
+
+
+def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
+    factors = {"one": Factors("evo", "A", "rank"), "two": Factors("evo", "B")}
+    create(tmp_path, [load("evo/A").replace(name=name) for name in ("one", "two", "three")], 1, "multiverse", factors)
+    study = Study(tmp_path)
+    assert study.kind == "multiverse"
+    assert study.factors == factors | {"three": Factors("three")}
+    found = open_study(tmp_path)
+    assert found["learner"].values.tolist() == ["evo", "evo", "three"]
+    assert found.sel(condition="two")["map"] == "B"
+    assert found["reading"].values.tolist() == ["rank", "", ""]
+
+
+def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None:
+    create(tmp_path, [load("evo/A").replace(name="mine")], 1)
+    assert {"learner", "map", "reading"} & set(open_study(tmp_path).coords) == {"learner"}
+
+
+def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
+    names = ["a.b+c_d-e", "1/2/3"]
+    create(tmp_path, [load("evo/A").replace(name=name) for name in names], 1, factors={"1/2/3": Factors('"é\\', "x y")})
+    assert list(tomllib.loads((tmp_path / "study.toml").read_text())["factors"]) == names
+    assert Study(tmp_path).factors["1/2/3"] == Factors('"é\\', "x y")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('kind = "conditions"', 'kind = "parade"', "kind = 'parade' must be one of conditions, sweep, multiverse"),
+        ('learner = "mine"', 'moon = "full"', "factors.mine: there is no factor 'moon'; there are learner, map, reading"),
+        ("format = 2", "format = 3", "it has format 3, and this version reads formats 1 and 2"),
+    ],
+)
+def test_what_is_no_factor_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str, message: str) -> None:
+    create(tmp_path, [load("evo/A").replace(name="mine")], 1)
+    path = tmp_path / "study.toml"
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(StudyError, match=f"study.toml cannot be read: {message}"):
+        Study(tmp_path)
+
+
+def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(tmp_path: Path) -> None:
+    study = older(tmp_path, [*PAPER, "mine/A"])
+    assert study.kind == "conditions"
+    assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
+    assert study.factors["mine/A"] == Factors("mine/A")  # is not of the paper's presets
+    publish(study, tmp_path / "report.html", 1, ignore)
+    picture = (tmp_path / "figures/fitness.svg").read_text()
+    assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
+    assert "<!-- evo+self-taught -->" in picture and "<!-- mine/A -->" in picture
+
+
+def test_a_multiverse_of_the_older_format_is_one(tmp_path: Path) -> None:
+    study = older(tmp_path, ["standard/evo/A", "contact-5+rank/evo+self-taught/B"])
+    assert study.kind == "multiverse"
+    assert study.factors["contact-5+rank/evo+self-taught/B"] == Factors("evo+self-taught", "B", "contact-5+rank")
+
+
+def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
+    older(tmp_path, ["point-0000"])
+    (tmp_path / "sweep.toml").touch()
+    assert Study(tmp_path).kind == "sweep"
+
+
+def test_conditions_of_ones_own_that_look_like_readings_are_no_multiverse(tmp_path: Path) -> None:
+    assert older(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
+    study = create(tmp_path / "new", [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")], 1)
+    assert study.kind == "conditions" and study.factors["rank/evo/A"] == Factors("rank/evo/A")
