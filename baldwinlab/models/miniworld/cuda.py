@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import config, cuda
 
+from baldwinlab.engine.gpu import COMPILING, uncontracted
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.kernels import COMPILING, begin_kernel, live_kernel, source_of_life, uncontracted
+from baldwinlab.models.miniworld.kernels import begin_kernel, live_kernel, source_of_life
 from baldwinlab.models.miniworld.learning import rates
 from baldwinlab.models.miniworld.make import make_model, make_state
 from baldwinlab.models.miniworld.state import State

@@ -4,24 +4,18 @@ A thread is an agent; the agents of a world share a thread block, and all steps 
 functions, and so is the order of a step (life.py): they are compiled again for a single lane. What the step itself has of an
 agent (weights, activations, place) is local to its thread, where the compiler may keep it in registers, unless a part looks at
 others. All else stays in global memory; the items change only between two barriers.
-
-The bits are those of the CPU: nothing is contracted to fused multiply-adds, and division rounds as IEEE 754 says.
 """
 
 from __future__ import annotations
 
-import functools
-import importlib.util
-import threading
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from typing import Any, Final, NamedTuple, cast
+from collections.abc import Iterable
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import config, cuda, int32
+from numba import cuda, int32
 
-from baldwinlab.engine.jit import GENERIC, Function
-from baldwinlab.engine.lanes import FOR_ONE_LANE
+from baldwinlab.engine.gpu import any_lane, device, kernel
 from baldwinlab.models.miniworld.items import DIAGONAL, grow, image, settle, slots_in_row, tidy, tiles_within, touches
 from baldwinlab.models.miniworld.life import One, advance_all, build_all, gather, lane_of, take_step
 from baldwinlab.models.miniworld.recall import ready
@@ -29,68 +23,15 @@ from baldwinlab.models.miniworld.state import ARRAYS, Model, State
 from baldwinlab.models.miniworld.world import ZERO, bear
 from baldwinlab.parts.kinds import advance, hatch, meet
 
-COMPILING = threading.Lock()  # so that no thread compiles what another does already
-SIMULATED: Final = bool(config.ENABLE_CUDASIM)
 
-_kernel_options: dict[str, Any] = {}
-_known: set[Callable[..., Any]] = set()  # of what compiled code can call, what the GPU's compiler has been told
-_device: Callable[[Function], Function] = cuda.jit(device=True)
-
-
-def _any_lane(array: Any, lanes: int) -> Any:
-    """An array [row, 1] as one [row, lane] whose lanes are all the same: whichever number an agent has, it finds its own."""
-    return np.lib.stride_tricks.as_strided(array, (array.shape[0], lanes), (array.strides[0], 0))
-
-
-if not SIMULATED and importlib.util.find_spec("numba_cuda"):
-    from numba.cuda import cgutils, types
-    from numba.cuda.core import config as cuda_config
-    from numba.cuda.extending import intrinsic, overload
-
-    cuda_config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs is one
-    _kernel_options["lto"] = False  # optimisation at link time would contract after all
-    for _function, _meaning in FOR_ONE_LANE.items():
-        overload(_function, strict=False)(lambda *types, meaning=_meaning: meaning)
-
-    @intrinsic
-    def _any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]  # noqa: F811
-        view = array.copy(layout="A")
-
-        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-            one = context.make_array(array)(context, builder, arguments[0])
-            every = context.make_array(view)(context, builder)
-            rows = cgutils.unpack_tuple(builder, one.strides)[0]
-            strides = [rows, context.get_constant(types.intp, 0)]
-            context.populate_array(
-                every, data=one.data, shape=one.shape, strides=strides, itemsize=one.itemsize, meminfo=None
-            )
-            return every._getvalue()
-
-        return view(array, lanes), generate
-
-
-def _teach() -> None:
-    """Tell the GPU's compiler what compiled code can call: more with every module, and with every part of one's own."""
-    for generic in () if SIMULATED else [each for each in GENERIC if each not in _known]:
-        overload(generic, strict=False)(GENERIC[generic])
-        _known.add(generic)
-
-
-def _kernel(threads: int) -> Callable[[Function], Function]:
-    """Compile a kernel for thread blocks of at most so many threads, which share a processor's registers."""
-    _teach()
-    bounds = {} if SIMULATED else {"launch_bounds": threads}
-    return cast(Callable[[Function], Function], cuda.jit(**_kernel_options, **bounds))
-
-
-@_device
+@device
 def _copy(rows: Any, target: Any, lane: int) -> None:
     """Copy one lane of an array [row, lane] to the same lane of another."""
     for row in range(target.shape[0]):
         target[row, lane] = rows[row, lane]
 
 
-@_device
+@device
 def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking: bool) -> bool:
     """Claim every item that the agent touches, or take those where no claim was higher. Returns whether any was touched.
 
@@ -118,7 +59,7 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
     return found
 
 
-@_device
+@device
 def _share(who: Any, model: Model, state: State, step: int) -> None:
     """All eat. Items stay where they are until all of the block's agents have come to claim."""
     agent, agents = who.first_agent, model.agents
@@ -190,21 +131,21 @@ class Neighbour(NamedTuple):
 Loner.part, Neighbour.part = _Loner, _Neighbour  # type: ignore[attr-defined]
 
 
-@_device
+@device
 def _alone(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(Loner(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step)
 
 
-@_device
+@device
 def _among_others(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(Neighbour(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step)
 
 
-@_device
+@device
 def _in_turn(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
     """Agent after agent, in the step's order, each finds what the last one left (R7)."""
     lane = world * model.agents + agent
@@ -218,11 +159,11 @@ def _in_turn(model: Model, state: State, claims: Any, world: int, agent: int, fi
         cuda.syncthreads()
 
 
-@functools.cache
+@cache
 def begin_kernel(threads: int) -> Any:
     """The kernel in which a generation is born: the agents of a world share the work of placing its items."""
 
-    @_kernel(threads)
+    @kernel(threads)
     def begin(model: Model, state: State, claims: Any, genomes: Any, fixed: Any) -> None:
         lane = cuda.grid(1)
         world, agent = lane // model.agents, lane % model.agents
@@ -253,7 +194,7 @@ def begin_kernel(threads: int) -> Any:
 
 
 _LIVE = """
-def make(Network):
+def make(Network, any_lane):
     {constants}
     def live(shared, state, claims, first_step, last_step):
         lane = cuda.grid(1)
@@ -274,7 +215,7 @@ def source_of_life(model: Model, state: State, sequential: bool) -> str:
     own = {} if together else {name: getattr(state, name) for name, array in ARRAYS.items() if array.owner == "agent"}
     derived = type(state.network).part.derived
     network = {name: f"network_{name}" if name in derived else f"state.network.{name}" for name in state.network._fields}
-    mine = {name: f"_any_lane({name}, state.{name}.shape[1])" if name in own else f"state.{name}" for name in State._fields}
+    mine = {name: f"any_lane({name}, state.{name}.shape[1])" if name in own else f"state.{name}" for name in State._fields}
     if network:
         mine["network"] = f"Network({_arguments(network)})"
     return _LIVE.format(
@@ -307,26 +248,9 @@ def _constant(value: Any) -> str:
     return f"np.array({value.tolist()!r}, np.{value.dtype})" if isinstance(value, np.ndarray) else repr(value)
 
 
-@functools.cache
+@cache
 def live_kernel(threads: int, source: str, network: type) -> Any:
     """The kernel of that source, for a network of that type."""
     made: dict[str, Any] = {}
     exec(source, globals(), made)  # with this module's names: the simulator puts its own `cuda` there
-    return _kernel(threads)(made["make"](network))
-
-
-@contextmanager
-def uncontracted() -> Iterator[None]:
-    """Compile without fused multiply-adds meanwhile: NVVM makes them by default, and numba-cuda has no switch for it."""
-    if SIMULATED:
-        yield
-        return
-    from numba.cuda.cudadrv import nvvm
-
-    with COMPILING:
-        compile_ir = nvvm.compile_ir
-        nvvm.compile_ir = lambda code, **options: compile_ir(code, **(options | {"fma": False}))
-        try:
-            yield
-        finally:
-            nvvm.compile_ir = compile_ir
+    return kernel(threads)(made["make"](network, any_lane))

@@ -17,12 +17,12 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab
+from baldwinlab.engine.gpu import uncontracted
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu, cuda, kernels
 from baldwinlab.models.miniworld.backend import GPU_PAYS, Block, choose
-from baldwinlab.models.miniworld.make import make_model, make_state
-from baldwinlab.models.miniworld.state import ARRAYS, State
+from baldwinlab.models.miniworld.make import make_model, make_state, named_arrays
 from baldwinlab.parts import load_file
 from baldwinlab.parts.foreign import load_text
 from tests.worlds import small
@@ -91,20 +91,6 @@ def foreign(**changes: Any) -> list[Experiment]:
     ]
 
 
-def arrays_of_lives(state: State, agents: int) -> dict[str, npt.NDArray[np.generic]]:
-    """All that a state has of its worlds and agents, but not of those that fill it up, by name."""
-    holders = {"": (state, ARRAYS)}
-    for name, parts in zip(state._fields, state, strict=True):
-        for number, part in enumerate([parts] if hasattr(parts, "_fields") else parts if isinstance(parts, tuple) else []):
-            holders[f"{name} {number} "] = part, type(part).part.arrays
-    ends = {"agent": (..., slice(agents)), "world": (slice(WORLDS),), "block": ()}
-    return {
-        f"{of}{name}": getattr(holder, name)[ends[array.owner]].copy()
-        for of, (holder, arrays) in holders.items()
-        for name, array in arrays.items()
-    }
-
-
 def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
     """What there is to see of three worlds after a life in two parts."""
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
@@ -112,8 +98,7 @@ def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
         block.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
         block.live(0, 7)
         block.live(7, STEPS)
-    lives = arrays_of_lives(block.state, shape[0] * shape[1])
-    return lives | {"eaten": block.eaten(), "items": block.items(), "weights": block.weights()}
+    return named_arrays(block.state, *shape[:2]) | {"eaten": block.eaten(), "items": block.items(), "weights": block.weights()}
 
 
 def simulate_gpu(path: str) -> None:
@@ -147,7 +132,7 @@ def machine_code(experiment: Experiment) -> str:
     begin, live = kernels.begin_kernel(512), kernels.live_kernel(512, source, type(state.network))
     arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
-    with kernels.uncontracted():
+    with uncontracted():
         return "".join(
             compile_ptx(kernel.py_func, (*arguments, *others), cc=(9, 0))[0]
             for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
@@ -164,15 +149,17 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
 
 
-@pytest.mark.parametrize("update", ["simultaneous", "sequential"])
-def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, update: str) -> None:
-    code = machine_code(small("evo+self-taught", lifetime={"update": update}, network={"hidden": [10]}))
+@pytest.mark.parametrize("which", ["simultaneous", "sequential", 0, 1, 3])
+def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
+    own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
+    experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign(lifetime={"steps": STEPS})[which]
+    code = machine_code(experiment)
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
     arithmetic = {each for each in operations if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)}
     assert arithmetic == {"add.rn.f32", "sub.rn.f32", "mul.rn.f32", "div.rn.f32"}  # .rn: must not be contracted later either
     assert not any(".f64" in each or ".ftz" in each for each in operations)
     assert sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512  # bytes a thread, beside its registers
-    assert "call" not in code
+    assert not re.search(r"^\s+call", code, re.MULTILINE)
 
 
 def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
