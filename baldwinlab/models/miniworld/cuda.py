@@ -106,7 +106,7 @@ class Block:
         threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
         with COMPILING:
             self._begin = begin_kernel(threads)
-            self._live = live_kernel(threads, source, type(self._host.network))
+            self._live = live_kernel(threads, source, type(self._host.network).part)
 
     @property
     def state(self) -> State:

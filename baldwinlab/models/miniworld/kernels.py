@@ -249,8 +249,8 @@ def _constant(value: Any) -> str:
 
 
 @cache
-def live_kernel(threads: int, source: str, network: type) -> Any:
-    """The kernel of that source, for a network of that type."""
+def live_kernel(threads: int, source: str, network: Any) -> Any:
+    """The kernel of that source, for a network, which is a kind of part."""
     made: dict[str, Any] = {}
     exec(source, globals(), made)  # with this module's names: the simulator puts its own `cuda` there
-    return kernel(threads)(made["make"](network, any_lane))
+    return kernel(threads)(made["make"](network.Compiled, any_lane))

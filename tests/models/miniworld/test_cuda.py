@@ -69,12 +69,12 @@ def experiments() -> list[Experiment]:
     wild = {"food": FEW, "start": {"headings": "random"}}
     drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 15}
     found.append(small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting))
-    found.append(small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True}))
-    return [*found, *foreign(**changes)]
+    return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
 
-def foreign(**changes: Any) -> list[Experiment]:
+def foreign() -> list[Experiment]:
     """Experiments with parts of users' own: agents by themselves, agents that are looked at, and both updates."""
+    changes: dict[str, Any] = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
     for name in ("social", "poison", "obstacles", "elman", "self_taught_again"):
         load_file(PARTS / f"{name}.py")
     load_text(WIND, Path("wind.py"))
@@ -109,17 +109,49 @@ def simulate_gpu(path: str) -> None:
     np.savez(path, **arrays)
 
 
-def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
+def simulate_foreign(number: int) -> None:
+    """Live an experiment with parts of one's own in the simulator, worlds in pairs, and in plain Python."""
+    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
+    experiment = foreign()[number]
+    found, expected = (life(venue.Block(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu))
+    assert expected["eaten"].any()
+    for name, array in expected.items():
+        assert found[name].tobytes() == array.tobytes(), name
+
+
+def in_the_simulator(command: str) -> None:
     root = Path(baldwinlab.__file__).parents[1]
     environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}
-    command = f"from tests.models.miniworld.test_cuda import simulate_gpu; simulate_gpu({str(tmp_path / 'lives.npz')!r})"
+    command = f"from tests.models.miniworld import test_cuda; test_cuda.{command}"
     subprocess.run([sys.executable, "-W", "ignore::RuntimeWarning", "-c", command], env=environment, cwd=root, check=True)
+
+
+def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
+    in_the_simulator(f"simulate_gpu({str(tmp_path / 'lives.npz')!r})")
     found = np.load(tmp_path / "lives.npz")
     for number, experiment in enumerate(experiments()):
         expected = life(cpu.Block(experiment, 5, range(WORLDS)), experiment)
         assert expected["eaten"].any() == bool(experiment.world.food)
         for name, array in expected.items():
             assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
+
+
+@pytest.mark.parametrize("number", range(5))
+def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number: int) -> None:
+    in_the_simulator(f"simulate_foreign({number})")
+
+
+def test_a_newborn_remembers_nothing() -> None:
+    load_file(PARTS / "elman.py")
+    experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
+    genomes = np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
+    first, second = cpu.Block(experiment, 5, [0]), cpu.Block(experiment, 5, [0])
+    first.begin(0, genomes)
+    first.live(0, STEPS)
+    for block in (first, second):
+        block.begin(1, genomes)
+        block.live(0, 1)
+    assert first.state.activations.tobytes() == second.state.activations.tobytes()
 
 
 def machine_code(experiment: Experiment) -> str:
@@ -129,7 +161,7 @@ def machine_code(experiment: Experiment) -> str:
 
     model, state = make_model(experiment, 2), make_state(experiment, 2)
     source = kernels.source_of_life(model, state, experiment.lifetime.update == "sequential")
-    begin, live = kernels.begin_kernel(512), kernels.live_kernel(512, source, type(state.network))
+    begin, live = kernels.begin_kernel(512), kernels.live_kernel(512, source, type(state.network).part)
     arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
     with uncontracted():
@@ -152,7 +184,7 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("which", ["simultaneous", "sequential", 0, 1, 3])
 def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
     own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
-    experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign(lifetime={"steps": STEPS})[which]
+    experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]
     code = machine_code(experiment)
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
     arithmetic = {each for each in operations if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)}
