@@ -42,7 +42,7 @@ if not SIMULATED and importlib.util.find_spec("numba_cuda"):
         overload(_function, strict=False)(lambda *types, meaning=_meaning: meaning)
 
     @intrinsic
-    def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def, no-redef]
+    def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]
         view = array.copy(layout="A")
 
         def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -59,18 +58,6 @@ def _fetch(here: Any, there: Any, stream: Any) -> None:
             its.copy_to_host(mine, stream)
         elif isinstance(mine, tuple):
             _fetch(mine, its, stream)
-
-
-def warm_up(experiments: Iterable[Experiment]) -> float:
-    """Compile the kernels for the experiments' networks and return the seconds that took."""
-    began = time.perf_counter()
-    for experiment in experiments:
-        block = Block(experiment, seed=0, runs=[0])
-        shape = (1, experiment.population.size, len(experiment.modules), experiment.genome_length)
-        block.begin(0, np.zeros(shape, np.float32))
-        block.live(0, 1)
-        block.eaten()
-    return time.perf_counter() - began
 
 
 class Block:

@@ -78,8 +78,8 @@ def _share(who: Any, model: Model, state: State, step: int) -> None:
 class _Loner:
     """One of the agents that take a step at the same time, each by itself until they eat."""
 
-    lane_of = staticmethod(lane_of.default)  # type: ignore[attr-defined]
-    gather = staticmethod(gather.default)  # type: ignore[attr-defined]
+    lane_of = staticmethod(lane_of.default)
+    gather = staticmethod(gather.default)
 
     @staticmethod
     def feed(who: Any, model: Model, state: State, step: int) -> None:
@@ -232,7 +232,7 @@ def source_of_life(model: Model, state: State, sequential: bool) -> str:
 def _looks_at_others(state: State) -> bool:
     """Whether any part has a phase per world in a step."""
     features = [type(feature).part.advance for feature in state.features]
-    return type(state.rule).part.meet is not meet.default or any(each is not advance.default for each in features)  # type: ignore[attr-defined]
+    return type(state.rule).part.meet is not meet.default or any(each is not advance.default for each in features)
 
 
 def _lines(statements: Iterable[str]) -> str:

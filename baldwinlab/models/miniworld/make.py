@@ -180,7 +180,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
     }
 
 
-def phases_of(state: State) -> tuple[Callable[..., Any], ...]:
+def phases_of(state: State) -> tuple[Any, ...]:
     """The types of a state's parts, and their phases: what is compiled in beside the step itself."""
     parts = (state.recall, state.network, state.rule, state.body, *state.senses, *state.features)
     return tuple(each for part in parts for each in (type(part), *functions_of(type(part).part)))
