@@ -6,7 +6,8 @@ field that chooses it. Classes are made once for each choice of parts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
@@ -247,15 +248,25 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
 
 @cache
 def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
+    tables = {"population": Population, "evolution": Evolution, "record": Record}
+    made = {key: _with_defaults(table, getattr(model, "defaults", {}).get(key, {})) for key, table in tables.items()}
     fields: dict[str, Any] = {
-        "name": (Name, "experiment"),
+        "name": (Name, name),
         "model": (ModelName, Field(name, description="the kind of life")),
         key_of(name): (model, _default(model)),
-        "population": (Population, Population()),
-        "evolution": (getattr(model, "Evolution", Evolution), _default(getattr(model, "Evolution", Evolution))),
-        "record": (Record, Record()),
+        **{key: (table, _default(table)) for key, table in made.items()},
     }
     return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
+
+
+def _with_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
+    """The table with other defaults of its fields."""
+    fields: dict[str, Any] = {}
+    for name, value in values.items():
+        info = copy(table.model_fields[name])
+        info.default = value
+        fields[name] = (info.annotation, info)
+    return create_model(table.__name__, __base__=table, __module__=table.__module__, **fields) if fields else table
 
 
 class _Unread(BaseExperiment, extra="allow"):
