@@ -100,7 +100,7 @@ def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     return sum(
         ASSAYS[name].lives(study, condition)
         * len(study.runs(condition))
-        * study.experiments[condition].lifetime.steps
+        * study.experiments[condition].steps
         * study.experiments[condition].population.size
         for condition, names in missing.items()
         for name in names

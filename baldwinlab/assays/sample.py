@@ -59,7 +59,7 @@ class Sample:
 
     def tell(self) -> None:
         """Say that one generation of these runs has lived."""
-        self.lived(len(self.runs) * self.experiment.lifetime.steps * self.experiment.population.size)
+        self.lived(len(self.runs) * self.experiment.steps * self.experiment.population.size)
 
 
 def middle_and_ends(generations: int) -> list[int]:

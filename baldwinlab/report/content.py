@@ -27,7 +27,7 @@ def experiment_texts(study: xr.Dataset) -> dict[str, str]:
 
 def experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
     """Each condition's experiment. Raises ExperimentError for one that cannot be."""
-    return {name: from_toml(text, where=f"the experiment of {name}") for name, text in texts.items()}
+    return {name: from_toml(text, where=f"the experiment of {name}", reading=True) for name, text in texts.items()}
 
 
 def run_counts(study: xr.Dataset) -> dict[str, int]:

@@ -116,7 +116,7 @@ class Study:
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            return from_toml(path.read_text("utf-8"), where=str(path))
+            return from_toml(path.read_text("utf-8"), where=str(path), reading=True)
         except (OSError, ExperimentError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
@@ -214,7 +214,7 @@ def create(
             raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
         for experiment in experiments:
             path = directory / "runs" / experiment.name / "experiment.toml"
-            if path.exists() and from_toml(path.read_text("utf-8"), str(path)) != experiment:
+            if path.exists() and from_toml(path.read_text("utf-8"), str(path), reading=True) != experiment:
                 raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
             write_atomically(path, to_toml(experiment).encode())
         write_atomically(directory / "study.toml", _facts(names, seed, kind, factors, paper).encode())
