@@ -20,8 +20,11 @@ from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, 
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
-ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
-Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
+if TYPE_CHECKING:
+    ModelName = Selection = Variation = Inheritance = Fitness = str
+else:
+    ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
+    Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
 
 Chosen = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""
@@ -183,7 +186,7 @@ def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = Fa
         for name in (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ():
             where = ".".join([*steps, key_of(str(name))])
             if reading and name not in (choices.names(kind) if foreign else choices.BUILT_IN[kind]):
-                if key_of(str(name)) in table:
+                if isinstance(table, dict) and key_of(str(name)) in table:
                     found.append((where, None))
             elif kind != "model" and (part := choices.own_fields(kind, str(name))):
                 found.append((where, part))
@@ -288,6 +291,9 @@ def validate(tree: dict[str, Any], reading: bool = False) -> Any:
 
     `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
     """
+    model = tree.get("model", "miniworld")
+    if not reading and model not in choices.names("model"):
+        raise ExperimentError(f"model = {model!r}: {choices.refusal('model', str(model))}")
     made = _class_of(tree, reading)
     try:
         return made.model_validate(tree, context={"reading": reading})

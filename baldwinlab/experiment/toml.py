@@ -8,7 +8,7 @@ from typing import Any
 import tomlkit
 from pydantic import BaseModel
 
-from baldwinlab.experiment import BaseExperiment, ExperimentError, validate
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
 
 
 def to_toml(experiment: BaseExperiment) -> str:
@@ -45,13 +45,14 @@ def _table(part: BaseModel, table: Any) -> Any:
     return table
 
 
-def from_toml(text: str, where: str, reading: bool = False) -> Any:
+def from_toml(text: str, where: str, reading: bool = False) -> Experiment:
     """The experiment in TOML text. `where` names its origin in messages, and `reading` is as in `validate`. Raises ExperimentError."""
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
     try:
-        return validate(tree, reading)
+        made: Experiment = validate(tree, reading)
     except ExperimentError as error:
         raise ExperimentError("\n".join(f"{where}: {line}" for line in str(error).splitlines())) from None
+    return made
