@@ -74,6 +74,7 @@ def run_study(
 
     `progress(description, total)` opens what is called with the agent-steps that have been done.
     """
+    study.require_parts()
     study.sweep()
     tasks = plan(study, missing, workers, backend.worlds)
     compile_seconds = backend.warm_up(task.experiment for task in tasks)

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld import cpu
 from baldwinlab.models.miniworld.state import Model, State
 
@@ -38,7 +38,7 @@ class Backend(NamedTuple):
     name: str  # "cpu" or "cuda"
     block: Callable[[Experiment, int, Sequence[int]], Block]  # of an experiment, a seed, and the runs of a study
     worlds: int  # that best live side by side in a block, if there are so many
-    warm_up: Callable[[Iterable[Experiment]], float]  # compiles for these experiments, and returns the seconds that took
+    warm_up: Callable[[Iterable[BaseExperiment]], float]  # compiles for these experiments, and returns the seconds that took
 
 
 CPU: Final = Backend("cpu", cpu.Block, 4, cpu.warm_up)  # 80 lanes, whose weights stay in the first-level cache

@@ -11,17 +11,17 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import kept
 from baldwinlab.engine.rng import words
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.learning import rates
 from baldwinlab.models.miniworld.life import begin, live_one_by_one, live_together
 from baldwinlab.models.miniworld.make import make_model, make_state, phases_of
 from baldwinlab.models.miniworld.recall import kind_of_recall
 
 
-def warm_up(experiments: Iterable[Experiment]) -> float:
-    """Compile the engine for the parts of these experiments, or load it from the cache, and return the seconds that took."""
+def warm_up(experiments: Iterable[BaseExperiment]) -> float:
+    """Compile the engine for the parts of those that are foragers, or load it from the cache, and return the seconds that took."""
     began = time.perf_counter()
-    for experiment in _one_of_each(experiments):
+    for experiment in _one_of_each(each for each in experiments if isinstance(each, Experiment)):
         block = Block(experiment, seed=0, runs=[0])
         block.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
         block.live(0, 1)
