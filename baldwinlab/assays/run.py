@@ -20,6 +20,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
 from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import Progress
@@ -127,6 +128,14 @@ def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     )
 
 
+def _ways_of_living(study: Study) -> Iterator[BaseExperiment]:
+    """The conditions as they evolved, and with the learner off."""
+    for experiment in study.experiments.values():
+        yield experiment
+        if experiment.learns:
+            yield experiment.without_learner()
+
+
 def run_assays(
     study: Study,
     missing: Mapping[str, Sequence[str]],
@@ -142,7 +151,7 @@ def run_assays(
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = CPU.warm_up(study.experiments.values())
+    compile_seconds = warm_up(_ways_of_living(study))
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     stop, lock = threading.Event(), threading.Lock()
     tasks = _plan(study, missing, workers)
