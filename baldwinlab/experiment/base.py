@@ -293,6 +293,14 @@ def validate(tree: dict[str, Any], reading: bool = False) -> Any:
 
     `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
     """
+    experiment = _made(tree, reading)
+    if not reading:
+        _let_foreign_parts_check(experiment)
+    return experiment
+
+
+def _made(tree: dict[str, Any], reading: bool = False) -> Any:
+    """As `validate`, without asking the parts."""
     model = tree.get("model", "miniworld")
     if not reading and model not in choices.names("model"):
         raise ExperimentError(f"model = {model!r}: {choices.refusal('model', str(model))}")
@@ -305,8 +313,6 @@ def validate(tree: dict[str, Any], reading: bool = False) -> Any:
             with suppress(ValidationError):
                 return plainer.model_validate(tree, context={"reading": True})
         raise ExperimentError(sentences(error, made)) from None
-    if not reading:
-        _let_foreign_parts_check(experiment)
     return experiment
 
 
@@ -341,7 +347,7 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     for path, value in first:
         paths.put(tree, path, value)
     if first:
-        tree = validate(_without_idle_tables(experiment, tree, {})).to_dict()
+        tree = _made(_without_idle_tables(experiment, tree, {})).to_dict()  # with the tables that come with the choice
     for path, value in given:
         if path not in choosing:
             paths.put(tree, path, value)
