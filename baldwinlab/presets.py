@@ -50,7 +50,8 @@ def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
     if named:
         return papers.load(named).experiment(name, reading)
     if ("model", text) in choices.foreign():
-        return validate({"model": text})
+        made: Experiment = validate({"model": text})
+        return made
     having = [one for one in papers.built_in().values() if name in one.experiment_names()]
     return (having[0] if having else papers.load()).experiment(name, reading)
 

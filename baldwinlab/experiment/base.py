@@ -135,8 +135,9 @@ class BaseExperiment(Fields):
     def parts(self, path: str) -> tuple[Any, ...]:
         """As `part`, of a field that chooses any number of parts."""
         table, _, field = path.rpartition(".")
-        section = paths.look_up(self, table)[0] if table else self
-        kind = _kind(type(section), field)
+        section: Any = paths.look_up(self, table)[0] if table else self
+        of_section: Any = type(section)
+        kind = _kind(of_section, field)
         assert kind is not None, path
         found = getattr(section, field)
         return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
@@ -177,7 +178,7 @@ def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
 
 
 def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False, foreign: bool = True) -> Chosen:
-    """The parts with fields of their own that a tree of values chooses; those that are foreign as if they were not here, if told."""
+    """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
     found: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in _choosing_fields_of(base):
         *steps, last = path.split(".")
@@ -256,7 +257,7 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
 
 @cache
 def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
-    tables = {"population": Population, "evolution": Evolution, "record": Record}
+    tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
     made = {key: _with_defaults(table, getattr(model, "defaults", {}).get(key, {})) for key, table in tables.items()}
     fields: dict[str, Any] = {
         "name": (Name, name),
@@ -320,7 +321,7 @@ def _let_foreign_parts_check(experiment: BaseExperiment) -> None:
                     raise ExperimentError(str(error)) from None
 
 
-def _class_of(tree: dict[str, Any], reading: bool, foreign: bool = True) -> type[BaseExperiment]:
+def _class_of(tree: dict[str, Any], reading: bool, foreign: bool = True) -> Any:
     """What a tree is to be made; `reading` as in `validate`, and without foreign parts as if none were here."""
     there = choices.names("model") if foreign else choices.BUILT_IN["model"]
     base = _Unread if reading and tree.get("model", "miniworld") not in there else _base_of(tree)

@@ -46,7 +46,7 @@ def _table(part: BaseModel, table: Any) -> Any:
 
 
 def from_toml(text: str, where: str, reading: bool = False) -> Experiment:
-    """The experiment in TOML text. `where` names its origin in messages, and `reading` is as in `validate`. Raises ExperimentError."""
+    """The experiment in TOML text; `where` names its origin in messages, `reading` as in `validate`. Raises ExperimentError."""
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

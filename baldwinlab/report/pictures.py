@@ -56,8 +56,7 @@ def _fitness(study: xr.Dataset, last: int) -> Picture:
     return Picture(
         "fitness",
         "Fitness over generations",
-        f"{_of_whom(study)} of each generation: mean over runs, and the 95 % "
-        "interval of that mean (Student's t) as a band.",
+        f"{_of_whom(study)} of each generation: mean over runs, and the 95 % interval of that mean (Student's t) as a band.",
         f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
         figures.fitness_curves(study),
     )

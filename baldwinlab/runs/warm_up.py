@@ -58,10 +58,9 @@ def _shortest(experiment: BaseExperiment) -> BaseExperiment:
 def _compile_together(experiments: list[Experiment]) -> None:
     """Fill the cache, as many at a time as there are cores. What fails here fails again, and is told, where it is lived."""
     waiting, busy = list(experiments), list[subprocess.Popen[bytes]]()
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]),
-    }
+    here = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": here}}
     while waiting or busy:
         while waiting and len(busy) < available_cores():
             one = waiting.pop(0)

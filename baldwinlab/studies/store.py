@@ -250,7 +250,7 @@ def _facts(
 
 
 def _may_lie_in_a_study(entry: Path) -> bool:
-    """Its own runs and parts, or a study in a folder of its own, as results/paper may hold a multiverse before it is one itself."""
+    """Its own runs and parts, or a study in a folder of its own: results/paper may hold a multiverse before it is one itself."""
     return entry.name in ("runs", "parts") or (entry / "runs").is_dir()
 
 

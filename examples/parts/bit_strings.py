@@ -2,8 +2,8 @@
 
     baldwinlab run bit-strings --part examples/parts/bit_strings.py --runs 10
 
-Alleles are 0, 1 and ? (0.5 in a genome); right is 1 at every locus. A guess makes each ? a 0 or a 1 by chance, until all are right;
-what is left of the guesses then is worth up to 19. G. E. Hinton and S. J. Nowlan, Complex Systems 1, 1987.
+Alleles are 0, 1 and ? (0.5 in a genome); right is 1 at every locus. A guess makes each ? a 0 or a 1 by chance, until all are
+right; what is left of the guesses then is worth up to 19. G. E. Hinton and S. J. Nowlan, Complex Systems 1, 1987.
 """
 
 import numpy as np
