@@ -39,7 +39,12 @@ def lives(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
 
 def small() -> Any:
     return validate(
-        {"model": "bit-strings", "bit_strings": {"loci": 6, "guesses": 50}, "population": {"size": 60}, "evolution": {"generations": 8}}
+        {
+            "model": "bit-strings",
+            "bit_strings": {"loci": 6, "guesses": 50},
+            "population": {"size": 60},
+            "evolution": {"generations": 8},
+        }
     )
 
 
@@ -120,10 +125,12 @@ def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
     assert from_toml(to_toml(changed), where="there") == changed
     with pytest.raises(bl.ExperimentError, match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1"):
         assign(small(), ["bit_strings.guesses=0"])
-    with pytest.raises(bl.ExperimentError, match=r"^world: there is no such field; there are: name, model, bit_strings, population"):
+    with pytest.raises(
+        bl.ExperimentError, match=r"^world: there is no such field; there are: name, model, bit_strings, population"
+    ):
         validate({"model": "bit-strings", "world": {}})
 
 
 def test_it_has_no_world_to_replay() -> None:
     with pytest.raises(bl.BaldwinLabError, match="bit-strings is of the model bit-strings, whose lives have no world to replay"):
-        bl.replay(small())  # type: ignore[arg-type]
+        bl.replay(small())

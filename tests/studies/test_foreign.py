@@ -82,7 +82,8 @@ def test_another_part_of_that_name_is_refused(study: Path, tmp_path: Path, capsy
     other.write_text(FILE.read_text().replace("guesses: int", f"{OTHER}: int = 1\n    guesses: int"))
     here, there = (sha256(path.read_bytes()).hexdigest()[:12] for path in (other, FILE))
     before = contents(study)
-    for words in (["assay", study], ["run", "bit-strings", "--runs", "3", "--out", study]):
+    commands: list[list[str | Path]] = [["assay", study], ["run", "bit-strings", "--runs", "3", "--out", study]]
+    for words in commands:
         assert refused(*words, "--part", other) == 2
         said = _words(capsys)
         assert f"(SHA-256 {there}...) is another than the one given here ({here}...)" in said
@@ -104,7 +105,9 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(study: Path,
     assert innate.sel(life="frozen") >= innate.sel(life="on")  # born with what it learned, an agent need not guess
     assert innate.sel(life="drift").isnull()  # which is of networks that teach themselves
     assert bl.open(study).assay("descent", "bit-strings").effective_ancestors.notnull().all()
-    with pytest.raises(bl.StudyError, match="the assay reaction is of foragers and what they eat, so the model bit-strings has none"):
+    with pytest.raises(
+        bl.StudyError, match="the assay reaction is of foragers and what they eat, so the model bit-strings has none"
+    ):
         bl.open(study).assay("reaction")
     forget()
     assert bl.open(study).assay("innate", "bit-strings").energy.size  # what is stored is read without the part
@@ -122,7 +125,11 @@ def test_nothing_that_lies_in_a_study_is_executed(study: Path) -> None:
 
 def test_a_sweep_over_the_fields_of_a_part_opens_without_it(tmp_path: Path) -> None:
     load_file(FILE)
-    plan = {"experiment": "bit-strings", "runs": 1, "fields": {"bit_strings.guesses": [5, 50], "evolution.selection": ["rank", "neutral"]}}
+    plan = {
+        "experiment": "bit-strings",
+        "runs": 1,
+        "fields": {"bit_strings.guesses": [5, 50], "evolution.selection": ["rank", "neutral"]},
+    }
     plan["set"] = {"population.size": 40, "evolution.generations": 4}
     swept = bl.sweep(plan, out=tmp_path / "swept")
     forget()
