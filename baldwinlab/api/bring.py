@@ -93,6 +93,7 @@ def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | 
     """Do these assays of a study, as far as they are not stored; raises as `bring` does."""
     workers = available_cores() if workers is None else workers
     require_positive("workers", workers)
+    study.require_parts()
     for sentence in misfits(study, names):
         console.say(sentence)
     missing = missing_assays(study, names)

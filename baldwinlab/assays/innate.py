@@ -76,7 +76,7 @@ def generations(experiment: BaseExperiment) -> list[int]:
 
 def drifting(experiment: BaseExperiment) -> list[int]:
     """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
-    if not isinstance(experiment, Experiment) or "reinforcement" not in experiment.modules:
+    if not isinstance(experiment, Experiment) or (experiment.learns and "reinforcement" not in experiment.modules):
         return []
     return _thinned(generations(experiment), FEW_GENERATIONS)
 
