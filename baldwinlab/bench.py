@@ -25,6 +25,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.presets import load, paper
 from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.store import create
 from baldwinlab.studies.study import agent_steps_of_run, available_cores, missing_runs, run_study
 
@@ -60,7 +61,7 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     """Measure one case in this process."""
     crowd = int(case.removeprefix("world-")) if case.startswith("world-") else CROWDS[0]
     chosen = choose(backend, GPU_PAYS if crowd == CROWDS[0] else 1, crowd)
-    compile_seconds = chosen.warm_up(_experiments(case))
+    compile_seconds = warm_up(_experiments(case), chosen)
     if case == "study":
         agent_steps, seconds, threads = _study(chosen, runs=2 if quick else 8 if chosen is CPU else 30)
     elif case.startswith("world-"):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-import xarray as xr
+if TYPE_CHECKING:  # presets are shown without it, which takes a while to load
+    import xarray as xr
 
 Kind = Literal["conditions", "sweep", "multiverse"]
 CONDITIONS: Final[Kind] = "conditions"

@@ -27,6 +27,7 @@ from distributed import Client, get_worker
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.presets import load, paper
 from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, Task, choose, cluster
 from baldwinlab.studies.store import create, encode
 from baldwinlab.studies.study import MOST_TASKS, missing_runs, plan
@@ -100,7 +101,7 @@ class Run(NamedTuple):
 
 
 def of_a_run() -> Run:
-    CPU.warm_up(paper())
+    warm_up(paper())
     found = []
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), paper(), seed=0)
@@ -185,7 +186,7 @@ def of_the_scheduler() -> Costs:
         tasks = [Task(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
         orders = cluster._orders(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
-            client.run(CPU.warm_up, paper())
+            client.run(warm_up, paper())
             begin = mean(worker.cpu() for worker in started)
             settle(process)
             before, own, began = process.cpu(), time.process_time(), time.perf_counter()

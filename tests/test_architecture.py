@@ -13,7 +13,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"errors", "factors", "version", "palette"},
+    {"errors", "factors", "palette", "version"},
     {"files"},
     {"experiment"},
     {"engine", "variables"},

@@ -15,9 +15,11 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, reaction, within_life
 from baldwinlab.assays.sample import Sample
+from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
 from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.store import Study, StudyError
 from baldwinlab.studies.study import Progress
@@ -107,6 +109,14 @@ def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     )
 
 
+def _ways_of_living(study: Study) -> Iterator[BaseExperiment]:
+    """The conditions as they evolved, and with the learner off."""
+    for experiment in study.experiments.values():
+        yield experiment
+        if experiment.learns:
+            yield experiment.without_learner()
+
+
 def run_assays(
     study: Study,
     missing: Mapping[str, Sequence[str]],
@@ -121,7 +131,7 @@ def run_assays(
     for a record that is not what was written, and StudyError for one that cannot be lived again to the same bits.
     """
     study.sweep()
-    compile_seconds = CPU.warm_up(study.experiments.values())
+    compile_seconds = warm_up(_ways_of_living(study))
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     stop, lock = threading.Event(), threading.Lock()
     tasks = _plan(study, missing, workers)

@@ -18,7 +18,7 @@ from baldwinlab.cli.common import Directory, Parts, load_parts
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
-from baldwinlab.models.miniworld import cpu
+from baldwinlab.runs.warm_up import warm_up
 
 RESULTS = Path("results")
 PORT = 8642
@@ -44,7 +44,7 @@ def lab(
     load_parts(part)
     with listening(port) as listener:
         address = f"http://{HOST}:{listener.getsockname()[1]}/"
-        seconds = cpu.warm_up([Experiment()])
+        seconds = warm_up([Experiment()])
         console.say(f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before")
         console.say(f"the lab is open at {address} and shows {directory}; ctrl-C closes it")
         if browser:

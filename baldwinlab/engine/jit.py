@@ -76,6 +76,11 @@ def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...
     return call
 
 
+def is_kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> bool:
+    """Whether `kept` finds this compiled, by an earlier process."""
+    return any(cache_directory(fingerprint([function, *with_these])).rglob("*.nbc"))
+
+
 def entry(function: Function) -> Function:
     """A compiled function that Python calls, and no compiled one: it is kept for the next start."""
 

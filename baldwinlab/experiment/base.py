@@ -13,16 +13,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 from pydantic import BaseModel, Field, ValidationError, create_model
 
 from baldwinlab.experiment import choices, paths
-from baldwinlab.experiment.choices import Choice, key_of, one_of
+from baldwinlab.experiment.choices import Choice, key_of
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, sentences
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
-if TYPE_CHECKING:
-    ModelName = Selection = Variation = Inheritance = Fitness = str
-else:
-    ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
-    Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
+ModelName = Annotated[str, Choice("model")]
 
 Chosen = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""
@@ -34,18 +30,22 @@ class Population(Fields):
 
 class Evolution(Fields):
     generations: int = Field(100, ge=1, le=1_000_000, description="generations in a run")
-    inheritance: Inheritance = Field(
+    inheritance: Annotated[str, Choice("inheritance")] = Field(
         "darwinian", description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation"
     )
     lamarckian_share: float = Field(
         0.0, ge=0, le=1, description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian"
     )
-    selection: Selection = Field(
+    selection: Annotated[str, Choice("selection")] = Field(
         "roulette",
         description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4); neutral: at random",
     )
-    variation: Variation = Field("crossover", description="crossover: a weight from either parent, then mutation")
-    fitness: Fitness = Field("energy", description="energy: of the items eaten, less the cost of learning, but at least 0")
+    variation: Annotated[str, Choice("variation")] = Field(
+        "crossover", description="crossover: a weight from either parent, then mutation"
+    )
+    fitness: Annotated[str, Choice("fitness")] = Field(
+        "energy", description="energy: of the items eaten, less the cost of learning, but at least 0"
+    )
     mutation_gate: Literal["weight", "child"] = Field(
         "weight", description="one draw for every weight, or one for the child and then every weight (R5)"
     )
@@ -71,7 +71,8 @@ class BaseExperiment(Fields):
 
     def __new__(cls, **values: Any) -> Self:
         """An experiment made in Python has the tables of the parts that it chooses, too."""
-        return object.__new__(_class_for(cls, _chosen(cls, values)))
+        made: Self = object.__new__(_class_for(cls, _chosen(cls, values)))
+        return made
 
     def __reduce__(self) -> Any:
         return validate, (self.to_dict(),)
@@ -81,7 +82,8 @@ class BaseExperiment(Fields):
 
         Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
         """
-        return validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))
+        made: Self = validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))
+        return made
 
     def to_dict(self) -> dict[str, Any]:
         return self.model_dump(mode="json")
@@ -189,17 +191,16 @@ def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = Fa
 
 
 @cache
-def _choosing_fields_of(base: type[BaseExperiment]) -> tuple[tuple[str, str, Any], ...]:
+def _choosing_fields_of(base: Any) -> tuple[tuple[str, str, Any], ...]:
     return tuple(choosing_fields(base))
 
 
 @cache
-def _class_for(base: type[BaseExperiment], chosen: Chosen) -> type[BaseExperiment]:
+def _class_for(base: Any, chosen: Chosen) -> Any:
     """`base` with the tables of the chosen parts."""
-    made: Any = base
     for path, part in chosen:
-        made = _with_table(made, path.split("."), part)
-    return made  # type: ignore[no-any-return]
+        base = _with_table(base, path.split("."), part)
+    return base
 
 
 def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] | None) -> Any:
@@ -280,9 +281,23 @@ def validate(tree: dict[str, Any], reading: bool = False) -> Any:
     base = _Unread if unread else _base_of(tree)
     made = _class_for(base, _chosen(base, tree, reading))
     try:
-        return made.model_validate(tree, context={"reading": reading})
+        experiment = made.model_validate(tree, context={"reading": reading})
     except ValidationError as error:
         raise ExperimentError(sentences(error, made)) from None
+    if not reading:
+        _let_foreign_parts_check(experiment)
+    return experiment
+
+
+def _let_foreign_parts_check(experiment: BaseExperiment) -> None:
+    """Raises ExperimentError for what a foreign part refuses."""
+    for path, kind, _ in choosing_fields(type(experiment)):
+        if any(each == kind for each, _ in foreign_choices(experiment)):
+            for part in experiment.parts(path):
+                try:
+                    part.check(experiment)
+                except ValueError as error:
+                    raise ExperimentError(str(error)) from None
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:

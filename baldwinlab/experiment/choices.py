@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from difflib import get_close_matches
 from importlib import import_module
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from pydantic import AfterValidator, WithJsonSchema
-from pydantic_core import PydanticCustomError
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 _MINIWORLD, _EVOLUTION = "baldwinlab.models.miniworld", "baldwinlab.evolution"
 
@@ -46,9 +46,20 @@ _FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 
 
 class Choice(NamedTuple):
-    """Marks the field that chooses parts of a kind: one, or (in a tuple) any number."""
+    """Marks the field that chooses parts of a kind, `Annotated[str, Choice("selection")]`: one, or (in a tuple) any number."""
 
     kind: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_after_validator_function(self._check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(schema) | {"x-chooses": self.kind}
+
+    def _check(self, name: str, info: Any) -> str:
+        if name not in names(self.kind) and not (info.context or {}).get("reading"):
+            raise PydanticCustomError("unknown_part", "{refusal}", {"refusal": refusal(self.kind, name)})
+        return name
 
 
 def names(kind: str) -> list[str]:
@@ -95,20 +106,6 @@ def refusal(kind: str, name: str) -> str:
     listed = known[0] if len(known) == 1 else f"{', '.join(known[:-1])} or {known[-1]}" if known else "nothing, as none is loaded"
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     return f"input should be {listed}{hint}; a {kind} of one's own is given by --part FILE"
-
-
-def _known(kind: str) -> Any:
-    def check(name: str, info: Any) -> str:
-        if name not in names(kind) and not (info.context or {}).get("reading"):
-            raise PydanticCustomError("unknown_part", "{refusal}", {"refusal": refusal(kind, name)})
-        return name
-
-    return check
-
-
-def one_of(kind: str) -> Any:
-    """The type of a field that chooses a part of a kind."""
-    return Annotated[str, Choice(kind), AfterValidator(_known(kind)), WithJsonSchema({"type": "string", "x-chooses": kind})]
 
 
 def own_fields(kind: str, name: str) -> Any:

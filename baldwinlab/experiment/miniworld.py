@@ -10,20 +10,20 @@ leaves open, see docs/model.md.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
-from baldwinlab.experiment.choices import one_of
+from baldwinlab.experiment.choices import Choice
 from baldwinlab.experiment.fields import Fields
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
-if TYPE_CHECKING:
-    SenseName = BodyName = NetworkName = RuleName = FeatureName = str
-else:
-    SenseName, BodyName, NetworkName = one_of("sense"), one_of("body"), one_of("network")
-    RuleName, FeatureName = one_of("learning rule"), one_of("world feature")
+SenseName = Annotated[str, Choice("sense")]
+BodyName = Annotated[str, Choice("body")]
+NetworkName = Annotated[str, Choice("network")]
+RuleName = Annotated[str, Choice("learning rule")]
+FeatureName = Annotated[str, Choice("world feature")]
 
 
 class Start(Fields):

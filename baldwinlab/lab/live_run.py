@@ -14,6 +14,7 @@ import xarray as xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.runs.simulate import History, simulate_block
+from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.statistics.fitness import MEASURES, interval_of_mean
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.store import StudyError
@@ -119,7 +120,7 @@ class LiveRun:
 
     def _live(self) -> None:
         try:
-            CPU.warm_up([self.experiment])
+            warm_up([self.experiment])
             self._ready = True
             simulate_block(self.experiment, self.seed, range(self.runs), CPU, self._lived)
             self._end = "done"

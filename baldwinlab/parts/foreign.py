@@ -48,7 +48,7 @@ def load_file(path: str | Path) -> ModuleType:
 
 def load_text(text: str, place: Path) -> ModuleType:
     """As `load_file`, of its text: for workers elsewhere, to whom the text is sent by whoever gave the file."""
-    name = f"{PREFIX}{''.join(c if c.isalnum() else '_' for c in place.stem)}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+    name = f"{PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     before = choices.foreign()
     if name in sys.modules:
         _make_known(sys.modules[name])

@@ -17,6 +17,7 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import coordinates
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU, Backend
+from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, Task, agent_steps_of_run, available_cores
 from baldwinlab.studies.store import DamagedRecordError, Study
 from baldwinlab.variables import PARENTS, RUN
@@ -76,7 +77,7 @@ def run_study(
     """
     study.sweep()
     tasks = plan(study, missing, workers, backend.worlds)
-    compile_seconds = backend.warm_up(task.experiment for task in tasks)
+    compile_seconds = warm_up((task.experiment for task in tasks), backend)
     tell(f"the engine ({backend.name}) is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:

@@ -28,9 +28,7 @@ class Obstacles(WorldFeature, name="obstacles"):
                 raise ValueError(f"world.obstacles.{axis} = [{low:g}, {high:g}] must rise, and lie from 0 to {end:g}")
 
     def marks(self):
-        (left, right), (upper, lower) = self.x, self.y
-        size = {"x": left, "y": upper, "width": right - left, "height": lower - upper}
-        return ({"shape": "rectangle", **size, "color": "#555555", "label": "wall"},)
+        return ({"shape": "rectangle", "x": self.x, "y": self.y, "color": "#555555", "label": "wall"},)
 
     @staticmethod
     def forbids(part, model, x, y):

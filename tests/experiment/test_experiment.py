@@ -59,7 +59,7 @@ def test_a_field_out_of_range_is_refused_with_its_path_the_value_and_what_is_all
 def test_an_unknown_field_is_refused_with_the_names_there_are() -> None:
     with pytest.raises(ExperimentError, match=r"learning\.rat: there is no such field; there are: rule, rate"):
         validate({"learning": {"rat": 0.1}})
-    with pytest.raises(ExperimentError, match=r"^speed: there is no such field; there are: name, world"):
+    with pytest.raises(ExperimentError, match=r"^speed: there is no such field; there are: name, model, world"):
         validate({"speed": 3})
 
 

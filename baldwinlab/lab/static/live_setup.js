@@ -79,19 +79,32 @@ export class Setup {
     await this.build(withChanges(this.base, changes), changes);
   }
 
-  /** The form of an experiment, whose fields follow from what it chooses; `changes` lie over what the server makes of it. */
-  async build(wanted, changes = {}) {
+  /**
+   * The form of an experiment, whose fields follow from what it chooses; `changes` lie over what the server makes of it. Where
+   * the fields stay the same, so does the form.
+   */
+  async build(wanted, changes) {
     const mine = (this.building = {});
-    const { schema, experiment } = await postJSON("/api/schema", { experiment: wanted }, this.signal);
+    const sent = structuredClone(wanted);
+    const { schema, experiment } = await postJSON("/api/schema", { experiment: sent }, this.signal);
     if (mine !== this.building) return;
+    const shape = JSON.stringify(schema);
+    if (changes || shape !== this.shape) {
+      const since = changes ?? changesOf(this.form.value, sent); // what was written while the server was asked
+      this.shape = shape;
+      this.replace(schemaForm(schema, withChanges(experiment, since), () => this.changed(), (value) => this.build(value)));
+    }
+    this.changed();
+  }
+
+  /** Another form in the place of the one before: what was open and had the focus is and has it again. */
+  replace(form) {
     const open = new Set([...this.body.querySelectorAll("details[open]")].map((group) => group.dataset.testid));
     const focused = document.activeElement?.id;
-    const choose = (value) => this.build(value);
-    this.form = schemaForm(schema, withChanges(experiment, changes), () => this.changed(), choose);
-    this.body.replaceChildren(this.form.element);
+    this.form = form;
+    this.body.replaceChildren(form.element);
     for (const group of this.body.querySelectorAll("details")) if (open.has(group.dataset.testid)) group.open = true;
     if (focused) document.getElementById(focused)?.focus();
-    this.changed();
   }
 
   /** The address says what is changed of the preset, and the server what is wrong with it. */

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
@@ -38,10 +38,9 @@ class Backend(NamedTuple):
     name: str  # "cpu" or "cuda"
     block: Callable[[Experiment, int, Sequence[int]], Block]  # of an experiment, a seed, and the runs of a study
     worlds: int  # that best live side by side in a block, if there are so many
-    warm_up: Callable[[Iterable[Experiment]], float]  # compiles for these experiments, and returns the seconds that took
 
 
-CPU: Final = Backend("cpu", cpu.Block, 4, cpu.warm_up)  # 80 lanes, whose weights stay in the first-level cache
+CPU: Final = Backend("cpu", cpu.Block, 4)  # 80 lanes, whose weights stay in the first-level cache
 
 
 def choose(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
@@ -59,4 +58,4 @@ def choose(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
     if problem and name == "cuda":
         raise ValueError(problem)
     too_large = name == "auto" and agents > cuda.LARGEST_WORLD
-    return CPU if problem or too_large else Backend("cuda", cuda.Block, 16384, cuda.warm_up)
+    return CPU if problem or too_large else Backend("cuda", cuda.Block, 16384)

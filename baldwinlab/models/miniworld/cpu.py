@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import kept
-from baldwinlab.engine.rng import words
+from baldwinlab.engine.jit import is_kept, kept
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.learning import rates
 from baldwinlab.models.miniworld.life import begin, live_one_by_one, live_together
@@ -18,27 +16,21 @@ from baldwinlab.models.miniworld.make import make_model, make_state, phases_of
 from baldwinlab.models.miniworld.recall import kind_of_recall
 
 
-def warm_up(experiments: Iterable[Experiment]) -> float:
-    """Compile the engine for the parts of these experiments, or load it from the cache, and return the seconds that took."""
-    began = time.perf_counter()
-    for experiment in _one_of_each(experiments):
-        block = Block(experiment, seed=0, runs=[0])
-        block.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
-        block.live(0, 1)
-    words(0, 0, 0, 0, (1, 1))
-    return time.perf_counter() - began
-
-
-def _one_of_each(experiments: Iterable[Experiment]) -> Iterable[Experiment]:
-    """An experiment for each way of living that must be compiled."""
-    return {_code_of(experiment): experiment for experiment in experiments}.values()
-
-
-def _code_of(experiment: Experiment) -> tuple[Any, ...]:
+def code_of(experiment: Experiment) -> tuple[Any, ...]:
     """What decides which code an experiment's lives run."""
     parts = [experiment.part(path) for path in ("network.kind", "learning.rule", "motor.body")]
     parts += [*experiment.parts("senses.kinds"), *experiment.parts("world.features")]
     return (*map(type, parts), kind_of_recall(experiment), experiment.lifetime.update)
+
+
+def is_compiled(experiment: Experiment) -> bool:
+    """Whether what these lives run has been compiled before, and is kept."""
+    phases = phases_of(make_state(experiment, 1))
+    return all(is_kept(function, phases) for function in (begin, _live_of(experiment)))
+
+
+def _live_of(experiment: Experiment) -> Any:
+    return live_one_by_one if experiment.lifetime.update == "sequential" else live_together
 
 
 class Block:
@@ -50,7 +42,7 @@ class Block:
         self.state.keys[:] = [(seed, run) for run in runs]
         phases = phases_of(self.state)
         self._begin = kept(begin, phases)
-        self._live = kept(live_one_by_one if experiment.lifetime.update == "sequential" else live_together, phases)
+        self._live = kept(_live_of(experiment), phases)
         self._shape = (len(runs), experiment.population.size)
         self._experiment = experiment
 

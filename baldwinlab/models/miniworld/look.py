@@ -68,7 +68,7 @@ def look(experiment: Experiment) -> Look:
     sectors = [sector for sense in experiment.parts("senses.kinds") for sector in sense.sectors]
     return Look(
         inputs=experiment.inputs,
-        sectors=tuple(sector and Sector(*sector, radius) for sector in sectors),
+        sectors=tuple(Sector(sector[0], sector[1], radius) if sector else None for sector in sectors),
         actions=experiment.actions,
         headings=HEADING_COUNT,
         item_kinds=tuple(Kind(region.kind, region.color, region.count) for region in item_regions(experiment)),

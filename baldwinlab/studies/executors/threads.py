@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
 from collections.abc import Generator, Sequence
@@ -10,13 +9,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Final
 
 from baldwinlab.models.miniworld.backend import Backend
+from baldwinlab.runs.warm_up import available_cores
 from baldwinlab.studies.executors.tasks import Executor, StoppedError, Task, do
 from baldwinlab.studies.store import Study
-
-
-def available_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def threads(study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:

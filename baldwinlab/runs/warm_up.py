@@ -1,0 +1,84 @@
+"""Everything compiled that the lives and the breeding of some experiments need, before they begin: several at once, on all cores.
+
+Python compiles one function at a time, so each combination of parts that is not in the cache yet is compiled by a process of its
+own, which leaves it there. A process is given the experiment and the text of its foreign parts.
+
+    python -m baldwinlab.runs.warm_up  < {"experiment": ..., "parts": [...]}
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from baldwinlab.experiment import BaseExperiment, Experiment, validate
+from baldwinlab.models.miniworld import cpu
+from baldwinlab.models.miniworld.backend import CPU, Backend
+from baldwinlab.parts import sources_of
+from baldwinlab.parts.foreign import load_text
+from baldwinlab.runs.simulate import live_block
+
+
+def available_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def warm_up(experiments: Iterable[BaseExperiment], backend: Backend = CPU) -> float:
+    """Compile for these experiments, or load what has been compiled before, and return the seconds that took."""
+    began = time.perf_counter()
+    ones = list({_code(experiment): _shortest(experiment) for experiment in experiments}.values())
+    absent = [one for one in ones if isinstance(one, Experiment) and not cpu.is_compiled(one)]
+    if backend is CPU and len(absent) > 1 and available_cores() > 1:
+        _compile_together(absent)
+    for one in ones:
+        live_block(one, 0, [0], backend)
+    return time.perf_counter() - began
+
+
+def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
+    """What decides which code is compiled for an experiment."""
+    breeding = [type(experiment.part(f"evolution.{field}")) for field in ("selection", "variation", "inheritance", "fitness")]
+    living = cpu.code_of(experiment) if isinstance(experiment, Experiment) else (type(experiment.of_model),)
+    return (*living, *breeding)
+
+
+def _shortest(experiment: BaseExperiment) -> BaseExperiment:
+    """The same parts in two generations of one step."""
+    short = {"lifetime": {"steps": 1}} if isinstance(experiment, Experiment) else {}
+    return experiment.replace(evolution={"generations": 2}, **short)
+
+
+def _compile_together(experiments: list[Experiment]) -> None:
+    """Fill the cache, as many at a time as there are cores. What fails here fails again, and is told, where it is lived."""
+    waiting, busy = list(experiments), list[subprocess.Popen[bytes]]()
+    here = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": here}}
+    while waiting or busy:
+        while waiting and len(busy) < available_cores():
+            one = waiting.pop(0)
+            order = {"experiment": one.to_dict(), "parts": [source.text for source in sources_of([one])]}
+            process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
+            assert process.stdin is not None
+            process.stdin.write(json.dumps(order).encode())
+            process.stdin.close()
+            busy.append(process)
+        busy.pop(0).wait()
+
+
+def _main() -> None:
+    order = json.loads(sys.stdin.read())
+    for text in order["parts"]:
+        load_text(text, Path("part.py"))
+    live_block(validate(order["experiment"]), 0, [0])
+
+
+if __name__ == "__main__":
+    _main()
