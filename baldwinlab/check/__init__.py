@@ -6,7 +6,7 @@ A requirement is a function of a `Subject`, parts that are checked together in a
 
 from __future__ import annotations
 
-import sys
+import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -32,6 +32,7 @@ from baldwinlab.errors import ArgumentError, BaldwinLabError
 from baldwinlab.parts.foreign import load_file, parts_in
 from baldwinlab.parts.kinds import Part
 
+Given = str | Path | type[Part] | Sequence[type[Part]]
 REQUIREMENTS: Final[Mapping[str, tuple[str, Callable[[Subject], str]]]] = {
     "fields": ("its fields have limits and a meaning", fields_are_declared),
     "limits": ("what is beyond a limit is refused with a sentence", limits_are_refused),
@@ -50,20 +51,20 @@ REQUIREMENTS: Final[Mapping[str, tuple[str, Callable[[Subject], str]]]] = {
 }
 
 
-def check_part(part: str | Path | type[Part], *, only: Sequence[str] = ()) -> list[Finding]:
-    """What holds of a part: a file with one or more, or a class. `only` names some of `REQUIREMENTS`.
+def check_part(part: Given, *, only: Sequence[str] = ()) -> list[Finding]:
+    """What holds of a part: a file with one or more, or a class, or several. `only` names some of `REQUIREMENTS`.
 
     A part is sound where no finding's `holds` is False. Raises ArgumentError for a requirement that there is not.
     """
     return list(findings(part, only))
 
 
-def findings(part: str | Path | type[Part], only: Sequence[str] = ()) -> Iterator[Finding]:
+def findings(part: Given, only: Sequence[str] = ()) -> Iterator[Finding]:
     """As `check_part`, each as soon as it is there. Where it does not load or compile, nothing else is tried."""
     if unknown := [name for name in only if name not in REQUIREMENTS]:
         raise ArgumentError("only", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
     try:
-        parts = [part] if isinstance(part, type) else parts_in(load_file(part))
+        parts = _parts(part)
         together = list(subjects(parts))
     except BaldwinLabError as error:
         yield Finding("it loads", False, _sentence(error), _again(part, ""))
@@ -77,6 +78,12 @@ def findings(part: str | Path | type[Part], only: Sequence[str] = ()) -> Iterato
                 return
 
 
+def _parts(part: Given) -> Sequence[type[Part]]:
+    if isinstance(part, str | Path):
+        return parts_in(load_file(part))
+    return [part] if isinstance(part, type) else part
+
+
 def _found(words: str, requirement: Callable[[Subject], str], together: Sequence[Subject], again: str) -> Finding:
     remarks, skipped = [], []
     for subject in together:
@@ -86,6 +93,9 @@ def _found(words: str, requirement: Callable[[Subject], str], together: Sequence
             skipped.append(str(error))
         except (FailsError, BaldwinLabError, ValueError) as error:
             return Finding(words, False, _sentence(error), again)
+        except Exception as error:  # whatever a part, or its oracle, raises
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            return Finding(words, False, f"{type(error).__name__}: {_sentence(error)} ({place.filename}:{place.lineno})", again)
     if skipped and not remarks:
         return Finding(words, None, skipped[0], again)
     return Finding(words, True, "; ".join(dict.fromkeys(filter(None, remarks))), again)
@@ -95,12 +105,11 @@ def _sentence(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _again(part: str | Path | type[Part], name: str) -> str:
-    if isinstance(part, type):
-        module = sys.modules[part.__module__]
-        call = f"bl.check_part({part.__name__}" + (f", only=[{name!r}])" if name else ")")
-        return f"{call} with {part.__name__} of {module.__name__}"
-    return f"baldwinlab check {part}" + (f" --only {name}" if name else "")
+def _again(part: Given, name: str) -> str:
+    if isinstance(part, str | Path):
+        return f"baldwinlab check {part}" + (f" --only {name}" if name else "")
+    named = ", ".join(each.__name__ for each in _parts(part))
+    return f"baldwinlab.check_part([{named}]" + (f", only=[{name!r}])" if name else ")")
 
 
 __all__ = ["REQUIREMENTS", "Finding", "check_part", "findings"]

@@ -36,9 +36,8 @@ def compare_selection(subject: Subject, part: Any) -> None:
         fitness = plain["fitness"]
         expected = [sorted(pair, key=lambda agent: -fitness[agent]) for pair in part.oracle(values, fitness, plain["uniforms"])]
         if of["parents"].tolist() != expected:
-            raise FailsError(
-                f"in round {number}, of the fitness {fitness}, parents are {of['parents'].tolist()}, and by the oracle {expected}"
-            )
+            found = f"of the fitness {fitness}, parents are {of['parents'].tolist()}"
+            raise FailsError(f"in round {number}, {found}, and by the oracle {expected}")
 
 
 def compare_variation(subject: Subject, part: Any) -> None:

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -38,7 +39,7 @@ def lived(experiment: Any, runs: Sequence[int], cuts: Sequence[int] = (), backen
         block = backend.block(experiment, SEED, runs)
         block.begin(0, np.stack([draw_genome(experiment, Moment(SEED, run, 0)) for run in runs]))
         pieces = [0, *cuts, experiment.lifetime.steps]
-        for first, last in zip(pieces, pieces[1:], strict=False):
+        for first, last in pairwise(pieces):
             block.live(first, last)
         for each in (block.eaten(), block.weights(), block.items()):
             for world, digest in enumerate(found):
@@ -97,9 +98,7 @@ def resumed(subject: Subject) -> str:
         begun, whole = (simulate_block(each, SEED, [1])[0] for each in (short, experiment))
         for name in begun.data_vars:
             if begun[name].values.tobytes() != whole[name].values[:1].tobytes():
-                raise FailsError(
-                    f"{named(experiment)}a run of one generation is not the beginning of a longer one: {name} differs"
-                )
+                raise FailsError(f"{named(experiment)}a run of one generation does not begin a longer one: {name} differs")
         if is_of_miniworld(experiment) and lived(experiment, [1], cuts=(7, 8)) != lived(experiment, [1]):
             raise FailsError(f"{named(experiment)}a life in three pieces ends otherwise than one in a single piece")
     return ""
@@ -112,43 +111,46 @@ def replayed(subject: Subject) -> str:
         record, last = simulate_block(experiment, SEED, [2])[0], experiment.evolution.generations - 1
         eaten = sum(record[name].values[last] for name in map(str, record.data_vars) if name.endswith("_eaten"))
         traced = replay(experiment, seed=SEED, run=2, generation=last).eaten.sum("step").values
-        if list(np.atleast_1d(eaten)) != list(traced):
-            raise FailsError(
-                f"{named(experiment)}agents ate {list(map(int, np.atleast_1d(eaten)))}, replayed {list(map(int, traced))}"
-            )
+        if np.any(eaten != traced):
+            raise FailsError(f"{named(experiment)}agents ate {np.asarray(eaten).tolist()}, and replayed {traced.tolist()}")
     return ""
 
 
 def in_plain_python(subject: Subject) -> str:
-    for experiment in both_updates(subject):
-        if _elsewhere(subject, experiment, "cpu", {"NUMBA_DISABLE_JIT": "1"}) != lived(experiment, range(2)):
-            raise FailsError(f"{named(experiment)}the same functions have other bits in plain Python (NUMBA_DISABLE_JIT=1)")
+    _require_the_same_elsewhere(subject, "cpu", "NUMBA_DISABLE_JIT")
     return ""
 
 
 def in_the_simulator(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("such a model lives on the CPU alone")
-    for experiment in both_updates(subject):
-        found = _elsewhere(subject, experiment, "cuda", {"NUMBA_DISABLE_JIT": "1", "NUMBA_ENABLE_CUDASIM": "1"})
-        if found != lived(experiment, range(2)):
-            raise FailsError(f"{named(experiment)}lives have other bits in the simulator of a GPU (NUMBA_ENABLE_CUDASIM=1)")
+    _require_the_same_elsewhere(subject, "cuda", "NUMBA_DISABLE_JIT", "NUMBA_ENABLE_CUDASIM")
     return ""
 
 
-def _elsewhere(subject: Subject, experiment: Any, backend: str, environment: dict[str, str]) -> Bits:
-    """As `lived`, of runs 0 and 1, in another process with a changed environment. Raises NotCheckedError where there is no backend."""
+def _require_the_same_elsewhere(subject: Subject, backend: str, *switches: str) -> None:
+    experiments = both_updates(subject)
+    for experiment, found in zip(experiments, _elsewhere(subject, experiments, backend, switches), strict=True):
+        if found != lived(experiment, range(2)):
+            raise FailsError(f"{named(experiment)}lives have other bits with {' and '.join(f'{each}=1' for each in switches)}")
+
+
+def _elsewhere(subject: Subject, experiments: Sequence[Any], backend: str, switches: Sequence[str]) -> list[Bits]:
+    """As `lived`, of runs 0 and 1, in another process. Raises NotCheckedError where there is no such backend."""
     modules = {part.__module__ for part in subject.parts}
-    files = [str(sys.modules[each].__file__) for each in modules if each.startswith(PREFIX)]
-    imports = [each for each in modules if not each.startswith(PREFIX)]
-    request = {"files": files, "imports": imports, "experiment": experiment.to_dict(), "backend": backend}
+    request = {
+        "files": [str(sys.modules[each].__file__) for each in modules if each.startswith(PREFIX)],
+        "imports": [each for each in modules if not each.startswith(PREFIX)],
+        "experiments": [each.to_dict() for each in experiments],
+        "backend": backend,
+    }
     paths = os.pathsep.join([str(Path(baldwinlab.__file__).parents[1]), *filter(None, sys.path)])
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-m", "baldwinlab.check.elsewhere"], input=json.dumps(request), text=True,
-        env={**os.environ, **environment, "PYTHONPATH": paths}, capture_output=True,
+        env={**os.environ, **dict.fromkeys(switches, "1"), "PYTHONPATH": paths}, capture_output=True,
     )  # fmt: skip
     if done.returncode:
-        raise FailsError(f"{named(experiment)}lives cannot be lived so: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+        raise FailsError(f"lives cannot be lived with {backend} so: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
     answer = json.loads(done.stdout.splitlines()[-1])
     if "problem" in answer:
         raise NotCheckedError(answer["problem"])

@@ -90,6 +90,11 @@ class Naive:
         """From an agent to an item, over the edges of the map where that is nearer."""
         return _shortest(item.x - agent.x, self.width), _shortest(item.y - agent.y, self.height)
 
+    def advance(self, agent: Any, way: float) -> None:
+        """Let an agent go straight on."""
+        angle = math.radians(agent.heading)
+        agent.x, agent.y = (agent.x + way * math.cos(angle)) % self.width, (agent.y + way * math.sin(angle)) % self.height
+
     def distance(self, agent: Any, item: Any) -> float:
         return math.hypot(*self.way(agent, item))
 

@@ -21,9 +21,10 @@ def check(
 ) -> None:
     """Check a part of your own: does it keep the contract? One line a requirement, and how to try it again where it fails.
 
-    A part must have the same bits alone and in a bundle, in any batch, under both updates, resumed, replayed, in plain Python and
-    on a GPU; agree with its own oracle, the same in plain Python; look at no other agent where it acts for one; calculate in float32 and
-    without libm; and refuse what is beyond its limits. Its speed is told beside that of the built-in part of its kind.
+    A part must have the same bits alone and in a bundle, in any batch, under both updates, resumed, replayed, in plain Python
+    and on a GPU; agree with its own oracle, the same in plain Python; look at no other agent where it acts for one; calculate
+    in float32 and without libm; and refuse what is beyond its limits. Its speed is told beside that of the built-in part of
+    its kind.
     """
     failed = False
     for finding in findings(file, only or ()):

@@ -1,9 +1,9 @@
 """A phase per agent looks at no other agent: what can be said of that from its source, before anything runs.
 
-An agent's arrays are [row, lane]. A phase per agent may reach the column of its own, by `get` and `put` or by an index that ends with
-its lane; in phases that take (world, agent) the lane is `world * model.agents + agent`. What belongs to the world may be
-read, by an index that begins with `world`. Functions of the same file that a phase calls are followed. What the source leaves open,
-`baldwinlab check` tries.
+An agent's arrays are [row, lane]. A phase per agent may reach the column of its own, by `get` and `put` or by an index that ends
+with its lane; in phases that take (world, agent) the lane is `world * model.agents + agent`. What belongs to the world may be
+read, by an index that begins with `world`. Functions of the same file that a phase calls are followed. What the source leaves
+open, `baldwinlab check` tries.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ OF_ALL: Final = (
     "recall",
     "senses",
     "features",
-)  # in the state, and no array of somebody's
+)  # no agent's
 HARMLESS: Final = ("shape", "dtype", "ndim")
 LANE: Final = ("world * model.agents + agent", "agent + world * model.agents")
 FIXED: Final = ("lane", "world", "agent")
@@ -45,10 +45,10 @@ def require_own_column(phases: Mapping[str, Callable[..., Any]], arrays: Iterabl
         roles = {each.arg: "array" if each.arg in OWN else each.arg for each in found.args.args}
         roles |= {f"part.{array}": "array" for array in arrays}
         for node in _looks(found, roles, _functions_beside(function), frozenset()):
+            place = f"{function.__code__.co_filename}:{node.lineno}: {ast.unparse(node).splitlines()[0]}"
             raise PartError(
-                f"{function.__qualname__} looks at other agents ({function.__code__.co_filename}:{node.lineno}: "
-                f"{ast.unparse(node).splitlines()[0]}); a phase per agent reaches its own column alone, by get and put with its own lane: what needs "
-                "a look at others belongs in a phase per world, such as meet"
+                f"{function.__qualname__} looks at other agents ({place}); a phase per agent reaches its own column alone, by "
+                "get and put with its own lane: what needs a look at others belongs in a phase per world, such as meet"
             )
 
 

@@ -136,6 +136,7 @@ Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
 
 def begin(model: Model, state: State, fixed: Floats) -> None:
     """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set."""
+    state.activations[:] = ZERO  # a newborn remembers nothing
     state.code[:] = -1
     state.eaten[:] = 0
     state.touched[:] = -1
