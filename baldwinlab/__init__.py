@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from baldwinlab.api.study import Study, open, run
     from baldwinlab.api.sweep import sweep
     from baldwinlab.assays import open_assay
+    from baldwinlab.check import check_part
     from baldwinlab.errors import BaldwinLabError
     from baldwinlab.experiment import Experiment, ExperimentError
     from baldwinlab.presets import load
@@ -34,6 +35,7 @@ __all__ = [
     "Study",
     "StudyError",
     "__version__",
+    "check_part",
     "experiment_of",
     "load",
     "open",
@@ -52,6 +54,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "Experiment": "experiment",
     "ExperimentError": "experiment",
     "Study": "api.study",
+    "check_part": "check",
     "StudyError": "studies.store",
     "experiment_of": "api.records",
     "load": "presets",

@@ -11,6 +11,10 @@ class RefusedError(BaldwinLabError, ValueError):
     """What was asked for cannot be: a place that cannot be reached, an extra that is missing, settings that do not fit."""
 
 
+class PartError(BaldwinLabError, ValueError):
+    """A part that cannot be loaded or compiled, or that is not the one a study was made with."""
+
+
 class ArgumentError(RefusedError):
     """An argument beyond its limits, such as ("runs", 0, "must be at least 1"); the command line says it of its option."""
 

@@ -13,6 +13,7 @@ from baldwinlab.errors import ArgumentError, BaldwinLabError, InterruptedStudyEr
 COMMANDS = {  # module and function of each
     "assay": ("assays.command", "assay"),
     "bench": ("cli.measure", "bench"),
+    "check": ("cli.check", "check"),
     "lab": ("cli.lab", "lab"),
     "multiverse": ("multiverse.command", "multiverse"),
     "papers": ("cli.papers", "papers"),

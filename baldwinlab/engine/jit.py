@@ -23,7 +23,10 @@ from typing import Any, Final, TypeVar, cast
 import numba
 import numpy as np
 import platformdirs
+from numba.core.errors import NumbaError
 from numba.extending import overload
+
+from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -52,14 +55,25 @@ def compiled(function: Function) -> Function:
 
 @cache
 def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> Callable[..., Any]:
-    """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts."""
+    """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts.
+
+    To call it raises PartError, with one sentence, where a foreign phase cannot be compiled.
+    """
     directory = cache_directory(fingerprint([function, *with_these]))
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(directory)  # Numba reads it when the dispatcher is made, that is, here
     try:
-        return cast(Callable[..., Any], numba.njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(_python(function)))
+        made = numba.njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(_python(function))
     finally:
         numba.config.CACHE_DIR = before
+
+    def call(*arguments: Any) -> Any:
+        try:
+            return made(*arguments)
+        except NumbaError as error:
+            raise refusal(error, with_these) or error from None
+
+    return call
 
 
 def is_kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> bool:

@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, config, types
+from numba.core import cgutils, types
 from numba.extending import intrinsic, models, overload, register_model
 
 WIDTH: Final = 16  # lanes in a bundle: one AVX-512 register of float32; narrower machines use several registers
@@ -81,11 +81,14 @@ def _sixteen_from(typing_context, first):  # type: ignore[no-untyped-def]
     return BUNDLE(types.intp), lambda context, builder, signature, arguments: arguments[0]
 
 
-def _one_from(first: int) -> Lane:
+def bundle(first: int) -> Lane:
+    """The bundle that begins with a lane; where a bundle is a single lane (`lanes_in_bundle`), that lane."""
     return first
 
 
-bundle = _one_from if config.DISABLE_JIT else _sixteen_from  # the bundle that begins with a lane
+@overload(bundle, target="cpu", inline="always")
+def _bundle(first):  # type: ignore[no-untyped-def]
+    return lambda first: _sixteen_from(first)
 
 
 def _pointer(context: Any, builder: Any, array_type: Any, array: Any, indices: list[Any]) -> Any:
@@ -341,5 +344,5 @@ def _magnitude(value):  # type: ignore[no-untyped-def]
 
 
 # What a GPU compiles, where a thread has a lane to itself: the functions as they stand in Python.
-_SAME = (lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup, square_root)
-FOR_ONE_LANE: Final = {bundle: _one_from} | {each: each for each in _SAME}
+_SAME = (bundle, lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup, square_root)
+FOR_ONE_LANE: Final = {each: each for each in _SAME}

@@ -23,6 +23,10 @@ class Energy(FitnessPart, name="energy"):
         for agent in range(fitness.size):
             fitness[agent] = max(0.0, energy[agent] - cost[agent])
 
+    @staticmethod
+    def oracle(part: Any, energy: Any, cost: Any) -> Any:
+        return [max(0.0, gained - spent) for gained, spent in zip(energy, cost, strict=True)]
+
 
 def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitness:
     """What lives were worth, [agent]: by the experiment's fitness part, of the energy they gained and what learning cost.

@@ -36,6 +36,10 @@ class Darwinian(Inheritance, name="darwinian"):
             kept = (1.0 - part.share) * np.float64(born[weight])
             inherited[weight] = np.float32(kept + np.float64(np.float32(part.share) * learned[weight]))
 
+    @staticmethod
+    def oracle(part: Any, born: Any, learned: Any) -> Any:
+        return [old + part.share * (new - old) for old, new in zip(born, learned, strict=True)]
+
 
 class NoInheritance(Inheritance, name="none"):
     """Nothing: all weights are drawn afresh every generation."""

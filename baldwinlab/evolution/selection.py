@@ -9,6 +9,7 @@ Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the 
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 from typing import Any, ClassVar
 
 import numpy as np
@@ -67,6 +68,10 @@ class Roulette(Selection, name="roulette"):
             shares[agent] = fitness[agent]
         _spin(uniforms, shares, parents)
 
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        return _spun(fitness, uniforms)
+
 
 class Tournament(Selection, name="tournament"):
     """The fitter one of two that are drawn."""
@@ -78,6 +83,11 @@ class Tournament(Selection, name="tournament"):
                 first = _any_of(fitness.size, uniforms[child, 0, 2 * parent])
                 second = _any_of(fitness.size, uniforms[child, 0, 2 * parent + 1])
                 parents[child, parent] = second if fitness[second] > fitness[first] else first
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        fought = [[int(draw * len(fitness)) for draw in draws[0]] for draws in uniforms]
+        return [[max(pair, key=lambda agent: fitness[agent]) for pair in (four[:2], four[2:])] for four in fought]
 
 
 class Truncation(Selection, name="truncation"):
@@ -92,6 +102,12 @@ class Truncation(Selection, name="truncation"):
         for child in range(parents.shape[0]):
             for parent in range(2):
                 parents[child, parent] = order[_any_of(half, uniforms[child, 0, parent])]
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+        best = order[: max(1, len(order) // 2)]
+        return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in uniforms]
 
 
 class Rank(Selection, name="rank"):
@@ -108,6 +124,11 @@ class Rank(Selection, name="rank"):
                 first = place
         _spin(uniforms, shares, parents)
 
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        ranks = [0.5 + sum(1.0 if other < own else 0.5 for other in fitness) for own in fitness]
+        return _spun(ranks, uniforms)
+
 
 class Neutral(Selection, name="neutral"):
     """Anyone, whatever the fitness: the neutral twin of every other scheme."""
@@ -117,6 +138,16 @@ class Neutral(Selection, name="neutral"):
         for child in range(parents.shape[0]):
             for parent in range(2):
                 parents[child, parent] = _any_of(fitness.size, uniforms[child, 0, parent])
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        return [[int(draw * len(fitness)) for draw in draws[0][:2]] for draws in uniforms]
+
+
+def _spun(shares: Any, uniforms: Any) -> Any:
+    """The oracle's roulette wheel: whose slice, one after another, the draw falls in."""
+    slices = list(accumulate(shares if any(shares) else [1.0 for _ in shares]))
+    return [[next(k for k, end in enumerate(slices) if draw * slices[-1] < end) for draw in draws[0][:2]] for draws in uniforms]
 
 
 @compiled

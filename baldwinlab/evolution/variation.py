@@ -35,3 +35,14 @@ class Crossover(Variation, name="crossover"):
                 if (gate if part.one_gate else draws[draw, 1]) < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 child[module, weight] = inherited
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        draw, child = iter(draws), []
+        for of_fitter, of_other in zip(fitter, other, strict=True):
+            child.append([])
+            for ours, theirs in zip(of_fitter, of_other, strict=True):
+                coin, own_gate, size, _ = next(draw)
+                opens = (gate if part.one_gate else own_gate) < part.rate
+                child[-1].append((ours if coin < 0.5 else theirs) + opens * part.size * (2 * size - 1))
+        return child

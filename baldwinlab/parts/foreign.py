@@ -16,15 +16,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
-from baldwinlab.errors import BaldwinLabError
+from baldwinlab.errors import PartError
 from baldwinlab.experiment import choices
 
 PREFIX: Final = "baldwinlab_part_"
 GROUP: Final = "baldwinlab.parts"
-
-
-class PartError(BaldwinLabError, ValueError):
-    """A part that cannot be loaded, or that is not the one a study was made with."""
 
 
 class Source(NamedTuple):
@@ -76,15 +72,20 @@ def load_text(text: str, place: Path) -> ModuleType:
     return module
 
 
-def _make_known(module: ModuleType) -> bool:
-    """Whether there is any part in a module that has been executed. Makes each known again."""
+def parts_in(module: ModuleType) -> list[Any]:
+    """The parts that a module declares."""
     from baldwinlab.parts.kinds import Part
 
-    found = [
+    return [
         each
         for each in vars(module).values()
         if isinstance(each, type) and issubclass(each, Part) and each.name and each.__module__ == module.__name__
     ]
+
+
+def _make_known(module: ModuleType) -> bool:
+    """Whether there is any part in a module that has been executed. Makes each known again."""
+    found = parts_in(module)
     for part in found:
         choices.add(part.kind, part.name, part)
     return bool(found)

@@ -26,6 +26,7 @@ from baldwinlab.engine.lanes import Lane, Mask, Value, choose, get, put
 from baldwinlab.engine.phases import Array, phase
 from baldwinlab.experiment import choices
 from baldwinlab.experiment.fields import Fields
+from baldwinlab.parts.own_column import require_own_column
 
 ZERO, ONE = np.float32(0), np.float32(1)
 
@@ -59,6 +60,7 @@ class Part(Fields):
         setattr(made, "part", cls)  # noqa: B010  (it is the class of a tuple, of which mypy knows all attributes)
         cls.Compiled = made
         if not built_in:
+            require_own_column({each: getattr(cls, each) for each in own_phases(cls)}, cls.arrays)
             choices.add(cls.kind, name, cls)
 
     @classmethod
@@ -74,6 +76,11 @@ def phase_names(kind: type[Part]) -> list[str]:
     """The names of the phases that parts of a kind have."""
     base = next(each for each in kind.__mro__ if Part in each.__bases__)
     return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
+
+
+def own_phases(part: type[Part]) -> list[str]:
+    """The names of the phases that a part does not leave to its kind."""
+    return [name for name in phase_names(part) if getattr(part, name) is not _of_kind(part, name)]
 
 
 def numeric_fields(part: type[Part]) -> list[str]:

@@ -48,3 +48,12 @@ class Obstacles(WorldFeature, name="obstacles"):
         first = choose(first_x > first_y, first_x, first_y)
         last = choose(last_x < last_y, last_x, last_y)
         return (first <= last) & (last >= ZERO) & (first <= ONE)
+
+    @staticmethod
+    def oracle(part, x, y, dx, dy):
+        """A way meets the wall unless it lies beside it, or has all of its corners at the same hand."""
+        inside = part.left <= x <= part.right and part.upper <= y <= part.lower
+        beside = max(x, x + dx) < part.left or min(x, x + dx) > part.right
+        above = max(y, y + dy) < part.upper or min(y, y + dy) > part.lower
+        hands = [dx * (b - y) - dy * (a - x) for a in (part.left, part.right) for b in (part.upper, part.lower)]
+        return {"forbids": inside, "stops": inside, "hides": not (beside or above) and min(hands) <= 0 <= max(hands)}

@@ -33,6 +33,10 @@ class TastesPoison(Sense, name="poison"):
     def sense(part, model, state, world, agent):
         return see(model, state, world, agent, part.number)
 
+    @staticmethod
+    def oracle(part, agent, items, naive):
+        return naive.seen(agent, [item for item in items if item.kind == "poison"])
+
 
 class AboveTheWorst(Fitness, name="above-the-worst"):
     """Energy above that of the worst of the generation: windowing, as in Grefenstette's GENESIS (1984)."""

@@ -46,3 +46,9 @@ class Walker(Body, name="walker"):
         put(state.places, 0, lane, wrapped(x, model.width))
         put(state.places, 1, lane, wrapped(y, model.height))
         put(state.heading, 0, lane, heading)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> None:
+        agent.action = agent.outputs.index(max(agent.outputs))
+        agent.heading += (-9, 0, 9)[agent.action]
+        naive.advance(agent, (1, 2, 1)[agent.action])

@@ -54,6 +54,11 @@ class SelfTaught(LearningRule, name="self-taught"):
         rate = get(state.rate, 0, lane)
         backward(state.network, rate, state.weights, state.activations, state.errors, state.targets, lane)
 
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        target = naive.think(agent.reinforcement_module, agent.inputs)
+        naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
+
 
 class Drift(LearningRule, name="drift"):
     """A pupil teaches itself from what the agent senses, and each of the agent's weights stays as far from birth as the pupil's.
@@ -90,3 +95,11 @@ class Drift(LearningRule, name="drift"):
         for weight in range(state.weights.shape[0]):
             moved = get(part.pupil, weight, lane) - get(part.newborn, weight, lane)
             put(state.weights, weight, lane, get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        pupil = naive.module(agent.own["pupil"])
+        naive.backpropagate(pupil, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate)
+        agent.own["pupil"] = naive.weights(pupil)
+        each = zip(agent.own["newborn"], agent.own["signs"], agent.own["pupil"], strict=True)
+        agent.action_module = naive.module([born + sign * (taught - born) for born, sign, taught in each])

@@ -115,3 +115,7 @@ class FeedForward(Network, name="feed-forward"):
     @staticmethod
     def backward(part: Any, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
         backpropagate(part.sizes, part.biases, rate, weights, activations, errors, targets, lane)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, naive: Any) -> Any:
+        return naive.think(agent.action_module, agent.inputs)

@@ -117,6 +117,10 @@ class Sight(Sense, name="food"):
     def sense(part: Any, model: Model, state: State, world: int, agent: int) -> int:
         return see(model, state, world, agent, 0)
 
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        return naive.seen(agent, [item for item in items if item.kind == FOOD])
+
 
 def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:
     """What all senses tell, as bits, one sense's above the other's."""

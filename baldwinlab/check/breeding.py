@@ -1,0 +1,80 @@
+"""The oracles of parts that breed, against their phases: plain lists in and out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from baldwinlab.check.findings import FailsError
+from baldwinlab.check.lives import SEED
+from baldwinlab.check.subject import Subject, breeding_arguments, values_of
+from baldwinlab.engine.jit import kept
+from baldwinlab.evolution.fitness import evaluate_all
+from baldwinlab.evolution.inheritance import pass_all_on
+from baldwinlab.evolution.selection import draw_parents
+from baldwinlab.parts.evolution import breeding_part
+
+ROUNDS: Final = 200
+CLOSE: Final = 1e-5
+
+
+def _rounds(subject: Subject, part: Any) -> Iterator[tuple[int, Any, dict[str, Any], dict[str, Any]]]:
+    """Number, the part's values, arguments as arrays, and as plain lists."""
+    random, values = np.random.default_rng(SEED), values_of(subject.experiment, part)
+    for number in range(ROUNDS):
+        arrays = breeding_arguments(random)
+        yield number, values, arrays, {name: np.asarray(each).tolist() for name, each in arrays.items()}
+
+
+def compare_selection(subject: Subject, part: Any) -> None:
+    """oracle(part, fitness, uniforms) -> two parents for each child; their order is that of their fitness, whatever it says."""
+    _, code = breeding_part(subject.experiment, "selection")
+    for number, values, of, plain in _rounds(subject, part):
+        kept(draw_parents, code)(values, of["fitness"], of["uniforms"], of["shares"], of["order"], of["parents"])
+        fitness = plain["fitness"]
+        expected = [sorted(pair, key=lambda agent: -fitness[agent]) for pair in part.oracle(values, fitness, plain["uniforms"])]
+        if of["parents"].tolist() != expected:
+            found = f"of the fitness {fitness}, parents are {of['parents'].tolist()}"
+            raise FailsError(f"in round {number}, {found}, and by the oracle {expected}")
+
+
+def compare_variation(subject: Subject, part: Any) -> None:
+    """oracle(part, fitter, other, draws, gate) -> the child, [module][weight]."""
+    for number, values, of, plain in _rounds(subject, part):
+        part.vary(values, of["fitter"], of["other"], of["draws"], of["gate"], of["child"])
+        expected = part.oracle(values, *(plain[each] for each in ("fitter", "other", "draws", "gate")))
+        _require_close(of["child"], expected, f"in round {number}, a child")
+
+
+def compare_inheritance(subject: Subject, part: Any) -> None:
+    """oracle(part, born, learned) -> what is inherited, [weight]."""
+    _, code = breeding_part(subject.experiment, "inheritance")
+    for number, values, of, plain in _rounds(subject, part):
+        born, inherited = of["born"][None, None].copy(), np.zeros((1, 1, of["born"].size), np.float32)
+        kept(pass_all_on, code)(values, born, of["learned"][None].copy(), inherited)
+        _require_close(
+            inherited[0, 0], part.oracle(values, plain["born"], plain["learned"]), f"in round {number}, what is inherited"
+        )
+
+
+def compare_fitness(subject: Subject, part: Any) -> None:
+    """oracle(part, energy, cost) -> the fitness of each agent."""
+    _, code = breeding_part(subject.experiment, "fitness")
+    for number, values, of, plain in _rounds(subject, part):
+        kept(evaluate_all, code)(values, of["energy"], of["cost"], of["fitness"])
+        _require_close(of["fitness"], part.oracle(values, plain["energy"], plain["cost"]), f"in round {number}, fitness")
+
+
+def _require_close(found: Any, expected: Any, what: str) -> None:
+    if not np.allclose(found, expected, rtol=CLOSE, atol=CLOSE):
+        raise FailsError(f"{what} is {np.asarray(found).tolist()}, and by the oracle {np.asarray(expected).tolist()}")
+
+
+ORACLES_THAT_BREED: Final[dict[str, Callable[[Subject, Any], None]]] = {
+    "selection": compare_selection,
+    "variation": compare_variation,
+    "inheritance": compare_inheritance,
+    "fitness": compare_fitness,
+}

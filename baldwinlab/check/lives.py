@@ -1,0 +1,165 @@
+"""The same bits: alone and in a bundle, in any batch, a second time, in pieces, replayed, and elsewhere than in compiled code."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+import baldwinlab
+from baldwinlab.check.findings import FailsError, NotCheckedError
+from baldwinlab.check.subject import Subject, is_of_miniworld
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.models.miniworld.backend import CPU, choose
+from baldwinlab.parts.foreign import PREFIX
+from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate_block
+
+SEED: Final = 11
+UPDATES: Final = ("simultaneous", "sequential")
+Bits = list[str]  # of each run
+
+
+def lived(experiment: Any, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU) -> Bits:
+    """A hash, for each run, of all that is recorded of it, and (of foragers) of where a life ends that is lived in pieces."""
+    found = [hashlib.sha256() for _ in runs]
+    for digest, record in zip(found, simulate_block(experiment, SEED, runs, backend), strict=True):
+        for name in sorted(map(str, record.data_vars)):
+            digest.update(name.encode() + record[name].values.tobytes())
+    if is_of_miniworld(experiment):
+        block = backend.block(experiment, SEED, runs)
+        block.begin(0, np.stack([draw_genome(experiment, Moment(SEED, run, 0)) for run in runs]))
+        pieces = [0, *cuts, experiment.lifetime.steps]
+        for first, last in pairwise(pieces):
+            block.live(first, last)
+        for each in (block.eaten(), block.weights(), block.items()):
+            for world, digest in enumerate(found):
+                digest.update(np.ascontiguousarray(each[world]).tobytes())
+    return [digest.hexdigest() for digest in found]
+
+
+def both_updates(subject: Subject) -> list[Any]:
+    """The experiment under both updates; that of another model as it is."""
+    if not is_of_miniworld(subject.experiment):
+        return [subject.experiment]
+    return [subject.experiment.replace(lifetime={"update": update}) for update in UPDATES]
+
+
+def named(experiment: BaseExperiment) -> str:
+    update = getattr(getattr(experiment, "lifetime", None), "update", "")
+    return f"under the {update} update, " if update else ""
+
+
+def it_compiles(subject: Subject) -> str:
+    """Raises PartError where it does not."""
+    for experiment in both_updates(subject):
+        simulate_block(experiment.replace(evolution={"generations": 2}), SEED, [0])
+    return ""
+
+
+def alone_and_in_a_bundle(subject: Subject) -> str:
+    """In a world with one agent both updates are the same: one works on a lane, the other on bundles of sixteen."""
+    if not is_of_miniworld(subject.experiment):
+        raise NotCheckedError("a model has bundles of its own, or none")
+    one_by_one, together = (lived(each.replace(population={"size": 1}), range(17)) for each in reversed(both_updates(subject)))
+    if differing := [run for run in range(17) if one_by_one[run] != together[run]]:
+        raise FailsError(f"an agent alone has other bits than in a bundle of sixteen (seed {SEED}, run {differing[0]})")
+    return ""
+
+
+def in_any_batch(subject: Subject) -> str:
+    for experiment in both_updates(subject):
+        together = lived(experiment, range(5))
+        for run in (0, 3):
+            if lived(experiment, [run])[0] != together[run]:
+                raise FailsError(f"{named(experiment)}run {run} of seed {SEED} has other bits alone than beside four others")
+    return ""
+
+
+def a_second_time(subject: Subject) -> str:
+    for experiment in both_updates(subject):
+        if lived(experiment, range(2)) != lived(experiment, range(2)):
+            raise FailsError(f"{named(experiment)}the same runs (0 and 1 of seed {SEED}) have other bits a second time")
+    return ""
+
+
+def resumed(subject: Subject) -> str:
+    for experiment in both_updates(subject):
+        short = experiment.replace(evolution={"generations": 1})
+        begun, whole = (simulate_block(each, SEED, [1])[0] for each in (short, experiment))
+        for name in begun.data_vars:
+            if begun[name].values.tobytes() != whole[name].values[:1].tobytes():
+                raise FailsError(f"{named(experiment)}a run of one generation does not begin a longer one: {name} differs")
+        if is_of_miniworld(experiment) and lived(experiment, [1], cuts=(7, 8)) != lived(experiment, [1]):
+            raise FailsError(f"{named(experiment)}a life in three pieces ends otherwise than one in a single piece")
+    return ""
+
+
+def replayed(subject: Subject) -> str:
+    if not is_of_miniworld(subject.experiment):
+        raise NotCheckedError("the lives of such a model are not traced")
+    for experiment in both_updates(subject):
+        record, last = simulate_block(experiment, SEED, [2])[0], experiment.evolution.generations - 1
+        eaten = sum(record[name].values[last] for name in map(str, record.data_vars) if name.endswith("_eaten"))
+        traced = replay(experiment, seed=SEED, run=2, generation=last).eaten.sum("step").values
+        if np.any(eaten != traced):
+            raise FailsError(f"{named(experiment)}agents ate {np.asarray(eaten).tolist()}, and replayed {traced.tolist()}")
+    return ""
+
+
+def in_plain_python(subject: Subject) -> str:
+    _require_the_same_elsewhere(subject, "cpu", "NUMBA_DISABLE_JIT")
+    return ""
+
+
+def in_the_simulator(subject: Subject) -> str:
+    if not is_of_miniworld(subject.experiment):
+        raise NotCheckedError("such a model lives on the CPU alone")
+    _require_the_same_elsewhere(subject, "cuda", "NUMBA_DISABLE_JIT", "NUMBA_ENABLE_CUDASIM")
+    return ""
+
+
+def _require_the_same_elsewhere(subject: Subject, backend: str, *switches: str) -> None:
+    experiments = both_updates(subject)
+    for experiment, found in zip(experiments, _elsewhere(subject, experiments, backend, switches), strict=True):
+        if found != lived(experiment, range(2)):
+            raise FailsError(f"{named(experiment)}lives have other bits with {' and '.join(f'{each}=1' for each in switches)}")
+
+
+def _elsewhere(subject: Subject, experiments: Sequence[Any], backend: str, switches: Sequence[str]) -> list[Bits]:
+    """As `lived`, of runs 0 and 1, in another process. Raises NotCheckedError where there is no such backend."""
+    modules = {part.__module__ for part in subject.parts}
+    request = {
+        "files": [str(sys.modules[each].__file__) for each in modules if each.startswith(PREFIX)],
+        "imports": [each for each in modules if not each.startswith(PREFIX)],
+        "experiments": [each.to_dict() for each in experiments],
+        "backend": backend,
+    }
+    paths = os.pathsep.join([str(Path(baldwinlab.__file__).parents[1]), *filter(None, sys.path)])
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "baldwinlab.check.elsewhere"], input=json.dumps(request), text=True,
+        env={**os.environ, **dict.fromkeys(switches, "1"), "PYTHONPATH": paths}, capture_output=True,
+    )  # fmt: skip
+    if done.returncode:
+        raise FailsError(f"lives cannot be lived with {backend} so: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
+    answer = json.loads(done.stdout.splitlines()[-1])
+    if "problem" in answer:
+        raise NotCheckedError(answer["problem"])
+    return list(answer["bits"])
+
+
+def backend_of(name: str) -> Any:
+    """Raises ValueError where there is none of that name here."""
+    try:
+        return choose(name)
+    except ImportError as error:
+        raise ValueError(f"the backend {name!r} cannot be loaded: {error}") from None

@@ -1,0 +1,68 @@
+"""What a phase has been compiled to: no float64 in what agents do, and no call of the mathematical library anywhere."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from typing import Any, Final
+
+import numba
+import numpy as np
+from numba.core import types
+from numba.core.errors import NumbaError
+
+from baldwinlab.check.findings import FailsError
+from baldwinlab.check.subject import BREEDS, Subject, breeding_arguments, values_of
+from baldwinlab.engine.jit import OPTIONS
+from baldwinlab.engine.refusals import refusal
+from baldwinlab.models.miniworld.make import make_model, make_state
+from baldwinlab.parts.kinds import Part, own_phases
+
+DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
+DOUBLE: Final = re.compile(r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b")
+HARMLESS: Final = re.compile(r"(Py|_Py|numba_|NRT_|mem(set|cpy|move)$|llvm\.)")
+EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")  # which are rounded alike everywhere
+LIBM: Final = re.compile(r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\.")
+RANDOM: Final = re.compile(r"numba_(get_np_random|get_py_random|rnd)")
+
+
+def arithmetic_is_portable(subject: Subject) -> str:
+    phases = [(part, name) for part in subject.parts for name in own_phases(part)]
+    if not phases:
+        return "it has no phases of its own"
+    for part, name in phases:
+        code = _code(subject, part, name)
+        where = f"{part.__name__}.{name}"
+        for symbol in DECLARED.findall(code):
+            if RANDOM.match(symbol):
+                raise FailsError(f"{where} draws random numbers that no seed decides; take them from philox")
+            if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
+                raise FailsError(f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic")
+        if part.kind not in BREEDS and (found := DOUBLE.search(code)):
+            raise FailsError(f"{where} calculates in float64 ({found[1]}); constants must be float32, such as np.float32(0.5)")
+    return ""
+
+
+def _code(subject: Subject, part: type[Part], name: str) -> str:
+    """The compiled code of a phase by itself, for a single lane."""
+    function: Any = getattr(part, name)
+    compiled = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(function)
+    known = _types(subject, part)
+    try:
+        compiled.compile(tuple(known[each] for each in inspect.signature(function).parameters))
+    except NumbaError as error:
+        raise (refusal(error, [function]) or error) from None
+    return str(compiled.inspect_llvm(compiled.signatures[0]))
+
+
+def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
+    """The types of phases' arguments, by name."""
+    if part.kind in BREEDS:
+        arguments = breeding_arguments(np.random.default_rng(0)) | {"part": values_of(subject.experiment, part)}
+        return {name: numba.typeof(value) for name, value in arguments.items()}
+    state = make_state(subject.experiment, 1)
+    single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
+    whole = dict.fromkeys(("world", "agent", "lane", "step"), types.int64)
+    arrays = {name: numba.typeof(getattr(state, name)) for name in ("weights", "activations", "errors", "targets")}
+    own = {"part": numba.typeof(values_of(subject.experiment, part, state)), "state": numba.typeof(state)}
+    return {**single, **whole, **arrays, **own, "model": numba.typeof(make_model(subject.experiment, 1))}

@@ -1,0 +1,214 @@
+"""A part's oracle, in plain Python, against its compiled phases, step by step on random small worlds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from copy import deepcopy
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.check.breeding import ORACLES_THAT_BREED
+from baldwinlab.check.findings import FailsError
+from baldwinlab.check.lives import SEED
+from baldwinlab.check.naive import Agent, Item, Naive
+from baldwinlab.check.subject import BREEDS, Subject, values_of
+from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.make import item_kinds
+from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.parts.kinds import own_phases
+
+CLOSE: Final = 1e-5  # float32 against float64, of weights and outputs of about 1
+NEAR: Final = 1e-3  # and of places, units of length
+PLACES: Final = 2000  # at which a feature is asked
+
+
+class Step(NamedTuple):
+    """A step of a life: the agents as they sensed, as they learned, and what they came to; the items as they were sensed."""
+
+    number: int
+    sensing: list[Agent]
+    learning: list[Agent]
+    weights: npt.NDArray[np.float32]  # [agent, weight], after the step
+    items: list[Item]
+
+
+def the_oracle_agrees(subject: Subject) -> str:
+    asked, remarks = 0, []
+    for part in subject.parts:
+        if not own_phases(part) or set(own_phases(part)) <= {"build", "advance"}:
+            continue
+        if not hasattr(part, "oracle"):
+            raise FailsError(f"{part.__name__} has no static method `oracle`, the same in plain Python")
+        asked += 1
+        compare = _compare_breeding if part.kind in BREEDS else COMPARISONS[part.kind]
+        remarks.append(compare(subject, part))
+    return "; ".join(filter(None, remarks)) if asked else "it has no phases of its own to hold one against"
+
+
+def naive_of(experiment: Any) -> Naive:
+    world = experiment.world
+    return Naive(experiment.layer_sizes, experiment.network.biases, world.width, world.height, experiment.senses.visual_radius)
+
+
+def steps_of(experiment: Any, part: Any) -> Iterator[Step]:
+    """A life, step by step, as oracles see it. `part` is the one whose arrays the agents begin with."""
+    naive, block = naive_of(experiment), Block(experiment, SEED, [0])
+    genome = draw_genome(experiment, Moment(SEED, 0, 0))
+    block.begin(0, genome[None])
+    agents, values = range(experiment.population.size), values_of(experiment, part, block.state)
+    arrays = {name: getattr(values, name) for name, array in part.arrays.items() if array.owner == "agent"}
+    own: list[dict[str, Any]] = [{name: array[:, agent].tolist() for name, array in arrays.items()} for agent in agents]
+    for number in range(experiment.lifetime.steps):
+        before = _seen(experiment, block)
+        block.live(number, number + 1)
+        after = _seen(experiment, block)
+        items = before.pop("items")
+        after.pop("items")
+        sensing, learning = [], []
+        for agent in agents:
+            teacher = naive.module(genome[agent, 1]) if len(experiment.modules) > 1 else None
+            modules = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
+            of_now = {name: after[name][agent] for name in ("inputs", "outputs")}
+            of_before = {name: before[name][agent] for name in ("hidden", "eaten", "rate")}
+            for found, when in ((sensing, before), (learning, after)):
+                place = {name: when[name][agent] for name in ("x", "y", "heading", "action")}
+                found.append(Agent(**place, **of_now, **of_before, **deepcopy(modules), own=own[agent]))
+        yield Step(number, sensing, learning, np.array(after["weights"], np.float32), items)
+        own = [agent.own for agent in learning]
+
+
+def _seen(experiment: Any, block: Block) -> dict[str, Any]:
+    """The state of a block of one world as plain lists, an entry an agent."""
+    state, agents, sizes = block.state, experiment.population.size, experiment.layer_sizes
+    kinds = [item_kinds(experiment)[kind] for kind in block.model.region_kind]
+    counts = np.diff(block.model.region_items)
+    hidden = sizes[0], sizes[0] + (sizes[1] if len(sizes) > 2 else 0)
+    found: dict[str, Any] = {
+        "x": state.places[0], "y": state.places[1], "heading": state.heading[0] * (360 / HEADING_COUNT),
+        "action": state.action[0].astype(int), "eaten": state.eaten.sum(axis=0), "rate": state.rate[0],
+        "inputs": state.activations[: len(experiment.inputs)].T, "outputs": state.activations[-len(experiment.actions) :].T,
+        "hidden": state.activations[hidden[0] : hidden[1]].T, "weights": state.weights.T,
+    }  # fmt: skip
+    found = {name: array[:agents].tolist() for name, array in found.items()}
+    of_item = [kind for kind, count in zip(kinds, counts, strict=True) for _ in range(count)]
+    where = zip(state.item_x[0].tolist(), state.item_y[0].tolist(), of_item, strict=True)
+    return found | {"items": [Item(*each) for each in where]}
+
+
+def _require_close(found: Sequence[float], expected: Sequence[float], what: str, tolerance: float = CLOSE) -> None:
+    pairs = list(zip(found, expected, strict=True))
+    worst = max(range(len(pairs)), key=lambda k: abs(pairs[k][0] - pairs[k][1]), default=0)
+    if pairs and not abs(pairs[worst][0] - pairs[worst][1]) <= tolerance * (1 + abs(pairs[worst][1])):
+        raise FailsError(f"{what} {worst} is {pairs[worst][0]:.7g}, and by the oracle {pairs[worst][1]:.7g} (seed {SEED}, run 0)")
+
+
+def _compare_rule(subject: Subject, part: Any) -> str:
+    experiment, learned = subject.experiment, False
+    naive, values = naive_of(experiment), values_of(experiment, part)
+    for step in steps_of(experiment, part):
+        for number in range(len(step.learning)):
+            agents = deepcopy(step.learning)
+            part.oracle(values, agents, agents[number], naive)
+            step.learning[number].own = agents[number].own
+            expected = naive.weights(agents[number].action_module)
+            learned |= expected != naive.weights(step.learning[number].action_module)
+            _require_close(step.weights[number].tolist(), expected, f"after step {step.number}, agent {number}: weight")
+    return "" if learned else "though nobody learned anything"
+
+
+def _compare_network(subject: Subject, part: Any) -> str:
+    naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
+    for step in steps_of(subject.experiment, part):
+        for number, agent in enumerate(step.learning):
+            expected = part.oracle(values, agent, naive)
+            _require_close(agent.outputs, expected, f"in step {step.number}, agent {number}: output")
+    return ""
+
+
+def _compare_body(subject: Subject, part: Any) -> str:
+    naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
+    for step in steps_of(subject.experiment, part):
+        for number, (agent, after) in enumerate(zip(step.sensing, step.learning, strict=True)):
+            part.oracle(values, agent, naive)
+            turned = math.remainder(agent.heading - after.heading, 360)
+            found = [*naive.way(agent, after), turned, agent.action - after.action]
+            what = f"after step {step.number}, agent {number}: what is wrong with number (of x, y, heading, action)"
+            _require_close(found, [0, 0, 0, 0], what, NEAR)
+    return ""
+
+
+def _compare_sense(subject: Subject, part: Any) -> str:
+    senses = subject.experiment.parts("senses.kinds")
+    first = sum(len(each.inputs) for each in senses[: [type(each) for each in senses].index(part)])
+    naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
+    for step in steps_of(subject.experiment, part):
+        for number, agent in enumerate(step.sensing):
+            found = [bool(each) for each in agent.inputs[first : first + len(part.inputs)]]
+            _require_same(
+                lambda x, y, agent=agent, step=step: [  # type: ignore[misc]
+                    bool(each) for each in part.oracle(values, _moved(agent, x, y), step.items, naive)
+                ],
+                found,
+                f"in step {step.number}, agent {number}: inputs",
+            )
+    return ""
+
+
+def _moved(agent: Agent, x: float, y: float) -> Agent:
+    moved = deepcopy(agent)
+    moved.x, moved.y = agent.x + x, agent.y + y
+    return moved
+
+
+def _require_same(oracle: Callable[[float, float], Any], found: Any, what: str) -> None:
+    """Yes and no are the same, but on an edge, where they are what they are a little beside it."""
+    nudges = ((0.0, 0.0), (NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
+    if not any(oracle(*nudge) == found for nudge in nudges):
+        raise FailsError(f"{what} are {found}, and by the oracle {oracle(0.0, 0.0)} (seed {SEED}, run 0)")
+
+
+def _compare_feature(subject: Subject, part: Any) -> str:
+    """The oracle answers, of a place and of a way from it, what each of the feature's own phases does: {"stops": True}."""
+    experiment, random, values = subject.experiment, np.random.default_rng(SEED), values_of(subject.experiment, part)
+    phases = [name for name in own_phases(part) if name in ("forbids", "hides", "stops")]
+    model = Block(experiment, SEED, [0]).model
+    low, high = _around(experiment)
+    true = 0
+    for x, y, dx, dy in np.column_stack([random.uniform(low, high, (PLACES, 2)), random.uniform(-40, 40, (PLACES, 2))]).tolist():
+        place = [np.float32(each) for each in (x, y, dx, dy)]
+        with np.errstate(all="ignore"):
+            found = {name: bool(getattr(part, name)(values, model, *place[: 4 if name == "hides" else 2])) for name in phases}
+        true += any(found.values())
+        _require_same(
+            lambda a, b, place=place: part.oracle(values, *(float(e) for e in (place[0] + a, place[1] + b, *place[2:]))),  # type: ignore[misc]
+            found,
+            f"at ({x:g}, {y:g}), and from there to ({dx:g}, {dy:g}) farther: answers",
+        )
+    return "" if true else "though it is nowhere"
+
+
+def _around(experiment: Any) -> tuple[list[float], list[float]]:
+    """Where something of the features is drawn, and around it; else the map."""
+    marks = [mark for feature in experiment.parts("world.features") for mark in feature.marks()]
+    if not marks:
+        return [0.0, 0.0], [experiment.world.width, experiment.world.height]
+    low = [min(mark[axis][0] for mark in marks) - 40.0 for axis in ("x", "y")]
+    return low, [max(mark[axis][1] for mark in marks) + 40.0 for axis in ("x", "y")]
+
+
+def _compare_breeding(subject: Subject, part: Any) -> str:
+    ORACLES_THAT_BREED[part.kind](subject, part)
+    return ""
+
+
+COMPARISONS: Final[dict[str, Callable[[Subject, Any], str]]] = {
+    "learning rule": _compare_rule,
+    "network": _compare_network,
+    "body": _compare_body,
+    "sense": _compare_sense,
+    "world feature": _compare_feature,
+}

@@ -1,0 +1,42 @@
+"""A part's speed beside the built-in one of its kind, in one run of this process."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Final
+
+from baldwinlab.check.findings import NotCheckedError
+from baldwinlab.check.lives import SEED
+from baldwinlab.check.subject import BREEDS, PATHS, Subject, is_of_miniworld
+from baldwinlab.experiment import assign
+from baldwinlab.experiment.choices import BUILT_IN
+from baldwinlab.runs.simulate import simulate_block
+
+BESIDE: Final = {"learning rule": "self-taught"}  # else the first of the kind
+ROUNDS: Final = 5
+
+
+def speed(subject: Subject) -> str:
+    if not is_of_miniworld(subject.experiment):
+        raise NotCheckedError("there is no built-in model like it")
+    part = subject.parts[-1]
+    beside = BESIDE.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
+    of_kind = f"the built-in {part.kind} {beside!r}" if beside else "a world without it"
+    longer = subject.experiment.replace(
+        population={"size": 20}, lifetime={"steps": 500 if part.kind in BREEDS else 3000}, network={"hidden": [10]}
+    )
+    value = beside if part.kind not in ("sense", "world feature") else f'["{beside}"]' if beside else "[]"
+    other = assign(longer, [f"{PATHS[part.kind]}={value}"])
+    own, built_in = _seconds(longer, other)
+    return f"{built_in / own:.2f} times the speed of {of_kind}"
+
+
+def _seconds(*experiments: Any) -> list[float]:
+    """Of each experiment the least time of several, taken in turns."""
+    least = [float("inf")] * len(experiments)
+    for _ in range(ROUNDS + 1):  # the first one compiles
+        for number, experiment in enumerate(experiments):
+            began = time.perf_counter()
+            simulate_block(experiment, SEED, range(4))
+            least[number] = min(least[number], time.perf_counter() - began)
+    return least
