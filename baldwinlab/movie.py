@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -14,13 +15,13 @@ from PIL import Image, ImageDraw
 
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.files import write_atomically
+from baldwinlab.palette import MOVIE, shade
 
 SIZE = 640  # pixels of the longer side
 SCALE = 2  # drawn so much larger and then reduced, for smooth edges
 FRAMES_PER_SECOND = 25
 LONGEST = 20  # seconds; a longer life is shown faster
 TRAIL = 60  # steps
-BACKGROUND, FOOD, AGENT, TRAILS, EATER = "#fbfaf7", "#009e73", "#0072b2", "#9cc3e0", "#d55e00"
 
 
 class MovieError(BaldwinLabError):
@@ -52,7 +53,7 @@ def write_movie_of(scenes: Sequence[Scene], path: Path) -> None:
 
 
 def _beside(images: Sequence[Image.Image]) -> Image.Image:
-    whole = Image.new("RGB", (sum(image.width for image in images), max(image.height for image in images)), BACKGROUND)
+    whole = Image.new("RGB", (sum(image.width for image in images), max(image.height for image in images)), MOVIE["background"])
     left = 0
     for image in images:
         whole.paste(image, (left, 0))
@@ -85,10 +86,9 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
 def _frame(trace: xr.Dataset, width: float, height: float, step: int) -> Image.Image:
     scale = SIZE * SCALE / max(width, height)
     size = (round(width * scale / SCALE / 2) * 2, round(height * scale / SCALE / 2) * 2)  # video wants even numbers
-    image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), BACKGROUND)
+    image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), MOVIE["background"])
     draw = ImageDraw.Draw(image)
-    for x, y in zip(trace.item_x.values[step] * scale, trace.item_y.values[step] * scale, strict=True):
-        draw.rectangle((x - 5 * scale, y - 5 * scale, x + 5 * scale, y + 5 * scale), fill=FOOD)
+    _draw_things(draw, trace, step, scale)
     _draw_trails(draw, trace, step, scale)
     eats = trace.eaten.values[max(0, step - 10) : step + 1].any(axis=0)
     for agent in range(trace.sizes["agent"]):
@@ -97,14 +97,30 @@ def _frame(trace: xr.Dataset, width: float, height: float, step: int) -> Image.I
         corners = [
             (x + 8 * scale * math.cos(heading + turn), y + 8 * scale * math.sin(heading + turn)) for turn in (0, 2.5, -2.5)
         ]
-        draw.polygon(corners, fill=EATER if eats[agent] else AGENT)
+        draw.polygon(corners, fill=MOVIE["eater"] if eats[agent] else MOVIE["agent"])
     draw.text(
         (8 * SCALE, 6 * SCALE),
         f"{trace.attrs['condition']}  generation {trace.attrs['generation']}  step {step}",
-        "#444444",
+        MOVIE["text"],
         font_size=14 * SCALE,
     )
     return image.reduce(SCALE)
+
+
+def _draw_things(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale: float) -> None:
+    """What the look of the world says: walls, and items in the colour of their kind."""
+    look = json.loads(trace.attrs["look"])
+    for mark in look["marks"]:
+        if mark["solid"]:
+            x, y, width, height = (mark[name] * scale for name in ("x", "y", "width", "height"))
+            draw.rectangle((x, y, x + width, y + height), fill=shade(mark["colour"]))
+    xs, ys = trace.item_x.values[step] * scale, trace.item_y.values[step] * scale
+    first = 0
+    for kind in look["item_kinds"]:
+        last = first + kind["number"]
+        for x, y in zip(xs[first:last], ys[first:last], strict=True):
+            draw.rectangle((x - 5 * scale, y - 5 * scale, x + 5 * scale, y + 5 * scale), fill=shade(kind["colour"]))
+        first = last
 
 
 def _draw_trails(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale: float) -> None:
@@ -114,4 +130,4 @@ def _draw_trails(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale:
         breaks = np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10) + 1  # over the map's edge
         for path in np.split(np.stack([xs[:, agent], ys[:, agent]], 1) * scale, breaks):
             if len(path) > 1:
-                draw.line([(float(x), float(y)) for x, y in path], fill=TRAILS, width=SCALE)
+                draw.line([(float(x), float(y)) for x, y in path], fill=MOVIE["trail"], width=SCALE)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-SIDES = ("left", "front", "right")
 PARENTS = ("fitter", "other")
 
 
@@ -56,7 +55,7 @@ TRACE: Mapping[str, Variable] = {
     ),
     "item_x": Variable(("step", "item"), np.float32, "units of length", "position at the beginning of the step"),
     "item_y": Variable(("step", "item"), np.float32, "units of length", "position at the beginning of the step"),
-    "sensor": Variable(("step", "agent", "side"), np.int8, "1", "1 if any item falls in the sensor"),
+    "sensor": Variable(("step", "agent", "side"), np.int8, "1", "what each input is; 1 if any item falls in the sensor"),
     "output": Variable(("step", "agent", "action"), np.float32, "1", "the action module's outputs, before learning"),
     "action": Variable(("step", "agent"), np.int8, "1", "0 left, 1 forward, 2 right"),
     "eaten": Variable(("step", "agent"), np.int32, "items", "items eaten in this step"),

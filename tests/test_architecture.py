@@ -13,7 +13,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"errors", "factors", "version"},
+    {"errors", "factors", "version", "palette"},
     {"files"},
     {"experiment"},
     {"engine", "variables", "statistics"},

@@ -58,7 +58,8 @@ def test_to_import_it_loads_nothing_and_makes_no_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["--help"], ["--version"], ["papers"], ["presets"], ["show", "evo+self-taught/B", "--set", "lifetime.steps=5"], ["rum"]]
+    "words",
+    [["--help"], ["--version"], ["papers"], ["presets"], ["show", "evo+self-taught/B", "--set", "lifetime.steps=5"], ["rum"]],
 )
 def test_a_command_that_only_tells_loads_no_engine(words: list[str]) -> None:
     assert not loaded_by(command(*words)) & HEAVY

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample, middle_and_ends
 from baldwinlab.evolution import Genome
-from baldwinlab.models.miniworld.cpu import Block
-from baldwinlab.models.miniworld.make import arrays_of
+from baldwinlab.runs.recorder import First, Series, follow
 from baldwinlab.runs.relive import born
 from baldwinlab.studies.store import Study
 
@@ -41,30 +40,12 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
-    steps = sample.experiment.lifetime.steps
+    steps, (runs, agents) = sample.experiment.lifetime.steps, genomes.shape[:2]
     block = born(sample.experiment, sample.study.seed, sample.runs, generation, genomes)
-    first_meal = np.full(genomes.shape[:2], np.nan, np.float32)
-    eaten = []
-    for first in range(0, steps, WINDOW):
-        before = block.eaten()
-        _live_and_note_first_meals(block, first, min(first + WINDOW, steps), first_meal)
-        eaten.append((block.eaten() - before).sum(axis=-1))
+    moments = [*range(0, steps, WINDOW), steps]
+    eaten = Series("eaten", moments, slice(runs * agents))
+    fed = First(lambda block: np.any(block.eaten(), axis=-1), moments)
+    follow(block, [eaten, fed])
     sample.tell()
-    return np.stack(eaten, axis=1), first_meal
-
-
-def _live_and_note_first_meals(block: Block, first: int, last: int, first_meal: npt.NDArray[np.float32]) -> None:
-    """Live from step `first` to `last`. Where somebody eats for the first time, go back and live in halves, down to the step."""
-    before = [array.copy() for array in arrays_of(block.state)]
-    block.live(first, last)
-    new = np.isnan(first_meal) & block.eaten().any(axis=-1)
-    if not new.any():
-        return
-    if last - first == 1:
-        first_meal[new] = first
-        return
-    for array, value in zip(arrays_of(block.state), before, strict=True):
-        array[:] = value
-    middle = (first + last) // 2
-    _live_and_note_first_meals(block, first, middle, first_meal)
-    _live_and_note_first_meals(block, middle, last, first_meal)
+    in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
+    return in_window.swapaxes(0, 1), fed.values - 1  # what is there at a moment came about in the step before

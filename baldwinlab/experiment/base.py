@@ -78,7 +78,7 @@ class BaseExperiment(Fields):
 
         Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
         """
-        return validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))  # type: ignore[return-value]
+        return validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))
 
     def to_dict(self) -> dict[str, Any]:
         return self.model_dump(mode="json")
@@ -268,7 +268,7 @@ class _Unread(BaseExperiment, extra="allow"):
     record: Record = Record()
 
 
-def validate(tree: dict[str, Any], reading: bool = False) -> BaseExperiment:
+def validate(tree: dict[str, Any], reading: bool = False) -> Any:
     """The experiment that `tree` describes. Raises ExperimentError with a line for every fault.
 
     `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.

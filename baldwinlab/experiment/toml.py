@@ -8,10 +8,10 @@ from typing import Any
 import tomlkit
 from pydantic import BaseModel
 
-from baldwinlab.experiment import Experiment, ExperimentError, validate
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
 
 
-def to_toml(experiment: Experiment) -> str:
+def to_toml(experiment: BaseExperiment) -> str:
     """The whole experiment as TOML, every field with its meaning, ready to be edited and loaded."""
     document = tomlkit.document()
     _fill(document, experiment)

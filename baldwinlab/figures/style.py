@@ -1,7 +1,7 @@
 """How all figures look, and how they are kept.
 
-Colours: M. Okabe and K. Ito, Color Universal Design (2008), told apart with every kind of colour vision; conditions differ in
-line and marker too, so that they survive a print in grey. Sizes are those of a page: 7.2 inches wide, no text below 8 points.
+Colours are those of `baldwinlab.palette`; conditions differ in line and marker too, so that they survive a print in grey. Sizes
+are those of a page: 7.2 inches wide, no text below 8 points.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from matplotlib import style
 from matplotlib.figure import Figure
 
 from baldwinlab.files import write_atomically
+from baldwinlab.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SERIES, SKY, VERMILION
 
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"
-GREY = "#666666"
+__all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION"]
+
 WIDTH = 7.2  # inches
 
 SETTINGS: dict[str, Any] = {
@@ -67,9 +68,8 @@ class Series(NamedTuple):
 
 def series(number: int) -> Series:
     """The look of the `number`-th condition; the first 28 differ."""
-    colours = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
     lines, markers = ("-", "--", "-.", ":"), ("o", "s", "^", "D", "v", "P", "X")
-    return Series(colours[number % 7], lines[(number % 7 + number // 7) % 4], markers[number % 7])
+    return Series(SERIES[number % 7], lines[(number % 7 + number // 7) % 4], markers[number % 7])
 
 
 @styled

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,10 @@ from baldwinlab.lab import Lab, MissingError, frames
 from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer
 from baldwinlab.lab.query import number
 from baldwinlab.models.miniworld.cpu import Block
-from baldwinlab.models.miniworld.networks import forward
-from baldwinlab.models.miniworld.state import CODES
+from baldwinlab.models.miniworld.look import look
+from baldwinlab.models.miniworld.recall import AskTeacher, Reflex, Teacher, kind_of_recall
+from baldwinlab.parts.kinds import forward
+from baldwinlab.runs.recorder import Series, follow
 from baldwinlab.runs.relive import born, lived
 
 SAMPLES = 201  # of the weights over a life, birth and death among them
@@ -35,16 +36,17 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def _bytes_of_step(experiment: Experiment) -> int:
-    return 12 + 2 * 4 * sum(experiment.layer_sizes)
+    return 13 + 2 * 4 * sum(experiment.layer_sizes)
 
 
 def look_inside(life: Life, part: Span, agent: int) -> bytes:
     """The container about one agent: its whole life in weights, and its activations in a part of it.
 
     Arrays: sample_step [sample], weights [sample, weight] of the action module at the beginning of that step (the last: at
-    death); activations [step, unit] of the action module, sensors first; eaten [step], items so far in life with this step;
-    and with a reinforcement module: teacher [weight], teacher_activations [step, unit], and error [step], the root mean square
-    of the difference between the modules' outputs. Raises MissingError for an agent that the population has not.
+    death); activations [step, unit] of the action module, inputs first; action [step], what was done, which noise may have
+    made another than the largest output; eaten [step], items so far in life with this step; and with a reinforcement module:
+    teacher [weight], teacher_activations [step, unit], and error [step], the root mean square of the difference between the
+    modules' outputs. Raises MissingError for an agent that the population has not.
     """
     experiment = life.experiment
     if agent >= experiment.population.size:
@@ -52,73 +54,67 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     past, (seed, run, generation) = life.past(), life.moment
     block = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, block, part, agent)
-    _ask_modules(experiment, past.genome[agent, :, : experiment.weight_count], arrays)
+    _ask_modules(experiment, block, past.genome[agent, :, : experiment.weight_count], arrays)
     energy = lived(experiment, block, past.genome[None]).energy[0]
     header = {
         "kind": "inside",
         "agent": agent,
         **part._asdict(),
+        "look": look(experiment).to_dict(),
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
         **_kin(life, past, energy, agent),
         "food": int(block.eaten()[0, agent].sum()),
         "rank": 1 + int((energy > energy[agent]).sum()),
     }
-    del arrays["code"]
     return frames.pack(header, arrays)
 
 
 def _follow(experiment: Experiment, block: Block, part: Span, agent: int) -> dict[str, npt.NDArray[Any]]:
     """Live the whole life. What is written down of a step is there after it; weights are as they were before it."""
-    steps, state = experiment.lifetime.steps, block.state
+    steps = experiment.lifetime.steps
     wanted = min(SAMPLES, max(2, MOST_BYTES // (4 * experiment.weight_count)))
-    samples = np.unique(np.linspace(0, steps, wanted).astype(np.uint32))
-    length = part.last - part.first
-    arrays: dict[str, npt.NDArray[Any]] = {
-        "sample_step": samples,
-        "weights": np.empty((samples.size, experiment.weight_count), np.float32),
-        "activations": np.empty((length, sum(experiment.layer_sizes)), np.float32),
-        "code": np.empty(length, np.uint8),
-        "eaten": np.empty(length, np.uint32),
+    samples, done = np.unique(np.linspace(0, steps, wanted).astype(np.uint32)), range(part.first + 1, part.last + 1)
+    notes = {
+        "weights": Series("weights", samples.tolist(), agent),
+        "activations": Series("activations", done, agent),
+        "action": Series("action", done, agent, np.uint16),
+        "eaten": Series("eaten", done, agent, np.uint32),
     }
-    place = {int(step): sample for sample, step in enumerate(samples)}
-    for begin, end in pairwise(sorted({*place, *range(part.first, part.last + 1)})):
-        if begin in place:
-            arrays["weights"][place[begin]] = state.weights[:, agent]
-        block.live(begin, end)
-        if part.first <= begin < part.last:
-            row = begin - part.first
-            arrays["activations"][row] = state.activations[:, agent]
-            arrays["code"][row] = state.code[agent]
-            arrays["eaten"][row] = state.eaten[:, agent].sum()
-    arrays["weights"][-1] = state.weights[:, agent]
+    if kind_of_recall(experiment) is AskTeacher:
+        notes["teacher_activations"] = Series("teacher_activations", done, agent)
+    follow(block, list(notes.values()))
+    arrays = {"sample_step": samples, **{name: note.values for name, note in notes.items()}}
     arrays["eaten"] = frames.narrowed(arrays["eaten"])
     return arrays
 
 
-def _ask_modules(experiment: Experiment, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
+def _ask_modules(experiment: Experiment, block: Block, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
     """Add what the modules of `genome` [module, weight] that learning does not change answer to what was sensed.
 
-    Where nothing is learned, the engine itself looks up what the action module answers, and leaves its hidden units out.
+    Where the engine looks answers up, it leaves hidden units out: there, and only there, the modules are asked again.
     """
-    code = arrays["code"]
-    if not experiment.learns:
-        arrays["activations"] = _answers(experiment, genome[0])[code]
+    inputs, recall = arrays["activations"][:, : len(experiment.inputs)], kind_of_recall(experiment)
+    if recall is Reflex:
+        arrays["activations"] = _answers(block, genome[0], inputs)
+    if recall is Teacher:
+        arrays["teacher_activations"] = _answers(block, genome[1], inputs)
     if len(genome) > 1:
         arrays["teacher"] = genome[1]
-        arrays["teacher_activations"] = _answers(experiment, genome[1])[code]
-        difference = arrays["activations"][:, -3:] - arrays["teacher_activations"][:, -3:]
+        outputs = slice(-len(experiment.actions), None)
+        difference = arrays["activations"][:, outputs] - arrays["teacher_activations"][:, outputs]
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))
 
 
-def _answers(experiment: Experiment, weights: Floats) -> Floats:
-    """The activations [code, unit] of a module for everything that can be sensed."""
-    activations = np.zeros((sum(experiment.layer_sizes), CODES), np.float32)
-    of_code = np.repeat(weights[:, None], CODES, axis=1)
-    for code in range(CODES):
-        activations[:3, code] = [(code >> side) & 1 for side in range(3)]
-        forward(np.array(experiment.layer_sizes, np.int64), experiment.network.biases, of_code, activations, code)
-    return activations.T
+def _answers(block: Block, weights: Floats, inputs: Floats) -> Floats:
+    """The activations [step, unit] of a module without memory for what was sensed, `inputs` [step, input]."""
+    different, which = np.unique(inputs, axis=0, return_inverse=True)
+    activations = np.zeros((len(block.state.activations), len(different)), np.float32)
+    activations[: inputs.shape[1]] = different.T
+    of_lane = np.repeat(weights[:, None], len(different), axis=1)
+    for lane in range(len(different)):
+        forward(block.state.network, of_lane, activations, lane)
+    return np.ascontiguousarray(activations.T[which.ravel()])
 
 
 def _kin(life: Life, past: Past, energy: npt.NDArray[np.float64], agent: int) -> dict[str, Any]:

@@ -23,9 +23,10 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from baldwinlab import presets
-from baldwinlab.experiment import Experiment, ExperimentError, validate
+from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.live_run import LiveRun, check_size, seconds_in
+from baldwinlab.lab.query import body
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies.store import StudyError, create
 
@@ -140,47 +141,8 @@ def _new_directory(root: Path, name: str) -> Path:
     return directory
 
 
-def faults(tree: Any) -> list[dict[str, str]]:
-    """What is wrong with an experiment, in the config's own sentences, each with the path of the field that it is about.
-
-    The path is empty for what is about the whole.
-    """
-    if not isinstance(tree, dict):
-        return [{"path": "", "message": "an experiment is a table of its fields"}]
-    try:
-        validate(tree)
-    except ExperimentError as error:
-        return [{"path": _path_in(line, tree), "message": line} for line in str(error).splitlines()]
-    return []
-
-
-def _path_in(sentence: str, tree: Any) -> str:
-    """The path that a sentence begins with, or nothing where its first word is none."""
-    path = sentence.split(" ", 1)[0].removesuffix(":")
-    place = tree
-    for step in path.split("."):
-        if isinstance(place, list) and step.isdecimal() and int(step) < len(place):
-            place = place[int(step)]
-        elif isinstance(place, dict) and step in place:
-            place = place[step]
-        else:
-            return ""
-    return path
-
-
-async def _json(request: Request) -> dict[str, Any]:
-    """Raises ValueError where the body is no JSON object."""
-    try:
-        body = json.loads(await request.body())
-    except ValueError:
-        body = None
-    if not isinstance(body, dict):
-        raise ValueError(f"{request.url.path} takes a JSON object")
-    return body
-
-
-def _whole(body: dict[str, Any], name: str, default: int) -> int:
-    value = body.get(name, default)
+def _whole(order: dict[str, Any], name: str, default: int) -> int:
+    value = order.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} = {value!r} must be a whole number")
     return value
@@ -249,19 +211,16 @@ async def _follow(websocket: WebSocket, live: Live) -> None:
 
 def routes(lab: Lab) -> list[BaseRoute]:
     async def start(request: Request) -> JSONResponse:
-        body = await _json(request)
-        runs, seed, seconds = _whole(body, "runs", 1), _whole(body, "seed", 0), seconds_in(body)
-        run = lab.live.start(validate(body.get("experiment", {})), seed, runs, seconds)
+        order = await body(request)
+        runs, seed, seconds = _whole(order, "runs", 1), _whole(order, "seed", 0), seconds_in(order)
+        run = lab.live.start(validate(order.get("experiment", {})), seed, runs, seconds)
         return JSONResponse({"id": run.id}, 201)
-
-    async def check(request: Request) -> JSONResponse:
-        return JSONResponse({"errors": faults((await _json(request)).get("experiment"))})
 
     async def listed(request: Request) -> JSONResponse:
         return JSONResponse({"runs": [_about(run) for run in lab.live.all()]})
 
     async def keep(request: Request) -> JSONResponse:
-        name = str((await _json(request)).get("name", ""))
+        name = str((await body(request)).get("name", ""))
         await run_in_threadpool(lab.live.keep, request.path_params["id"], lab.root, name)
         return JSONResponse({"study": name}, 201)
 
@@ -271,7 +230,6 @@ def routes(lab: Lab) -> list[BaseRoute]:
     return [
         Route("/api/live", start, methods=["POST"]),
         Route("/api/live", listed),
-        Route("/api/validate", check, methods=["POST"]),
         Route("/api/live/{id}/keep", keep, methods=["POST"]),
         WebSocketRoute("/api/live/{id}", follow),
     ]

@@ -71,8 +71,16 @@ def span(query: Query, steps: int, bytes_a_step: int) -> Span:
 def find(lab: Lab, query: Query) -> Life:
     """The lifetime of a stored run (study, condition), of a live one (live), or of a preset (preset, seed).
 
-    Each also takes run and generation. Raises MissingError where there is none such, and ValueError where something is missing.
+    Each also takes run and generation. Raises MissingError where there is none such, and where lives of its model cannot be
+    watched; and ValueError where something is missing.
     """
+    life = _named(lab, query)
+    if not isinstance(life.experiment, Experiment):
+        raise MissingError(f"{life.experiment.name} is of the model {life.experiment.model}, whose lives have no world to watch")
+    return life
+
+
+def _named(lab: Lab, query: Query) -> Life:
     generation = number(query, "generation")
     if "study" in query:
         return _stored(lab, query, generation)

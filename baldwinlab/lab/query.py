@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from typing import Any
+
+from starlette.requests import Request
 
 Query = Mapping[str, str]
 
@@ -22,3 +26,14 @@ def number(query: Query, name: str, default: int | None = None) -> int:
     if not (given.isascii() and given.isdecimal() and len(given) < 12):
         raise ValueError(f"{name} = {given!r} must be a whole number of at least 0")
     return int(given)
+
+
+async def body(request: Request) -> dict[str, Any]:
+    """What is posted. Raises ValueError where it is no JSON object."""
+    try:
+        found = json.loads(await request.body())
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise ValueError(f"{request.url.path} takes a JSON object")
+    return found

@@ -10,19 +10,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, frames
+from baldwinlab.lab.forms import shown
 from baldwinlab.lab.lives import Life, Span, answer
+from baldwinlab.models.miniworld.look import look
+from baldwinlab.runs.recorder import Moves, Series, follow
 from baldwinlab.runs.relive import born
 
-TYPES: dict[str, type[np.generic]] = {  # of what is written down in every step, of every agent
-    "x": np.float32,
-    "y": np.float32,
-    "heading": np.uint8,
-    "sensor": np.uint8,
-    "action": np.uint8,
-    "eaten": np.uint32,
-}
-BYTES_OF_AGENT = sum(np.dtype(dtype).itemsize for dtype in TYPES.values())  # a step
+BYTES_OF_AGENT = 14  # in every step, but for its inputs: x and y, heading, action, items eaten
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -30,20 +26,25 @@ def routes(lab: Lab) -> list[BaseRoute]:
         def make(life: Life, part: Span) -> bytes:
             return record(life, part, dict(request.query_params))
 
-        return await answer(lab, request, lambda experiment: BYTES_OF_AGENT * experiment.population.size, make)
+        return await answer(lab, request, bytes_of_step, make)
 
     return [Route("/api/recording", recording)]
+
+
+def bytes_of_step(experiment: Experiment) -> int:
+    return experiment.population.size * (BYTES_OF_AGENT + _bytes_of_bits(len(look(experiment).inputs)))
 
 
 def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
     """The container of a part of a life; `source` is the query that asked for it, and goes into the header.
 
-    Arrays: x, y float32 [step, agent]; heading [step, agent], in turns of 9 degrees clockwise from +x; sensor [step, agent],
-    as bits: 1 left, 2 front, 4 right; action [step, agent], 0 left, 1 forward, 2 right; eaten [step, agent], items so far in
-    life with this step; item_x, item_y [item], as they lie at the first step; move_step, move_item, move_x, move_y [move]:
-    from that step on the item lies there. Positions are in units of length, and as they stood when the agents sensed.
+    Arrays: x, y float32 [step, agent]; heading [step, agent], in turns clockwise from +x, of which header.look.headings make a
+    circle; sensor [step, agent * byte], as bits, eight inputs a byte and the first the lowest: 1 where an input is above 0;
+    action [step, agent], its number in header.look.actions; eaten [step, agent], items so far in life with this step; item_x,
+    item_y [item], as they lie at the first step; move_step, move_item, move_x, move_y [move]: from that step on the item lies
+    there. Positions are in units of length, and as they stood when the agents sensed.
     """
-    experiment, steps = life.experiment, life.experiment.lifetime.steps
+    experiment = life.experiment
     arrays = _arrays(life, part)
     header = {
         "kind": "recording",
@@ -51,13 +52,10 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
         "condition": experiment.name,
         **life.moment._asdict(),
         **part._asdict(),
-        "steps": steps,
+        "steps": experiment.lifetime.steps,
         "agents": experiment.population.size,
         "items": arrays["item_x"].size,
-        "world": experiment.world.model_dump(mode="json"),
-        "visual_radius": experiment.senses.visual_radius,
-        "reach": experiment.contact.reach,
-        "contact": experiment.contact.shape,
+        **shown(experiment),
         "learns": experiment.learns,
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
@@ -68,38 +66,31 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
 def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
     experiment, (seed, run, generation) = life.experiment, life.moment
     block = born(experiment, seed, [run], generation, life.past().genome[None])
-    block.live(0, part.first)
-    state, agents = block.state, experiment.population.size
-    arrays = {name: np.empty((part.last - part.first, agents), dtype) for name, dtype in TYPES.items()}
-    items, moves = block.items()[0], _Moves()
-    for row, step in enumerate(range(part.first, part.last)):
-        if row:
-            moves.add(step, np.flatnonzero(state.touched[0] == step - 1), state.item_x[0], state.item_y[0])
-        arrays["x"][row], arrays["y"][row] = state.places[:, :agents]
-        arrays["heading"][row] = state.heading[0, :agents]
-        block.live(step, step + 1)
-        arrays["sensor"][row] = state.code[:agents]
-        arrays["action"][row] = state.action[0, :agents]
-        arrays["eaten"][row] = state.eaten[:, :agents].sum(axis=0)
+    agents, found, done = slice(experiment.population.size), range(*part), range(part.first + 1, part.last + 1)
+    moves = Moves(found)
+    notes = {
+        "x": Series("x", found, agents),
+        "y": Series("y", found, agents),
+        "heading": Series("heading", found, agents, _small(look(experiment).headings)),
+        "sensor": Series("inputs", done, agents, change=_as_bits),
+        "action": Series("action", done, agents, _small(len(look(experiment).actions))),
+        "eaten": Series("eaten", done, agents, np.uint32),
+    }
+    follow(block, [moves, *notes.values()])
+    arrays = {name: note.values for name, note in notes.items()} | {"item_x": moves.items[:, 0], "item_y": moves.items[:, 1]}
     arrays["eaten"] = frames.narrowed(arrays["eaten"])
-    return arrays | {"item_x": items[:, 0], "item_y": items[:, 1]} | moves.arrays()
+    return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 
 
-class _Moves:
-    """Items that have been eaten, and where they have reappeared."""
+def _small(count: int) -> type[np.generic]:
+    """What holds so many different numbers."""
+    return np.uint8 if count <= 2**8 else np.uint16
 
-    def __init__(self) -> None:
-        self._found: dict[str, list[npt.NDArray[Any]]] = {"step": [], "item": [], "x": [], "y": []}
 
-    def add(self, step: int, items: npt.NDArray[np.intp], x: npt.NDArray[np.float32], y: npt.NDArray[np.float32]) -> None:
-        if items.size:
-            places = {"step": np.full(items.size, step), "item": items, "x": x[items], "y": y[items]}
-            for name, values in places.items():
-                self._found[name].append(values)
+def _bytes_of_bits(count: int) -> int:
+    return -(-count // 8)
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        types = {"step": np.uint32, "item": np.uint32, "x": np.float32, "y": np.float32}
-        return {
-            f"move_{name}": np.concatenate([np.empty(0, dtype), *self._found[name]], dtype=dtype, casting="unsafe")
-            for name, dtype in types.items()
-        }
+
+def _as_bits(inputs: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """[agent, input] as [agent * byte]: 1 where an input is above 0."""
+    return np.packbits(inputs > 0, axis=1, bitorder="little").ravel()

@@ -10,12 +10,13 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse
-from starlette.routing import Mount, WebSocketRoute
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
-from baldwinlab.lab import Lab, MissingError, inside, live, recording, share, studies
+from baldwinlab import palette
+from baldwinlab.lab import Lab, MissingError, forms, inside, live, recording, share, studies
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
 from baldwinlab.studies.store import StudyError
@@ -32,9 +33,10 @@ def make_app(root: Path) -> Starlette:
         yield
         lab.live.close()
 
-    routes = [route for part in (studies, recording, inside, live, share) for route in part.routes(lab)]
+    routes = [route for part in (studies, forms, recording, inside, live, share) for route in part.routes(lab)]
+    files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
-        routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), Mount("/", StaticFiles(directory=STATIC, html=True))],
+        routes=[*routes, Route("/palette.css", _palette), WebSocketRoute("/{path:path}", _no_websocket), files],
         lifespan=lifespan,
         middleware=[Middleware(Guard)],
         exception_handlers={
@@ -46,6 +48,10 @@ def make_app(root: Path) -> Starlette:
             Exception: _failed,
         },
     )
+
+
+def _palette(request: Request) -> Response:
+    return Response(palette.lab_css(), media_type="text/css")
 
 
 def _not_there(request: Request, error: Exception) -> JSONResponse:

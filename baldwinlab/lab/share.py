@@ -17,13 +17,13 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab import presets
+from baldwinlab import palette, presets
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, lives, studies
 from baldwinlab.lab.lives import Life
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.lab.recording import BYTES_OF_AGENT, record
+from baldwinlab.lab.recording import bytes_of_step, record
 from baldwinlab.movie import Scene, write_movie_of
 from baldwinlab.runs.replay import replay
 from baldwinlab.version import __version__
@@ -84,7 +84,7 @@ def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.get_template("replay.html").render(
         title=" and ".join(panel["title"] for panel in panels),
-        styles=(STATIC / "style.css").read_text("utf-8") + (STATIC / "replay_page.css").read_text("utf-8"),
+        styles=palette.lab_css() + (STATIC / "style.css").read_text("utf-8") + (STATIC / "replay_page.css").read_text("utf-8"),
         modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(PLAYER).items()},
         replay={"version": __version__, "step": step, "panels": panels},
     )
@@ -107,7 +107,7 @@ def modules(first: str) -> dict[str, str]:
 def _panel(life: Life, given: dict[str, str]) -> dict[str, Any]:
     """A lifetime: its recording, deflated, and what it takes to live it again."""
     experiment, steps = life.experiment, life.experiment.lifetime.steps
-    part = lives.span(given, steps, BYTES_OF_AGENT * experiment.population.size)
+    part = lives.span(given, steps, bytes_of_step(experiment))
     deflate = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)  # with no header, as a browser's "deflate-raw" reads it
     packed = deflate.compress(record(life, part, given)) + deflate.flush()
     seed, run, generation = life.moment

@@ -18,6 +18,7 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import text
 from baldwinlab.report import typical_run
 from baldwinlab.statistics import fitness
@@ -39,7 +40,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return Response(raw, media_type="application/json")
 
     def all_presets(request: Request) -> JSONResponse:
-        return JSONResponse({"presets": _presets(), "schema": Experiment.model_json_schema()})
+        return JSONResponse({"presets": _presets(), "schema": schema_of(Experiment)})
 
     def preset(request: Request) -> JSONResponse:
         return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
@@ -123,7 +124,7 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
-            "steps": experiment.lifetime.steps,
+            "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,  # of a life that can be watched
         }
         for experiment in study.experiments.values()
     ]

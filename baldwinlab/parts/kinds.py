@@ -242,7 +242,7 @@ class WorldFeature(Part):
         return ()
 
     def marks(self) -> tuple[dict[str, Any], ...]:
-        """What is drawn of it: {"shape": "rectangle", "x", "y", "width", "height", "color", "label"}."""
+        """What is drawn of it: {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color", "label"}."""
         return ()
 
     build = staticmethod(build.default)

@@ -22,9 +22,7 @@ class Lives(NamedTuple):
 
     energy: npt.NDArray[np.float64]  # [run, agent], gained in life
     cost: npt.NDArray[np.float64]  # [run, agent], of learning
-    learned: (
-        npt.NDArray[np.float32] | None
-    )  # [run, agent, weight], the first module at death; None where it is no use
+    learned: npt.NDArray[np.float32] | None  # [run, agent, weight], the first module at death; None where it is no use
     records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from baldwinlab import palette
 from baldwinlab.files import write_atomically
 from baldwinlab.report import content, words
 
@@ -27,7 +28,7 @@ def render(template: str, **values: Any) -> str:
     numbers = (words.number, words.signed, words.probability, words.span, words.interval, words.effect)
     phrases = (words.compared, words.higher, words.sentence, words.from_paper)
     environment.filters |= {phrase.__name__: phrase for phrase in (*numbers, *phrases, content.shown)}
-    environment.globals["measures"] = words.MEASURES
+    environment.globals |= {"measures": words.MEASURES, "colours": palette.report_css()}
     return environment.get_template(template).render(**values)
 
 

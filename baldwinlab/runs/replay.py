@@ -13,7 +13,9 @@ from baldwinlab.errors import RefusedError
 from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.look import as_text, look
 from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.runs.recorder import Series, follow
 from baldwinlab.runs.simulate import check_seed, facts, simulate_block
 
 
@@ -36,9 +38,9 @@ def replay(
     arrays["weight_birth"] = genome
     arrays["weight_death"] = genome.copy()
     arrays["weight_death"][:, 0, : experiment.weight_count] = block.weights()[0]
-    attributes = facts(experiment, seed, run) | {"generation": generation}
+    attributes = facts(experiment, seed, run) | {"generation": generation, "look": as_text(experiment)}
     found = variables.dataset(variables.TRACE, arrays, attributes)
-    return found.assign_coords(side=list(variables.SIDES), module=list(experiment.modules))
+    return found.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
 
 
 def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | None:
@@ -72,29 +74,22 @@ def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray |
 
 
 def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]:
-    """Live step by step and write down what each step found and did."""
-    state, steps, agents = block.state, experiment.lifetime.steps, experiment.population.size
-    items = int(block.model.region_items[-1])
-    shapes: dict[str, tuple[int, ...]] = {
-        "x": (agents,),
-        "y": (agents,),
-        "heading": (agents,),
-        "item_x": (items,),
-        "item_y": (items,),
+    """Live a life, and write down what each step found and did."""
+    agents = slice(experiment.population.size)
+    found, done = range(experiment.lifetime.steps), range(1, experiment.lifetime.steps + 1)
+    notes = {
+        "x": Series("x", found, agents),
+        "y": Series("y", found, agents),
+        "heading": Series("heading", found, agents),
+        "items": Series("items", found, agents),
+        "sensor": Series("inputs", done, agents, np.int8),
+        "output": Series("outputs", done, agents),
+        "action": Series("action", done, agents, np.int8),
+        "eaten": Series("eaten", done, agents),
     }
-    shapes |= {"sensor": (agents, 3), "output": (agents, 3), "action": (agents,), "eaten": (agents,)}
-    arrays = {name: np.empty((steps, *shape), variables.TRACE[name].dtype) for name, shape in shapes.items()}
-    eaten_before = np.zeros(agents, np.int64)
-    for step in range(steps):
-        arrays["x"][step] = state.places[0, :agents]
-        arrays["y"][step] = state.places[1, :agents]
-        arrays["heading"][step] = state.heading[0, :agents] * (360 / HEADING_COUNT)
-        arrays["item_x"][step], arrays["item_y"][step] = block.items()[0].T
-        block.live(step, step + 1)
-        arrays["sensor"][step] = state.activations[:3, :agents].T
-        arrays["output"][step] = state.activations[-3:, :agents].T
-        arrays["action"][step] = state.action[0, :agents]
-        eaten = state.eaten[:, :agents].sum(axis=0)
-        arrays["eaten"][step] = eaten - eaten_before
-        eaten_before = eaten
-    return arrays
+    follow(block, list(notes.values()))
+    arrays = {name: note.values for name, note in notes.items()}
+    arrays["heading"] *= np.float32(360 / HEADING_COUNT)
+    arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)
+    items = arrays.pop("items")
+    return arrays | {"item_x": items[..., 0], "item_y": items[..., 1]}

@@ -48,7 +48,7 @@ def simulate_block(
 
 
 def live_block(
-    experiment: Experiment,
+    experiment: BaseExperiment,
     seed: int,
     runs: Sequence[int],
     backend: Backend = CPU,

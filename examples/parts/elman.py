@@ -5,8 +5,8 @@
 Source: J. L. Elman, "Finding Structure in Time", Cognitive Science 14 (1990). As there, learning does not reach back in time.
 """
 
-from baldwinlab.parts import Network, get, put
 from baldwinlab.models.miniworld.networks import FeedForward, feed_forward
+from baldwinlab.parts import Network, get, put
 
 
 class Elman(Network, name="elman"):

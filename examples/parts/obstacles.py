@@ -1,6 +1,6 @@
 """Walls: they stop motion and sight, nobody is born and nothing grows inside them.
 
-    baldwinlab run evo/A --part examples/parts/obstacles.py --set world.features='["obstacles"]' --set world.obstacles.x='[300, 320]'
+baldwinlab run evo/A --part examples/parts/obstacles.py --set world.features='["obstacles"]' world.obstacles.x='[300, 320]'
 """
 
 import numpy as np
@@ -25,10 +25,12 @@ class Obstacles(WorldFeature, name="obstacles"):
     def check(self, experiment):
         for axis, (low, high), end in (("x", self.x, experiment.world.width), ("y", self.y, experiment.world.height)):
             if not 0 <= low < high <= end:
-                raise ValueError(f"world.obstacles.{axis} = [{low:g}, {high:g}] must go from a smaller to a larger number, from 0 to {end:g}")
+                raise ValueError(f"world.obstacles.{axis} = [{low:g}, {high:g}] must rise, and lie from 0 to {end:g}")
 
     def marks(self):
-        return ({"shape": "rectangle", "x": self.x, "y": self.y, "color": "#555555", "label": "wall"},)
+        (left, right), (upper, lower) = self.x, self.y
+        size = {"x": left, "y": upper, "width": right - left, "height": lower - upper}
+        return ({"shape": "rectangle", **size, "color": "#555555", "label": "wall"},)
 
     @staticmethod
     def forbids(part, model, x, y):

@@ -1,6 +1,6 @@
 """A selection scheme: only the single best breeds, now and then somebody else.
 
-    baldwinlab run evo/A --part examples/parts/own_selection.py --set evolution.selection=champion
+baldwinlab run evo/A --part examples/parts/own_selection.py --set evolution.selection=champion
 """
 
 from baldwinlab.parts import Field, Selection

@@ -1,7 +1,7 @@
 """Poison: items that cost energy, a sense of their own, and a fitness that copes with values below 0.
 
-    baldwinlab run evo/A --part examples/parts/poison.py --set world.features='["poison"]' --set senses.kinds='["food", "poison"]' \
-        --set evolution.fitness=above-the-worst
+    baldwinlab run evo/A --part examples/parts/poison.py --set world.features='["poison"]' senses.kinds='["food", "poison"]' \
+        evolution.fitness=above-the-worst
 """
 
 from baldwinlab.models.miniworld.make import kind_number

@@ -21,12 +21,15 @@ import pytest
 from scipy.special import ndtri
 
 import baldwinlab
-from baldwinlab.engine.arithmetic import logarithm, normal_quantile, power_of_ten, sigmoid
+from baldwinlab.engine import arithmetic
+from baldwinlab.engine.jit import OPTIONS, kept
 from baldwinlab.engine.lanes import square_root
 
 Function = Callable[[float], float]
 Numbers = npt.NDArray[np.float64]
-FUNCTIONS: tuple[Function, ...] = (logarithm, power_of_ten, normal_quantile)
+PYTHON: tuple[Function, ...] = (arithmetic.logarithm, arithmetic.power_of_ten, arithmetic.normal_quantile)
+FUNCTIONS = logarithm, power_of_ten, normal_quantile = tuple(kept(each) for each in PYTHON)
+sigmoid = kept(arithmetic.sigmoid)
 RANDOM = np.random.default_rng(1)
 ARGUMENTS: dict[Function, Numbers] = {
     logarithm: np.concatenate([np.exp(RANDOM.uniform(-744, 709, 2000)), RANDOM.uniform(0.5, 2, 2000), [5e-324, 1, 2.0**1023]]),
@@ -105,9 +108,9 @@ def test_plain_python_gives_the_same_bits(capsys: pytest.CaptureFixture[str]) ->
     assert done.stdout == capsys.readouterr().out
 
 
-@pytest.mark.parametrize("function", FUNCTIONS)
+@pytest.mark.parametrize("function", PYTHON)
 def test_the_machine_code_calls_nothing_but_python(function: Function) -> None:
-    fresh = numba.njit(getattr(function, "py_func"), _nrt=False, error_model="numpy")  # noqa: B009
+    fresh = numba.njit(**OPTIONS)(function)
     fresh(0.25)
     (code,) = fresh.inspect_llvm().values()
     declared = re.findall(r"^declare .*?@([\w.$]+)\(", code, re.MULTILINE)
@@ -123,9 +126,9 @@ def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.Monk
     from baldwinlab.models.miniworld.kernels import uncontracted
 
     def kernel(out: Numbers, x: float) -> None:
-        out[0] = logarithm(x)
-        out[1] = power_of_ten(x)
-        out[2] = normal_quantile(x)
+        out[0] = arithmetic.logarithm(x)
+        out[1] = arithmetic.power_of_ten(x)
+        out[2] = arithmetic.normal_quantile(x)
 
     device = SimpleNamespace(compute_capability=(9, 0))
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)

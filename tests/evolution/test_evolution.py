@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,8 +12,9 @@ import pytest
 from scipy.stats import chisquare, kstest, rankdata
 
 from baldwinlab.engine import rng
-from baldwinlab.evolution import Genome, Moment, breed, draw_genome, select
-from baldwinlab.evolution.variation import Mutation, vary
+from baldwinlab.evolution import Genome, Moment, Parents, Uniforms, breed, draw_genome, select
+from baldwinlab.evolution.variation import Crossover, OneGenome
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
@@ -22,11 +25,20 @@ MOMENT = Moment(seed=11, run=0, generation=1)
 SCHEMES = ["roulette", "tournament", "truncation", "rank", "neutral"]
 
 
+@cache
+def selecting_by(scheme: str) -> Experiment:
+    return load("evo/A").replace(evolution={"selection": scheme})
+
+
+def selected(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) -> Parents:
+    return select(selecting_by(scheme), fitness, uniforms)
+
+
 def drawn_parents(scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2500) -> npt.NDArray[np.int32]:
     """Parents [round * child, 2] of many generations that all come from the same one."""
     agents = fitness.size
     uniforms = [Moment(5, 0, generation).uniforms(rng.SELECTION, (agents, 2)) for generation in range(1, rounds + 1)]
-    return np.concatenate([select(scheme, fitness, each) for each in uniforms])
+    return np.concatenate([selected(scheme, fitness, each) for each in uniforms])
 
 
 def probabilities(scheme: str) -> npt.NDArray[np.float64]:
@@ -79,7 +91,7 @@ def test_the_fitter_parent_comes_first(scheme: str) -> None:
 @pytest.mark.parametrize("edge", [2.0**-33, 1 - 2.0**-33])
 def test_the_extreme_draws_choose_an_agent_that_ate(scheme: str, edge: float) -> None:
     fitness = np.array([0.0, 0.1, 0.3, 0.0])
-    parents = select(scheme, fitness, np.full((4, 2, 4), edge))
+    parents = selected(scheme, fitness, np.full((4, 2, 4), edge))
     assert parents.min() >= 0
     assert parents.max() < 4
     if scheme in ("roulette", "truncation"):
@@ -101,7 +113,6 @@ def test_fitness_below_0_is_as_good_as_any_other(scheme: str) -> None:
 @pytest.mark.parametrize(
     ("scheme", "fitness", "message"),
     [
-        ("roulete", [1.0], "evolution.selection = 'roulete' must be one of roulette, tournament, truncation, rank, neutral"),
         ("roulette", [1.0, -2.5], "evolution.selection = 'roulette': the fitness of agent 1 is -2.5 and must be 0 or more: "
          "choose rank or tournament, or a fitness that is never negative"),
         ("roulette", [np.nan], "evolution.selection = 'roulette': the fitness of agent 0 is nan and must be 0 or more"),
@@ -111,7 +122,18 @@ def test_fitness_below_0_is_as_good_as_any_other(scheme: str) -> None:
 )  # fmt: skip
 def test_what_cannot_be_selected_by_is_refused_in_a_sentence(scheme: str, fitness: list[float], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        select(scheme, np.array(fitness), np.full((len(fitness), 2, 4), 0.5))
+        selected(scheme, np.array(fitness), np.full((len(fitness), 2, 4), 0.5))
+
+
+def test_a_scheme_that_there_is_not_is_refused() -> None:
+    with pytest.raises(ExperimentError, match=r"evolution\.selection = 'roulete'.*'roulette', 'tournament'"):
+        load("evo/A").replace(evolution={"selection": "roulete"})
+
+
+def crossed(fitter: OneGenome, other: OneGenome, draws: Uniforms, gate: float = 1, **settings: float) -> OneGenome:
+    child = np.empty_like(fitter)
+    Crossover.vary(SimpleNamespace(**settings), fitter, other, draws, gate, child)
+    return child
 
 
 def alphabet(agents: int, weights: int) -> Genome:
@@ -139,8 +161,7 @@ def test_a_draw_below_a_half_takes_the_weight_of_the_fitter_parent() -> None:
     other, fitter = alphabet(2, 3)
     draws = np.ones((6, 4))
     draws[:, 0] = [0.0, 0.49, 0.5, 0.51, 0.99, 0.2]
-    child = np.empty_like(fitter)
-    vary(Mutation(one_gate=False, rate=0, size=0), fitter, other, draws, 1.0, child)
+    child = crossed(fitter, other, draws, one_gate=False, rate=0, size=0)
     assert (child == fitter).tolist() == [[True, True, False], [False, False, True]]
     assert (child == other).tolist() == [[False, False, True], [True, True, False]]
 
@@ -171,14 +192,12 @@ def test_one_gate_for_a_child_opens_for_all_its_weights_or_for_none() -> None:
 
 
 def test_the_gate_opens_below_the_mutation_rate() -> None:
-    parent, child, draws = np.ones((1, 4), np.float32), np.empty((1, 4), np.float32), np.zeros((4, 4))
+    parent, draws = np.ones((1, 4), np.float32), np.zeros((4, 4))
     draws[:, 1] = [0.0, 0.2499, 0.1, 0.25]
     draws[:, 2] = [0.0, 1.0, 0.5, 0.0]
-    vary(Mutation(one_gate=False, rate=0.25, size=0.5), parent, parent, draws, 1.0, child)
-    assert child.tolist() == [[0.5, 1.5, 1.0, 1.0]]
+    assert crossed(parent, parent, draws, one_gate=False, rate=0.25, size=0.5).tolist() == [[0.5, 1.5, 1.0, 1.0]]
     for gate, changed in ((0.2499, [[0.5, 1.5, 1.0, 0.5]]), (0.25, [[1.0, 1.0, 1.0, 1.0]])):
-        vary(Mutation(one_gate=True, rate=0.25, size=0.5), parent, parent, draws, gate, child)
-        assert child.tolist() == changed
+        assert crossed(parent, parent, draws, gate, one_gate=True, rate=0.25, size=0.5).tolist() == changed
 
 
 def test_initial_weights_are_standard_normal_and_those_of_the_modules_independent() -> None:

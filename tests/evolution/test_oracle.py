@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baldwinlab.evolution import SCHEMES, Moment, bequeath, breed, cost_of_learning, draw_genome, fitness, next_genome
-from baldwinlab.experiment import Experiment
+from baldwinlab.evolution import Moment, bequeath, breed, cost_of_learning, draw_genome, energy_of, fitness, next_genome
+from baldwinlab.experiment import Experiment, choices
 from baldwinlab.presets import load
 from tests.evolution import oracle
 
-SCHEMES_AND_FITNESS = st.sampled_from(sorted(SCHEMES)).flatmap(
+SCHEMES_AND_FITNESS = st.sampled_from(list(choices.BUILT_IN["selection"])).flatmap(
     lambda scheme: st.tuples(
         st.just(scheme),
         st.lists(
@@ -30,7 +30,7 @@ def experiment_of(agents: int, **changes: Any) -> Experiment:
     return load("evo+self-taught/A").replace(population={"size": agents}, network={"hidden": [2]}, **changes)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     SCHEMES_AND_FITNESS, MOMENTS, st.sampled_from(["weight", "child"]), st.sampled_from(["inherited", "shuffled", "fresh"]),
     st.floats(0, 1), st.floats(0, 1000),
@@ -79,7 +79,9 @@ def test_fitness_is_the_oracles(regions: int) -> None:
         experiment = experiment_of(30, world={"food": food}, learning=learning)
         genome = draw_genome(experiment, Moment(1, 0, 0))
         learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0]
-        found, expected = (each(experiment, eaten, genome, learned) for each in (fitness, oracle.fitness))
+        energies = np.array([region["energy"] for region in food] or [0.0])
+        found = fitness(experiment, energy_of(energies, eaten), cost_of_learning(experiment, genome, learned))
+        expected = oracle.fitness(experiment, eaten, genome, learned)
         assert found.tobytes() == expected.tobytes()
 
 

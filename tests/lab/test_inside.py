@@ -98,6 +98,17 @@ def test_biases_are_driven_too() -> None:
     assert np.array_equal(found["activations"][:, -3:], replay(experiment, seed=1).output[:, 2])
 
 
+def test_the_action_is_the_one_that_was_done_also_where_it_was_noise() -> None:
+    experiment = small().replace(motor={"noise": 0.3})
+    moment = Moment(1, 0, 0)
+    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    header, found = frames.unpack(look_inside(life, Span(0, 300), 2))
+    assert np.array_equal(found["action"], replay(experiment, seed=1).action[:, 2])
+    noise = found["action"] != found["activations"][:, -3:].argmax(axis=1)
+    assert 0.1 < noise.mean() < 0.3
+    assert header["look"]["actions"] == ["left", "forward", "right"]
+
+
 @pytest.mark.parametrize("agent", [20, 10**6])
 def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int) -> None:
     sentence = refusal(lab_server.address, "inside", 404, **SMALL, agent=agent)

@@ -18,7 +18,8 @@ from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
-from baldwinlab.lab.live import Live, faults
+from baldwinlab.lab.forms import faults
+from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_run import LiveRun, check_size
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate

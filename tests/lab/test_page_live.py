@@ -138,7 +138,7 @@ def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_s
     state_is(page, "Done")
     found = next(run for run in data(lab_server.address, "live")["runs"] if run["id"] in page.url)["experiment"]
     assert found["name"] == "mine"
-    assert found["network"] == {"hidden": [7], "biases": True}
+    assert found["network"] == {"kind": "feed-forward", "hidden": [7], "biases": True}
     assert found["evolution"]["selection"] == "rank"
     assert found["learning"]["rate"] == 0.03
     assert [region["count"] for region in found["world"]["food"]] == [3]

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, Route, expect
 
-from baldwinlab.runs.replay import replay
+from baldwinlab.evolution import Moment
+from baldwinlab.lab.inside import look_inside
+from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.lab.recording import record
+from baldwinlab.runs.replay import energy_before, genome_at, replay
 from tests.lab.conftest import LabServer, serving
 from tests.small import small, small_study
 
@@ -28,6 +33,10 @@ def part(page: Page, name: str) -> Locator:
 def state_of(page: Page) -> dict[str, Any]:
     found: dict[str, Any] = page.evaluate("Object.fromEntries(new URLSearchParams(location.hash.split('?')[1]))")
     return found
+
+
+def fulfil(raw: bytes, route: Route) -> None:
+    route.fulfill(body=raw)
 
 
 def expect_step(page: Page, step: int) -> None:
@@ -106,6 +115,22 @@ def test_an_agent_opens_with_its_networks_and_kin_and_a_parent_opens_its_own_lif
     expect(part(page, "generation-a")).to_have_value("1")
     part(page, "close-agent").click()
     expect(part(page, "agent")).to_be_hidden()
+
+
+def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: Page) -> None:
+    noisy = small("evo/A").replace(motor={"noise": 0.5})
+    trace = replay(noisy, seed=5, run=1, generation=2)
+    done, largest = trace.action.values[:, 3], trace.output.values[:, 3].argmax(axis=1)
+    moment, whole = Moment(5, 1, 2), Span(0, 300)
+    life = Life(noisy, moment, lambda: Past(genome_at(noisy, moment, None), energy_before(noisy, moment)))
+    for path, raw in (("inside", look_inside(life, whole, 3)), ("recording", record(life, whole, {}))):
+        page.route(f"**/api/{path}?*", partial(fulfil, raw))
+    names = ("left", "forward", "right")
+    for step in (int((done == largest).argmax()), int((done != largest).argmax())):
+        open_world(page, f"{TAUGHT}&step={step}&agent=3")
+        mark = "" if done[step] == largest[step] else ", by noise"
+        expect(part(page, "action")).to_have_text(names[done[step]] + mark)
+        page.goto("about:blank")
 
 
 def test_two_lives_go_in_step_from_the_same_start(page: Page) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import xarray as xr
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.lab import frames, lives, recording
 from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.models.miniworld.look import as_text
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
@@ -68,6 +70,7 @@ def test_a_recording_of_a_stored_run_is_its_replay(lab_server: LabServer, condit
     assert header["learns"] == (condition != "evo/A")
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
+    assert header["look"] == json.loads(as_text(Study(lab_server.root / "small").experiment(condition)))
 
 
 def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
@@ -103,8 +106,8 @@ def life_of(experiment: Any) -> Life:
 
 
 def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert lives.span({}, 5000, recording.BYTES_OF_AGENT * 20) == Span(0, 5000)
-    large = recording.BYTES_OF_AGENT * 1000
+    assert lives.span({}, 5000, recording.bytes_of_step(small())) == Span(0, 5000)
+    large = recording.bytes_of_step(small().replace(population={"size": 1000}))
     parts = [lives.span({}, 5000, large)]
     while parts[-1].last < 5000:
         parts.append(lives.span({"first": str(parts[-1].last)}, 5000, large))
@@ -112,7 +115,7 @@ def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, mon
     assert len(parts) == 3
     assert lives.span({}, 100_000_000, 20) == Span(0, lives.MOST_STEPS)
     assert lives.span({}, 5000, 10**9) == Span(0, 1)
-    monkeypatch.setattr(lives, "MOST_BYTES", 100 * recording.BYTES_OF_AGENT * 20)
+    monkeypatch.setattr(lives, "MOST_BYTES", 100 * recording.bytes_of_step(small()))
     header, found = arrays(lab_server.address, "recording", **SMALL, first=7)
     assert (header["first"], header["last"], len(found["x"])) == (7, 107, 100)
 

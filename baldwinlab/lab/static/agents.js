@@ -1,6 +1,6 @@
 /** Agents: a dart that points where each heads, filled once it has eaten; a meal flashes; the chosen one has a ring. */
 
-import { FONT } from "./palette.js";
+import { FONT, palette } from "./palette.js";
 
 const DART = [
   [6.4, 0],
@@ -18,17 +18,17 @@ const FLASH = 24; // steps for which a meal is seen
 const MANY = 60; // agents beyond which outlines are not stroked, and numbers not shown unless they are far apart
 
 /** Each agent is a path of its own: one path of a thousand takes several times as long. @param {import("./world.js").WorldView} view */
-export function drawAgents(view, recording, step, { palette, chosen }) {
+export function drawAgents(view, recording, step, chosen) {
   const { scale, count } = view;
   const size = Math.max(1.15, 1.15 / scale); // a dart is thinner than a body, and must be seen
-  drawFlashes(view, recording, step, palette, size);
+  drawFlashes(view, recording, step, size);
   for (const fed of [false, true])
-    drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, palette, size);
-  if (chosen != null && chosen < count) drawChosen(view, chosen, palette, size);
-  if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step, palette);
+    drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, size);
+  if (chosen != null && chosen < count) drawChosen(view, chosen, size);
+  if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step);
 }
 
-function drawSome({ pen, x, y, angle, count, scale }, wanted, fed, palette, size) {
+function drawSome({ pen, x, y, angle, count, scale }, wanted, fed, size) {
   const crowd = count > MANY;
   pen.lineWidth = (fed ? 0.8 : 1.4) / scale;
   pen.strokeStyle = fed ? palette.map : palette.outline;
@@ -53,7 +53,7 @@ function shape(pen, corners, x, y, angle, size) {
   pen.closePath();
 }
 
-function drawFlashes({ pen, x, y, count }, recording, step, palette, size) {
+function drawFlashes({ pen, x, y, count }, recording, step, size) {
   const before = Math.max(recording.first, step + 1 - FLASH);
   pen.fillStyle = palette.flash;
   pen.globalAlpha = 0.4;
@@ -66,7 +66,7 @@ function drawFlashes({ pen, x, y, count }, recording, step, palette, size) {
   pen.globalAlpha = 1;
 }
 
-function drawChosen({ pen, x, y, scale }, agent, palette, size) {
+function drawChosen({ pen, x, y, scale }, agent, size) {
   pen.strokeStyle = palette.chosen;
   pen.lineWidth = 2 / scale;
   pen.beginPath();
@@ -74,7 +74,7 @@ function drawChosen({ pen, x, y, scale }, agent, palette, size) {
   pen.stroke();
 }
 
-function drawCounts({ pen, x, y, count, scale }, recording, step, palette) {
+function drawCounts({ pen, x, y, count, scale }, recording, step) {
   pen.fillStyle = palette.text;
   pen.font = `600 ${11 / scale}px ${FONT}`;
   pen.textAlign = "left";

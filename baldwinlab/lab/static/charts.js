@@ -2,18 +2,18 @@
 
 import uPlot from "./vendor/uPlot.esm.js";
 import { svg } from "./box_chart.js";
-import { COLOURS, el } from "./common.js";
+import { el } from "./common.js";
+import { palette } from "./palette.js";
 
 export { boxChart } from "./box_chart.js";
 
-const COLORS = [...COLOURS, "#8a8a8a"];
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
 const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
 
 /** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
 export function look(number) {
-  return { color: COLORS[number % 7], dash: DASHES[((number % 7) + Math.floor(number / 7)) % 4] };
+  return { color: palette[`series-${number % 7}`], dash: DASHES[((number % 7) + Math.floor(number / 7)) % 4] };
 }
 
 /**

@@ -138,6 +138,3 @@ export function format(number) {
   if (size !== 0 && size < 0.001) return number.toExponential(1);
   return formats[Number.isInteger(number) || size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3].format(number);
 }
-
-/** Colours that the colour-blind can tell apart (Okabe and Ito, 2008), in the order of `figures/style.py`. */
-export const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];

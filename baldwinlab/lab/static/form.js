@@ -1,4 +1,7 @@
-/** A form made from a JSON schema: groups, numbers with sliders, choices, lists. It knows nothing of experiments. */
+/**
+ * A form made from a JSON schema: groups, numbers with sliders, choices, lists. It knows nothing of experiments. A field marked
+ * "x-chooses" decides which other fields there are; what the schema does not know is shown as it is.
+ */
 
 import { el } from "./common.js";
 
@@ -17,13 +20,14 @@ import { el } from "./common.js";
  * @param {Object<string, any>} schema of an object, with its `$defs`
  * @param {Object<string, any>} start the values to begin with, whole; sliders span what is near them
  * @param {(value: Object<string, any>) => void} onChange told after every change
+ * @param {(value: Object<string, any>) => void} onChoose told instead, where other fields follow from it
  * @returns {Form}
  */
-export function schemaForm(schema, start, onChange) {
+export function schemaForm(schema, start, onChange, onChoose) {
   const value = structuredClone(start);
   /** @type {Map<string, Place>} */
   const places = new Map();
-  const form = { schema, places, changed: () => onChange(value) };
+  const form = { schema, places, changed: () => onChange(value), chosen: () => onChoose(value) };
   const fault = el("p", { class: "fault", hidden: true });
   places.set("", { fault, input: null });
   const element = el("div", { class: "form" }, fault, ...fieldsOf(form, schema, value, ""));
@@ -57,23 +61,41 @@ function shelf(places, path) {
 }
 
 function resolve(form, node) {
+  if (node.anyOf?.length === 2 && node.anyOf.some(({ type }) => type === "null")) {
+    const { anyOf, ...rest } = node;
+    return { ...resolve(form, anyOf.find(({ type }) => type !== "null")), ...rest, empty: true }; // null where nothing is written
+  }
   if (!node.$ref) return node;
   const { $ref, ...rest } = node;
-  return { ...form.schema.$defs[$ref.split("/").pop()], ...rest };
+  return { ...resolve(form, form.schema.$defs[$ref.split("/").pop()]), ...rest };
 }
 
 function fieldsOf(form, node, holder, path) {
-  return Object.entries(node.properties).map(([name, below]) => field(form, resolve(form, below), holder, name, path ? `${path}.${name}` : name));
+  const at = (name) => (path ? `${path}.${name}` : name);
+  const known = Object.entries(node.properties ?? {}).filter(([name]) => holder[name] !== undefined);
+  const strange = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
+  return [
+    ...known.map(([name, below]) => field(form, resolve(form, below), holder, name, at(name), below.title)),
+    ...strange.map((name) => asItIs(words(name), holder[name], at(name))),
+  ];
 }
 
-/** The element for `holder[key]`, which it keeps up to date. */
-function field(form, node, holder, key, path) {
-  if (node.type === "object") return group(form, node, holder[key], path, words(key));
+/** What cannot be changed here: a table of a part that is not there, say. */
+function asItIs(title, value, path) {
+  const text = typeof value === "string" ? value : JSON.stringify(value, null, 1);
+  return el("div", { class: "form-field", "data-testid": `plain-${path}` }, el("span", { class: "form-name" }, title), el("pre", { class: "form-plain" }, text));
+}
+
+/** The element for `holder[key]`, which it keeps up to date. A group may have a title of its own. */
+function field(form, node, holder, key, path, title) {
+  if (node.const !== undefined) return asItIs(words(key), node.const, path);
+  if (node.type === "object") return group(form, node, holder[key], path, title ?? words(key));
   if (node.type === "boolean") return labelled(form, node, path, words(key), [checkbox(form, holder, key)]);
   if (node.enum) return labelled(form, node, path, words(key), [choice(form, node, holder, key)]);
   if (node.prefixItems) return labelled(form, node, path, words(key), pair(form, node, holder[key], path, words(key)));
-  if (node.type === "array") return list(form, node, holder, key, path);
+  if (node.type === "array" && node.items) return list(form, node, holder, key, path);
   if (node.type === "string") return labelled(form, node, path, words(key), [text(form, node, holder, key)]);
+  if (node.type !== "number" && node.type !== "integer") return asItIs(words(key), holder[key], path);
   const number = numberInput(form, node, holder, key);
   const slider = sliderOf(form, node, holder, key, number, words(key));
   return labelled(form, node, path, words(key), slider ? [slider, number] : [number]);
@@ -107,16 +129,17 @@ function numberInput(form, node, holder, key) {
     max: node.maximum ?? null,
     step: node.type === "integer" ? 1 : "any",
     value: holder[key],
-    required: true,
+    required: !node.empty,
   });
-  input.addEventListener("input", () => set(form, holder, key, input.value === "" ? "" : Number(input.value)));
+  const nothing = node.empty ? null : "";
+  input.addEventListener("input", () => set(form, holder, key, input.value === "" ? nothing : Number(input.value)));
   return input;
 }
 
 /** A slider beside a number that has two limits: over all it may be or, where that is far, up to four times where it begins. */
 function sliderOf(form, node, holder, key, number, title) {
   const low = node.minimum ?? node.exclusiveMinimum;
-  if (low === undefined || node.maximum === undefined) return null;
+  if (low === undefined || node.maximum === undefined || node.empty) return null;
   const [whole, above] = [node.type === "integer", holder[key] - low];
   const near = above > 0 ? 4 * above : whole ? 20 : 1;
   const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + near);
@@ -141,7 +164,10 @@ function checkbox(form, holder, key) {
 function choice(form, node, holder, key) {
   const input = el("select", {}, ...node.enum.map((option) => el("option", { value: option }, option)));
   input.value = holder[key];
-  input.addEventListener("change", () => set(form, holder, key, input.value));
+  input.addEventListener("change", () => {
+    holder[key] = input.value;
+    node["x-chooses"] ? form.chosen() : form.changed();
+  });
   return input;
 }
 
@@ -172,10 +198,12 @@ function list(form, node, holder, key, path) {
     add.disabled = node.maxItems !== undefined && holder[key].length >= node.maxItems;
   };
   const redraw = (values) => {
-    set(form, holder, key, values);
+    holder[key] = values;
     draw();
+    item["x-chooses"] ? form.chosen() : form.changed();
   };
-  add.addEventListener("click", () => redraw([...holder[key], structuredClone(holder[key].at(-1)) ?? fresh(form, item)]));
+  add.hidden = item.enum?.length === 0; // there is nothing to choose from
+  add.addEventListener("click", () => redraw([...holder[key], next(form, item, holder[key])]));
   form.places.set(path, { fault, input: null });
   draw();
   return el("div", { class: "form-field", role: "group", "aria-label": title, "data-testid": `list-${path}` },
@@ -192,14 +220,21 @@ function entry(form, item, holder, key, number, path, title, redraw) {
     made.append(remove);
     return made;
   }
-  const input = numberInput(form, item, holder[key], number);
+  const make = item.enum ? choice : item.type === "string" ? text : numberInput;
+  const input = make(form, item, holder[key], number);
   input.setAttribute("aria-label", named);
   input.setAttribute("data-testid", `field-${path}.${number}`);
   form.places.set(`${path}.${number}`, { fault: null, input });
   return el("span", { class: "form-entry" }, input, remove);
 }
 
-/** What a new entry of a list begins as, where there is none to copy: each part's default, or the middle of its limits. */
+/** What a new entry of a list begins as: a choice that is not in it yet, a copy of the last, or something fresh. */
+function next(form, item, entries) {
+  if (item.enum) return item.enum.find((option) => !entries.includes(option)) ?? item.enum[0];
+  return structuredClone(entries.at(-1)) ?? fresh(form, item);
+}
+
+/** What there is where there is nothing to copy: each part's default, or the middle of its limits. */
 function fresh(form, node) {
   const whole = resolve(form, node);
   if (whole.default !== undefined) return structuredClone(whole.default);

@@ -1,12 +1,11 @@
 /** The inspector: what goes on inside one agent, while time goes on outside. */
 
 import { el, format, getBinary, icon, message } from "./common.js";
-import { drawNetwork } from "./network.js";
+import { drawNetwork, strongest } from "./network.js";
 import { query } from "./sources.js";
 import { Trace } from "./trace.js";
-import { FONT, LIGHT } from "./palette.js";
+import { FONT, cssShade, palette } from "./palette.js";
 
-const ACTIONS = ["turns left", "goes ahead", "turns right"];
 const MOST_LINES = 200; // weights whose way is drawn
 const ROOM = 150; // CSS pixels for a network
 
@@ -18,8 +17,8 @@ export class Inspector {
     this.tell = tell;
     this.title = el("h2", { "data-testid": "agent" });
     this.facts = el("p", { class: "soft number" });
-    this.sensors = ["left", "front", "right"].map((side) => el("span", { class: "sensor" }, side));
-    this.action = el("span", { class: "doing" });
+    this.inputs = el("div", { class: "row inputs" });
+    this.action = el("span", { class: "doing", "data-testid": "action" });
     this.nets = el("canvas", {
       role: "img",
       "aria-label": "The networks, with activations and weights",
@@ -27,16 +26,16 @@ export class Inspector {
     });
     this.traces = {
       error: new Trace("error between the modules", tell.seek),
-      weights: new Trace("change of the weights since birth", tell.seek, 110),
+      weights: new Trace("weights, from birth on", tell.seek, 110),
       eaten: new Trace("food eaten", tell.seek),
     };
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
-    this.traces.weights.root.append(hint("Orange: of the first layer; blue: of those after it."));
+    this.traces.weights.root.append(hint(["lit", "of the first layer"], ["agent", "of those after it"]));
     this.body = el(
       "div",
       { class: "inside" },
-      el("div", { class: "row" }, ...this.sensors, this.action),
-      el("figure", {}, this.nets, hint("Weights: blue above 0, orange below; the wider, the larger.")),
+      el("div", { class: "row" }, this.inputs, this.action),
+      el("figure", {}, this.nets, hint(["agent", "weight above 0"], ["chosen", "below 0; the wider, the larger"])),
       ...Object.values(this.traces).map(({ root }) => root),
       this.kin,
     );
@@ -84,12 +83,13 @@ export class Inspector {
     this.root.classList.remove("waiting");
     const { header, arrays } = data;
     const taught = Boolean(arrays.teacher);
+    this.inputs.replaceChildren(...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)));
     this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank ${header.rank}`;
     this.traces.error.root.hidden = !taught;
     const steps = arrays.sample_step.at(-1);
     const { first } = header;
-    this.traces.eaten.set([{ values: arrays.eaten, first, colour: LIGHT.food }], steps, 0, Math.max(1, arrays.eaten.at(-1)));
-    if (taught) this.traces.error.set([{ values: arrays.error, first, colour: LIGHT.chosen }], steps, 0, largest(arrays.error));
+    this.traces.eaten.set([{ values: arrays.eaten, first, colour: "meal" }], steps, 0, Math.max(1, arrays.eaten.at(-1)));
+    if (taught) this.traces.error.set([{ values: arrays.error, first, colour: "chosen" }], steps, 0, largest(arrays.error));
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
     const most = largest(changes);
@@ -99,7 +99,7 @@ export class Inspector {
       values: changes,
       stride: count,
       offset,
-      colour: offset < firstLayer ? LIGHT.lit : LIGHT.agent,
+      colour: offset < firstLayer ? "lit" : "agent",
       alpha: 0.6,
     }));
     this.traces.weights.set(lines, steps, -most, most);
@@ -138,7 +138,7 @@ export class Inspector {
   }
 
   /** Everything as it is at a step. */
-  draw(step, palette) {
+  draw(step) {
     if (!this.data || this.root.hidden) return;
     const { header, arrays } = this.data;
     const units = header.layer_sizes.reduce((sum, size) => sum + size, 0);
@@ -148,16 +148,24 @@ export class Inspector {
     }
     const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
-    this.sensors.forEach((light, side) => light.classList.toggle("lit", active[side] > 0));
-    const outputs = active.subarray(units - 3);
-    const doing = ACTIONS[outputs.indexOf(Math.max(...outputs))];
-    if (this.action.textContent !== doing) this.action.textContent = doing;
+    [...this.inputs.children].forEach((light, input) => light.classList.toggle("lit", active[input] > 0));
+    this.showAction(header.look.actions, arrays.action[row], strongest(active, header.layer_sizes.at(-1)));
     this.weightsAt(step);
-    this.drawNets(active, row, units, palette);
+    this.drawNets(active, row, units);
     const { error, weights, eaten } = this.traces;
-    if (arrays.error) error.draw(step, palette, format(arrays.error[row]));
-    weights.draw(step, palette, `moved ${format(this.moved())}`);
-    eaten.draw(step, palette, format(arrays.eaten[row]));
+    if (arrays.error) error.draw(step, format(arrays.error[row]));
+    weights.draw(step, `moved ${format(this.moved())}`);
+    eaten.draw(step, format(arrays.eaten[row]));
+  }
+
+  /** What it did; and where that was noise, not the largest output, says so. */
+  showAction(actions, done, largest) {
+    const noise = done !== largest;
+    const text = noise ? `${actions[done]}, by noise` : actions[done];
+    if (this.action.textContent === text) return;
+    this.action.textContent = text;
+    this.action.classList.toggle("noise", noise);
+    this.action.title = noise ? `The largest output was ${actions[largest]}.` : "";
   }
 
   /** Fill `live` with the weights at a step, between the two samples it lies between. */
@@ -179,15 +187,14 @@ export class Inspector {
     return Math.sqrt(this.live.reduce((sum, weight, at) => sum + (weight - weights[at]) ** 2, 0));
   }
 
-  drawNets(active, row, units, palette) {
+  drawNets(active, row, units) {
     const { header, arrays } = this.data;
-    const nets = [{ weights: this.live, activations: active, title: "action module" }];
-    if (arrays.teacher)
-      nets.push({
-        weights: arrays.teacher,
-        activations: arrays.teacher_activations.subarray(row * units, (row + 1) * units),
-        title: "reinforcement module: teaches, fixed for life",
-      });
+    const { inputs, actions, modules } = header.look;
+    const nets = [{ weights: this.live, activations: active, action: arrays.action[row] }];
+    if (arrays.teacher) {
+      const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
+      nets.push({ weights: arrays.teacher, activations, action: strongest(activations, actions.length) });
+    }
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
     const height = nets.length * (ROOM + 28);
@@ -204,23 +211,24 @@ export class Inspector {
       pen.font = `600 12px ${FONT}`;
       pen.textAlign = "left";
       pen.textBaseline = "alphabetic";
-      pen.fillText(net.title, 0, top + 13);
+      pen.fillText(modules[number], 0, top + 13);
       drawNetwork(
         pen,
         { left: 0, top: top + 20, width, height: ROOM },
-        { ...net, sizes: header.layer_sizes, biases: header.biases },
-        palette,
+        { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, actions },
       );
     });
   }
 }
 
-function hint(text) {
-  return el("p", { class: "soft hint" }, text);
+/** What colours mean: each with its words. */
+function hint(...colours) {
+  const entries = colours.map(([colour, text]) => [el("i", { style: `background: ${cssShade(colour)}` }), text]);
+  return el("p", { class: "soft hint" }, entries.flat());
 }
 
 function largest(values) {
-  let most = 1e-6;
+  let most = 0.001;
   for (const value of values) most = Math.max(most, Math.abs(value));
   return most;
 }

@@ -1,14 +1,13 @@
 /** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
 
-import { lineChart } from "./charts.js";
-import { COLOURS, el, message, postJSON } from "./common.js";
+import { lineChart, look } from "./charts.js";
+import { el, message, postJSON } from "./common.js";
 import { LiveWorld } from "./live_world.js";
 
 const WORDS = {
   preparing: ["Getting ready", ""], running: ["Running", "good"], paused: ["Paused", "warm"],
   done: ["Done", "good"], stopped: ["Stopped", ""], failed: ["Failed", "warm"], gone: ["Gone", "warm"],
 };
-const [BLUE, VERMILION, GREEN] = COLOURS;
 
 /**
  * @param {HTMLElement} root is filled
@@ -60,12 +59,12 @@ export function livePanel(root, feed, state, navigate) {
 function curves(feed, fitness, share, runs, pick) {
   const x = Array.from({ length: feed.about.experiment.evolution.generations }, (_, generation) => generation);
   const whole = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
-  const band = (label, name, color) => {
+  const band = (label, name, number) => {
     const { mean, low, high } = feed.bands[name];
-    return { label, color, values: whole(mean), low: whole(low), high: whole(high) };
+    return { label, color: look(number).color, values: whole(mean), low: whole(low), high: whole(high) };
   };
-  const lines = () => [band("best agent", "best", BLUE), band("average agent", "mean", VERMILION)];
-  const shares = () => [band("share that eats", "share", GREEN)];
+  const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
+  const shares = () => [band("share that eats", "share", 2)];
   const options = { x, xLabel: "generation", height: 210, onPick: ({ x }) => pick(x) };
   const over = runs > 1 ? `, mean of ${runs} runs with its 95 % band` : "";
   const charts = [

@@ -11,7 +11,7 @@ const PACE = "0.1";
  * @typedef {object} Listener
  * @property {(id: string) => void} started a live run
  * @property {(seconds: number) => void} paced the reader wants another pace, also of what runs already
- * @property {(experiment: Object<string, any>) => void} valid what the form says, whenever it has changed and can be run
+ * @property {(shown: {world: object, look: object}) => void} valid the world that the form means, whenever it has changed and can be run
  */
 export class Setup {
   /**
@@ -31,10 +31,10 @@ export class Setup {
     this.waiting = this.turn = 0;
   }
 
-  /** Fill `root`, when the presets and their schema are there. */
+  /** Fill `root`, when the presets are there. */
   async show(root) {
-    const { presets, schema } = await getJSON("/api/presets", this.signal);
-    Object.assign(this, { presets, schema });
+    const { presets } = await getJSON("/api/presets", this.signal);
+    this.presets = presets;
     const { preset } = this.state;
     this.preset = el("select", { "data-testid": "preset" }, ...presets.map(({ name }) => el("option", { value: name }, name)));
     this.preset.value = presets.some(({ name }) => name === preset) ? preset : "evo+self-taught/A";
@@ -74,16 +74,31 @@ export class Setup {
 
   async load(changes) {
     const name = this.preset.value;
-    const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
+    this.base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
     this.description.textContent = this.presets.find((preset) => preset.name === name).description;
-    this.form = schemaForm(this.schema, withChanges(base, changes), (value) => {
-      const changed = changesOf(value, base);
-      this.reset.hidden = !Object.keys(changed).length;
-      this.navigate({ set: this.reset.hidden ? null : JSON.stringify(changed) });
-      this.check();
-    });
-    this.reset.hidden = !Object.keys(changes).length;
+    await this.build(withChanges(this.base, changes), changes);
+  }
+
+  /** The form of an experiment, whose fields follow from what it chooses; `changes` lie over what the server makes of it. */
+  async build(wanted, changes = {}) {
+    const mine = (this.building = {});
+    const { schema, experiment } = await postJSON("/api/schema", { experiment: wanted }, this.signal);
+    if (mine !== this.building) return;
+    const open = new Set([...this.body.querySelectorAll("details[open]")].map((group) => group.dataset.testid));
+    const focused = document.activeElement?.id;
+    const choose = (value) => this.build(value);
+    this.form = schemaForm(schema, withChanges(experiment, changes), () => this.changed(), choose);
     this.body.replaceChildren(this.form.element);
+    for (const group of this.body.querySelectorAll("details")) if (open.has(group.dataset.testid)) group.open = true;
+    if (focused) document.getElementById(focused)?.focus();
+    this.changed();
+  }
+
+  /** The address says what is changed of the preset, and the server what is wrong with it. */
+  changed() {
+    const changes = changesOf(this.form.value, this.base);
+    this.reset.hidden = !Object.keys(changes).length;
+    this.navigate({ set: this.reset.hidden ? null : JSON.stringify(changes) });
     this.check();
   }
 
@@ -96,7 +111,9 @@ export class Setup {
       if (mine !== this.turn) return;
       form.show(errors);
       this.start.disabled = errors.length > 0;
-      if (!errors.length) this.listener.valid(form.value);
+      if (errors.length) return;
+      const shown = await postJSON("/api/look", { experiment: form.value }, this.signal);
+      if (mine === this.turn) this.listener.valid(shown);
     }, CHECK_AFTER);
   }
 
@@ -151,7 +168,7 @@ function changesOf(tree, base, path = "") {
   if (tree === null || typeof tree !== "object" || Array.isArray(tree)) {
     return JSON.stringify(tree) === JSON.stringify(base) ? {} : { [path]: tree };
   }
-  return Object.assign({}, ...Object.entries(tree).map(([key, value]) => changesOf(value, base[key], path ? `${path}.${key}` : key)));
+  return Object.assign({}, ...Object.entries(tree).map(([key, value]) => changesOf(value, base?.[key], path ? `${path}.${key}` : key)));
 }
 
 /** A copy of a tree with the fields of `changes` set, by path; paths that it has not are passed over. */

@@ -4,9 +4,7 @@ import { el, getBinary, message } from "./common.js";
 import { Player, SPEEDS } from "./player.js";
 import { Lifetime, Recording } from "./recording.js";
 import { mountShare } from "./share.js";
-import { DARK, LIGHT, WorldView } from "./world.js";
-
-const dark = matchMedia("(prefers-color-scheme: dark)");
+import { WorldView } from "./world.js";
 
 export class LiveWorld {
   /** @param {{id: string, runs: number, speed: number, onSpeed: (speed: number) => void}} options */
@@ -117,7 +115,7 @@ export class LiveWorld {
   show(time) {
     const recording = this.life?.at(Math.floor(time));
     if (!this.view || (this.life && !recording)) return false;
-    this.view.draw(recording ?? null, time, { palette: dark.matches ? DARK : LIGHT, trails: "recent" });
+    this.view.draw(recording ?? null, time);
     if (recording) this.tell(Math.floor(time), recording);
     return true;
   }

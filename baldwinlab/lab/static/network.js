@@ -1,28 +1,32 @@
 /** A feed-forward network: units filled as they are active, lines by the sign and size of their weights. */
 
-import { FONT } from "./palette.js";
+import { FONT, palette } from "./palette.js";
 
-const SENSORS = ["left", "front", "right"];
-const ACTIONS = ["left", "ahead", "right"];
+const WORDS = `11px ${FONT}`;
 
 /**
  * Draw a network into a box, in CSS pixels.
  * @param {CanvasRenderingContext2D} pen
  * @param {{left: number, top: number, width: number, height: number}} box
- * @param {{sizes: number[], biases: boolean, weights: ArrayLike<number>|null, activations: ArrayLike<number>}} net the activations
- *   of all units, sensors first
- * @param {object} palette of world.js
+ * @param {{sizes: number[], biases: boolean, weights: ArrayLike<number>|null, activations: ArrayLike<number>, inputs: string[],
+ *   actions: string[], action: number}} net the activations of all units, inputs first; `action` is the output that has a ring
  */
-export function drawNetwork(pen, box, net, palette) {
-  const places = unitPlaces(net.sizes, box);
-  if (net.weights) drawWeights(pen, places, net, palette);
-  drawUnits(pen, places, net, palette);
-  label(pen, places[0], SENSORS, "right", -11, palette);
-  label(pen, places.at(-1), ACTIONS, "left", 11, palette);
+export function drawNetwork(pen, box, net) {
+  const places = unitPlaces(net.sizes, box, sidesOf(pen, net));
+  if (net.weights) drawWeights(pen, places, net);
+  drawUnits(pen, places, net);
+  label(pen, places[0], net.inputs, "right", -11);
+  label(pen, places.at(-1), net.actions, "left", 11);
 }
 
-function unitPlaces(sizes, { left, top, width, height }) {
-  const [inner, room] = [left + 46, width - 94];
+/** The room that the words beside the first and the last layer take. */
+function sidesOf(pen, { inputs, actions }) {
+  pen.font = WORDS;
+  return [inputs, actions].map((texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)));
+}
+
+function unitPlaces(sizes, { left, top, width, height }, [before, after]) {
+  const [inner, room] = [left + before, width - before - after];
   return sizes.map((count, layer) => {
     const x = inner + (room * layer) / (sizes.length - 1);
     const apart = Math.min(height / count, count <= 4 ? 30 : 14.5);
@@ -30,7 +34,7 @@ function unitPlaces(sizes, { left, top, width, height }) {
   });
 }
 
-function drawWeights(pen, places, { sizes, biases, weights }, palette) {
+function drawWeights(pen, places, { sizes, biases, weights }) {
   const mostLines = 800; // of a large network, only the first are drawn
   let [at, lines] = [0, 0];
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
@@ -51,8 +55,7 @@ function drawWeights(pen, places, { sizes, biases, weights }, palette) {
   pen.globalAlpha = 1;
 }
 
-function drawUnits(pen, places, { activations }, palette) {
-  const winner = strongest(activations, places.at(-1).length);
+function drawUnits(pen, places, { activations, action }) {
   let unit = 0;
   places.forEach((layer, number) => {
     const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 4.8;
@@ -67,24 +70,24 @@ function drawUnits(pen, places, { activations }, palette) {
       pen.globalAlpha = Math.min(1, Math.max(0, active));
       pen.fill();
       pen.globalAlpha = 1;
-      pen.lineWidth = last && place === winner ? 2.5 : 1.2;
-      pen.strokeStyle = last && place === winner ? palette.text : palette.soft;
+      pen.lineWidth = last && place === action ? 2.5 : 1.2;
+      pen.strokeStyle = last && place === action ? palette.text : palette.soft;
       pen.stroke();
     });
   });
 }
 
-/** The first of the largest outputs: that is the action. */
-function strongest(activations, outputs) {
+/** The first of the largest outputs. */
+export function strongest(activations, outputs) {
   const first = activations.length - outputs;
   let best = 0;
   for (let output = 1; output < outputs; output++) if (activations[first + output] > activations[first + best]) best = output;
   return best;
 }
 
-function label(pen, layer, texts, align, aside, palette) {
+function label(pen, layer, texts, align, aside) {
   pen.fillStyle = palette.soft;
-  pen.font = `11px ${FONT}`;
+  pen.font = WORDS;
   pen.textAlign = align;
   pen.textBaseline = "middle";
   layer.forEach(([x, y], unit) => pen.fillText(texts[unit] ?? "", x + aside, y));

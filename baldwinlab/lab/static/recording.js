@@ -10,6 +10,8 @@ export class Recording {
     this.header = header;
     this.arrays = arrays;
     ({ first: this.first, last: this.last, steps: this.steps, agents: this.agents, items: this.items } = header);
+    this.inputs = header.look.inputs.map((name, input) => ({ name, sector: header.look.sectors[input] }));
+    this.inputBytes = Math.ceil(this.inputs.length / 8);
     this.places = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
     this.moved = 0; // moves that `places` has made
     this.keyframes = [{ x: arrays.item_x, y: arrays.item_y }];
@@ -35,6 +37,12 @@ export class Recording {
       }
     }
     return this.places;
+  }
+
+  /** Whether an input of an agent is above 0 at a step. */
+  senses(step, agent, input) {
+    const byte = ((step - this.first) * this.agents + agent) * this.inputBytes + (input >> 3);
+    return Boolean((this.arrays.sensor[byte] >> (input & 7)) & 1);
   }
 
   /** Items that an agent has eaten before a step. */

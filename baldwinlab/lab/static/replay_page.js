@@ -3,7 +3,7 @@
 import { el, format, icon, unpack } from "./common.js";
 import { Player, SPEEDS } from "./player.js";
 import { Recording } from "./recording.js";
-import { DARK, LIGHT, WorldView } from "./world.js";
+import { WorldView } from "./world.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";
@@ -16,10 +16,8 @@ const ON = "M8 5l5 5-5 5";
  */
 export async function play(root, replay) {
   const recordings = await Promise.all(replay.panels.map(async ({ recording }) => new Recording(unpack(await inflate(recording)))));
-  const dark = matchMedia("(prefers-color-scheme: dark)");
   const player = new Player((time) => {
-    const look = { palette: dark.matches ? DARK : LIGHT };
-    const ready = views.map((view, place) => view.draw(recordings[place], Math.max(time, recordings[place].first), look));
+    const ready = views.map((view, place) => view.draw(recordings[place], Math.max(time, recordings[place].first)));
     showTime(Math.floor(time));
     if (ready.includes(false)) player.invalidate();
     return true;
@@ -34,7 +32,7 @@ export async function play(root, replay) {
     player.invalidate();
   });
   views.forEach(({ canvas }) => resized.observe(canvas));
-  dark.addEventListener("change", () => player.invalidate());
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
   addEventListener("keydown", (event) => steer(event, player));
   player.seek(replay.step);
 }
@@ -46,10 +44,15 @@ async function inflate(text) {
 }
 
 function figure({ title }, { header }) {
-  const facts = `seed ${header.seed}, ${format(header.agents)} agents, ${format(header.items)} items of food`;
+  const facts = `seed ${header.seed}, ${format(header.agents)} agents, ${items(header)}`;
   const part = header.last - header.first < header.steps ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}` : "";
   const canvas = el("canvas", { role: "img", "aria-label": `The world of ${title}`, "data-testid": "replay-canvas" });
   return el("figure", {}, el("figcaption", {}, el("strong", {}, title), el("span", { class: "soft" }, facts + part)), canvas);
+}
+
+/** Such as: 50 items of food. */
+function items({ look: { item_kinds } }) {
+  return item_kinds.map(({ name, number }) => `${format(number)} items of ${name}`).join(", ");
 }
 
 /** The bar of controls, and what keeps it at the step that is shown. */

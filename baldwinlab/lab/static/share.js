@@ -1,7 +1,7 @@
 /** The share menu: what is on the screen as a link, a page that plays anywhere, a picture or a movie. */
 
+import { address } from "./address.js";
 import { el, icon, message, request } from "./common.js";
-import { address } from "./main.js";
 
 const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 const CAPTION = 30; // CSS pixels under each world in a picture

@@ -1,54 +1,49 @@
-/** What agents see: the disc of each, its three sectors, and those in which it senses food. */
+/** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something. */
+
+import { palette, shade } from "./palette.js";
 
 const DEGREE = Math.PI / 180;
-const SECTORS = [
-  [-45, -15],
-  [-15, 15],
-  [15, 45],
-].map((edges) => edges.map((degrees) => degrees * DEGREE)); // left, front, right
 const MANY = 60; // agents beyond which only the chosen one's is drawn, unless discs are large on the canvas
 
 /** Overlapping discs do not add up: all of them are one shape. @param {import("./world.js").WorldView} view */
-export function drawSight(view, recording, step, { palette, chosen }) {
+export function drawSight(view, recording, step, chosen) {
   const { pen, scale } = view;
-  const {
-    agents,
-    first,
-    header: { visual_radius: radius },
-    arrays: { sensor },
-  } = recording;
-  const all = agents <= MANY || radius * scale > 90;
-  const seen = all ? agentsNear(view, radius) : chosen != null && chosen < agents ? [chosen] : [];
+  const { agents, inputs } = recording;
+  const looking = inputs.map(({ sector }, input) => ({ ...sector, input })).filter(({ radius }) => radius);
+  if (!looking.length) return;
+  const farthest = Math.max(...looking.map(({ radius }) => radius));
+  const all = agents <= MANY || farthest * scale > 90;
+  const seen = all ? agentsNear(view, farthest) : chosen != null && chosen < agents ? [chosen] : [];
   const shape = (draw) => {
     pen.beginPath();
-    for (const agent of seen) copies(view, agent, radius, (x, y) => draw(agent, x, y));
+    for (const agent of seen) copies(view, agent, farthest, (x, y) => draw(agent, x, y));
   };
   shape((agent, x, y) => {
-    pen.moveTo(x + radius, y);
-    pen.arc(x, y, radius, 0, 2 * Math.PI);
+    pen.moveTo(x + farthest, y);
+    pen.arc(x, y, farthest, 0, 2 * Math.PI);
   });
-  pen.fillStyle = palette.sight;
+  pen.fillStyle = pen.strokeStyle = palette.sight;
   pen.globalAlpha = 0.055;
   pen.fill();
-  shape((agent, x, y) => SECTORS.forEach((edges) => wedge(pen, x, y, radius, view.angle[agent], edges)));
-  pen.strokeStyle = palette.sight;
+  shape((agent, x, y) => looking.forEach((sector) => wedge(pen, x, y, view.angle[agent], sector)));
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
   pen.stroke();
-  const codes = (step - first) * agents;
-  const fires = (agent, side) => (sensor[codes + agent] >> side) & 1;
-  shape((agent, x, y) =>
-    SECTORS.forEach((edges, side) => fires(agent, side) && wedge(pen, x, y, radius, view.angle[agent], edges)),
-  );
-  pen.fillStyle = palette.lit;
   pen.globalAlpha = 0.42;
-  pen.fill();
+  for (const colour of new Set(looking.map((sector) => sector.colour))) {
+    const mine = looking.filter((sector) => sector.colour === colour);
+    shape((agent, x, y) =>
+      mine.forEach((sector) => recording.senses(step, agent, sector.input) && wedge(pen, x, y, view.angle[agent], sector)),
+    );
+    pen.fillStyle = shade(colour);
+    pen.fill();
+  }
   pen.globalAlpha = 1;
 }
 
-function wedge(pen, x, y, radius, angle, [from, to]) {
+function wedge(pen, x, y, angle, { from_degrees: from, to_degrees: to, radius }) {
   pen.moveTo(x, y);
-  pen.arc(x, y, radius, angle + from, angle + to);
+  pen.arc(x, y, radius, angle + from * DEGREE, angle + to * DEGREE);
   pen.closePath();
 }
 

@@ -1,11 +1,11 @@
 /** The timeline: a slider over a lifetime, with what was eaten when. */
 
 import { el } from "./common.js";
+import { palette } from "./palette.js";
 
 /**
  * @typedef {object} Track
  * @property {import("./recording.js").Lifetime} life
- * @property {string} colour
  * @property {number|null} chosen an agent whose meals are marked
  */
 export class Timeline {
@@ -36,21 +36,21 @@ export class Timeline {
   }
 
   /** Draw the meals, one row a track; nothing is done where nothing has changed. */
-  draw(tracks, palette) {
+  draw(tracks) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
-    const key = [width, height, palette, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
+    const key = [width, height, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
     if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return;
     this.key = key;
     this.canvas.width = Math.max(1, width);
     this.canvas.height = Math.max(1, height);
     const pen = this.canvas.getContext("2d");
     const row = height / tracks.length;
-    tracks.forEach((track, number) => drawTrack(pen, track, palette, { top: number * row, width, row, dots }));
+    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots }));
   }
 }
 
-function drawTrack(pen, { life, colour, chosen }, palette, { top, width, row, dots }) {
+function drawTrack(pen, { life, chosen }, { top, width, row, dots }) {
   const wide = 3 * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
   const own = new Set();
@@ -70,7 +70,7 @@ function drawTrack(pen, { life, colour, chosen }, palette, { top, width, row, do
     if (!count) return;
     const high = Math.max(2 * dots, Math.sqrt(count / most) * room * (own.size ? 0.72 : 1));
     pen.globalAlpha = 0.75;
-    pen.fillStyle = colour;
+    pen.fillStyle = palette.meal;
     pen.fillRect(at * wide, top + row - dots - high, wide - dots, high);
   });
   pen.globalAlpha = 1;

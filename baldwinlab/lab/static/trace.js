@@ -1,7 +1,7 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
 import { el, format } from "./common.js";
-import { FONT } from "./palette.js";
+import { FONT, palette } from "./palette.js";
 
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
 
@@ -27,12 +27,12 @@ export class Trace {
     Object.assign(this, { lines, steps, low, high: high > low ? high : low + 1, key: "" });
   }
 
-  draw(step, palette, text) {
+  draw(step, text) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     if (!width) return;
     const key = `${width} ${height} ${dots} ${palette.map}`;
-    if (key !== this.key) this.drawStill(width, height, dots, palette);
+    if (key !== this.key) this.drawStill(width, height, dots);
     this.key = key;
     const pen = this.canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -54,7 +54,7 @@ export class Trace {
     return MARGIN.left + (step / this.steps) * (width - MARGIN.left - MARGIN.right);
   }
 
-  drawStill(width, height, dots, palette) {
+  drawStill(width, height, dots) {
     for (const canvas of [this.canvas, this.still]) {
       canvas.width = width * dots;
       canvas.height = height * dots;
@@ -79,7 +79,7 @@ export class Trace {
   drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 }, width, placeY) {
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
     const every = Math.max(1, Math.floor(count / (2 * width)));
-    pen.strokeStyle = colour;
+    pen.strokeStyle = palette[colour];
     pen.globalAlpha = alpha;
     pen.lineWidth = 1.2;
     pen.beginPath();

@@ -1,6 +1,7 @@
 /** The bar below the worlds: time, what is drawn, and help. */
 
 import { el, icon } from "./common.js";
+import { cssShade } from "./palette.js";
 import { SPEEDS } from "./player.js";
 
 const PATHS = {
@@ -13,7 +14,7 @@ const PATHS = {
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "whole trails" };
-const LEGEND = { agent: "has eaten", hungry: "never ate", food: "food", lit: "sensor fires", meal: "eats now" };
+const LEGEND = { agent: "has eaten", hungry: "never ate", lit: "sensor fires", meal: "eats now" };
 const KEYS = {
   space: "play or pause",
   "← →": "a step back or on; with shift: 100",
@@ -55,14 +56,13 @@ export class Transport {
     const { player } = this;
     const back = button("back", "A step back (←)", () => player.step(-1));
     const on = button("on", "A step on (→)", () => player.step(1));
-    const entries = Object.entries(LEGEND).map(([mark, text]) =>
-      el("span", { class: "entry" }, el("i", { class: `mark ${mark}` }), text),
-    );
+    this.kinds = el("span", { class: "entries" });
+    const entries = Object.entries(LEGEND).map(([mark, text]) => entry(text, { class: `mark ${mark}` }));
     return el(
       "div",
       { class: "controls" },
       el("div", { class: "row time" }, back, this.play, on, this.speed, this.clock),
-      el("div", { class: "legend", "aria-label": "Legend" }, entries),
+      el("div", { class: "legend", "aria-label": "Legend" }, this.kinds, entries),
       el(
         "div",
         { class: "row options" },
@@ -72,6 +72,14 @@ export class Transport {
         button("fit", "The whole map (0)", fit),
         button("keys", "Keys", () => this.help.showModal()),
       ),
+    );
+  }
+
+  /** The kinds of items that there are, each once. */
+  showKinds(kinds) {
+    const different = new Map(kinds.map(({ name, colour }) => [name, colour]));
+    this.kinds.replaceChildren(
+      ...[...different].map(([name, colour]) => entry(name, { class: "mark item", style: `background: ${cssShade(colour)}` })),
     );
   }
 
@@ -93,6 +101,11 @@ export class Transport {
     this.sight.checked = sight;
     this.beside.setAttribute("aria-pressed", beside);
   }
+}
+
+/** A mark of the legend, and what it is. */
+function entry(text, mark) {
+  return el("span", { class: "entry" }, el("i", mark), text);
 }
 
 function button(name, label, act, kind = "quiet square") {

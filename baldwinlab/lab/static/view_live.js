@@ -4,7 +4,7 @@ import { el, getJSON, message } from "./common.js";
 import { feedOf } from "./live_feed.js";
 import { livePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
-import { DARK, LIGHT, WorldView } from "./world.js";
+import { WorldView } from "./world.js";
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
 export function mount(root, state, navigate) {
@@ -44,7 +44,7 @@ export function mount(root, state, navigate) {
       root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
     },
     paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
-    valid: (experiment) => preview(stage, experiment),
+    valid: (shown) => preview(stage, shown),
   };
 
   new Setup(state, navigate, listener, aborted.signal).show(side).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
@@ -69,11 +69,12 @@ async function empty(stage, title, sentence, signal) {
 }
 
 /** The map of what would be started, where no run is shown. */
-function preview(stage, { world }) {
+function preview(stage, shown) {
   const map = stage.querySelector(".live-preview");
   if (!map) return;
-  map.hidden = false;
+  map.hidden = !shown.world;
+  if (map.hidden) return;
   const view = new WorldView(map);
-  view.world = world;
-  view.draw(null, 0, { palette: matchMedia("(prefers-color-scheme: dark)").matches ? DARK : LIGHT });
+  view.show(shown);
+  view.draw(null, 0);
 }

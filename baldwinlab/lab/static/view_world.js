@@ -2,7 +2,6 @@
 
 import { el, getJSON, message } from "./common.js";
 import { Inspector } from "./inside.js";
-import { DARK, LIGHT } from "./palette.js";
 import { Panel } from "./panel.js";
 import { Player, SPEEDS } from "./player.js";
 import { Population } from "./population.js";
@@ -40,7 +39,7 @@ class WorldTab {
     const { studies } = await getJSON("api/studies");
     for (const { problem } of studies) if (problem) message(problem, "error");
     this.studies = studies
-      .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs }) => runs.length) }))
+      .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs, steps }) => runs.length && steps) }))
       .filter(({ conditions }) => conditions.length);
     const stored = this.studies.length > 0;
     if (!stored) this.studies = [await presetsAsStudy()];
@@ -133,6 +132,7 @@ class WorldTab {
   loaded() {
     const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
     if (!lengths.length) return;
+    this.transport.showKinds(this.panels.flatMap(({ life }) => life?.header?.look.item_kinds ?? []));
     this.player.last = Math.max(...lengths) - 1;
     this.timeline.setLast(this.player.last);
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
@@ -142,24 +142,23 @@ class WorldTab {
   }
 
   draw(time) {
-    const palette = this.scheme.matches ? DARK : LIGHT;
     let there = true;
     for (const panel of this.panels) {
       const chosen = panel.name === this.side ? this.agent : null;
-      const drawn = panel.draw(time, { palette, trails: this.trails, sight: this.sight, chosen });
+      const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, chosen });
       there &&= drawn.there;
       if (!drawn.ready) this.player.invalidate();
     }
     const step = Math.floor(time);
     const tracks = this.panels
       .filter(({ life }) => life)
-      .map(({ life, name }) => ({ life, colour: palette.food, chosen: name === this.side ? this.agent : null }));
-    if (tracks.length) this.timeline.draw(tracks, palette);
+      .map(({ life, name }) => ({ life, chosen: name === this.side ? this.agent : null }));
+    if (tracks.length) this.timeline.draw(tracks);
     this.timeline.show(step);
     this.transport.showStep(step);
     const recording = this.panels[0]?.life?.at(step);
     if (recording && this.agent === null) this.population.draw(recording, Math.min(step, recording.last - 1));
-    this.inspector.draw(step, palette);
+    this.inspector.draw(step);
     if (this.player.playing) this.remember();
     return there && tracks.length > 0;
   }

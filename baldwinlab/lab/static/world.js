@@ -1,16 +1,12 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
 import { drawAgents } from "./agents.js";
+import { palette, shade } from "./palette.js";
 import { drawSight } from "./sight.js";
 import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
 
-export { DARK, LIGHT } from "./palette.js";
-
-const TURN = (9 * Math.PI) / 180;
-
 /**
  * @typedef {object} Look
- * @property {Object<string, string>} palette LIGHT or DARK
  * @property {number|null} [chosen] the agent that is looked at
  * @property {"off"|"recent"|"life"} [trails]
  * @property {boolean} [sight] whether discs and sectors are drawn
@@ -21,7 +17,7 @@ export class WorldView {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d", { alpha: false });
     this.camera = { x: 0.5, y: 0.5, zoom: 1 }; // the centre, as a share of the map; 1: the whole map fits
-    this.world = { width: 640, height: 640 };
+    this.world = { width: 640, height: 640, marks: [] };
     this.life = new LifeTrails();
     this.count = 0;
     this.resize();
@@ -95,21 +91,21 @@ export class WorldView {
   /**
    * @param {import("./recording.js").Recording|null} recording null: the map alone
    * @param {number} time a step, or a moment between two
-   * @param {Look} look
+   * @param {Look} [look]
    * @returns {boolean} whether all is drawn; else draw again
    */
-  draw(recording, time, look) {
+  draw(recording, time, look = {}) {
     const { pen, dots } = this;
-    if (recording) this.world = recording.header.world;
+    if (recording) this.show(recording.header);
     const scale = this.scale;
     const [left, top] = this.origin;
     const transform = [scale * dots, left * dots, top * dots];
     pen.setTransform(1, 0, 0, 1, 0, 0);
-    pen.fillStyle = look.palette.ground;
+    pen.fillStyle = palette.around;
     pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
     pen.setTransform(transform[0], 0, 0, transform[0], transform[1], transform[2]);
     pen.lineJoin = "round";
-    this.drawMap(look.palette, scale);
+    this.drawMap(scale);
     if (!recording) return true;
     pen.save();
     pen.beginPath();
@@ -118,15 +114,20 @@ export class WorldView {
     const step = Math.min(Math.floor(time), recording.last - 1);
     this.place(recording, step, time - step);
     const ready = this.drawTrails(transform, recording, step, look, scale);
-    if (look.sight !== false) drawSight(this, recording, step, look);
-    this.drawFood(recording.itemsAt(step), look.palette, scale);
-    drawAgents(this, recording, step, look);
+    if (look.sight !== false) drawSight(this, recording, step, look.chosen);
+    this.drawItems(recording.itemsAt(step), recording.header.look.item_kinds, scale);
+    drawAgents(this, recording, step, look.chosen);
     pen.restore();
-    this.drawEdge(look.palette, scale);
+    this.drawEdge(scale);
     return ready;
   }
 
-  drawMap(palette, scale) {
+  /** Look at a world of that size, with these marks. */
+  show({ world: { width, height }, look: { marks } }) {
+    this.world = { width, height, marks };
+  }
+
+  drawMap(scale) {
     const { pen, world } = this;
     pen.fillStyle = palette.map;
     pen.fillRect(0, 0, world.width, world.height);
@@ -137,27 +138,10 @@ export class WorldView {
     for (let x = apart; x < world.width; x += apart) pen.rect(x, 0, 0, world.height);
     for (let y = apart; y < world.height; y += apart) pen.rect(0, y, world.width, 0);
     pen.stroke();
-    for (const { x, y } of world.food ?? []) {
-      pen.globalAlpha = 0.07;
-      pen.fillStyle = palette.region;
-      pen.fillRect(x[0], y[0], x[1] - x[0], y[1] - y[0]);
-      pen.globalAlpha = 0.35;
-      pen.strokeStyle = palette.region;
-      pen.strokeRect(x[0], y[0], x[1] - x[0], y[1] - y[0]);
-    }
-    if (world.start) {
-      pen.globalAlpha = 0.6;
-      pen.strokeStyle = palette.edge;
-      pen.setLineDash([4 / scale, 4 / scale]);
-      pen.beginPath();
-      pen.arc(world.start.x, world.start.y, world.start.radius, 0, 2 * Math.PI);
-      pen.stroke();
-      pen.setLineDash([]);
-    }
-    pen.globalAlpha = 1;
+    for (const mark of world.marks) drawMark(pen, mark, scale);
   }
 
-  drawEdge(palette, scale) {
+  drawEdge(scale) {
     const { pen, world } = this;
     pen.strokeStyle = palette.edge;
     pen.lineWidth = 1.5 / scale;
@@ -165,24 +149,25 @@ export class WorldView {
   }
 
   /** Where every agent is at a moment: on the straight line from this step's place to the next one's. */
-  place({ agents, first, last, arrays: { x, y, heading } }, step, share) {
+  place({ agents, first, last, header: { look }, arrays: { x, y, heading } }, step, share) {
     if (this.count !== agents) {
       this.count = agents;
       for (const name of ["x", "y", "angle"]) this[name] = new Float32Array(agents);
     }
     const { width, height } = this.world;
+    const turn = (2 * Math.PI) / look.headings;
     const at = (step - first) * agents;
     const then = step + 1 < last ? at + agents : at;
     for (let agent = 0; agent < agents; agent++) {
       const [here, there] = [at + agent, then + agent];
       this.x[agent] = along(x[here], x[there], share, width);
       this.y[agent] = along(y[here], y[there], share, height);
-      this.angle[agent] = along(heading[here], heading[there], share, 40) * TURN;
+      this.angle[agent] = along(heading[here], heading[there], share, look.headings) * turn;
     }
   }
 
   drawTrails(transform, recording, step, look, scale) {
-    const { palette, trails = "recent", chosen } = look;
+    const { trails = "recent", chosen } = look;
     const width = Math.max(1.1 / scale, 0.9);
     let ready = true;
     if (trails === "life") ready = this.life.draw(this.pen, this.canvas, transform, recording, step, palette.trail, width);
@@ -192,16 +177,42 @@ export class WorldView {
     return ready;
   }
 
-  drawFood(places, palette, scale) {
+  /** Items are numbered kind after kind. */
+  drawItems(places, kinds, scale) {
     const { pen } = this;
     const radius = Math.max(3.4, 2.2 / scale);
-    pen.fillStyle = palette.food;
-    for (let item = 0; item < places.x.length; item++) {
-      pen.beginPath(); // one by one, which takes half the time of one path of all
-      pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
-      pen.fill();
+    let item = 0;
+    for (const { colour, number } of kinds) {
+      pen.fillStyle = shade(colour);
+      for (const end = item + number; item < end; item++) {
+        pen.beginPath(); // one by one, which takes half the time of one path of all
+        pen.arc(places.x[item], places.y[item], radius, 0, 2 * Math.PI);
+        pen.fill();
+      }
     }
   }
+}
+
+/** A thing on the map is full; a place where things may be is tinted, or a dashed circle. */
+function drawMark(pen, { kind, x, y, width, height, colour, solid }, scale) {
+  pen.beginPath();
+  if (kind === "disc") pen.ellipse(x + width / 2, y + height / 2, width / 2, height / 2, 0, 0, 2 * Math.PI);
+  else pen.rect(x, y, width, height);
+  pen.fillStyle = pen.strokeStyle = shade(colour);
+  pen.lineWidth = 1 / scale;
+  if (solid) pen.fill();
+  else if (kind === "disc") {
+    pen.globalAlpha = 0.6;
+    pen.setLineDash([4 / scale, 4 / scale]);
+    pen.stroke();
+    pen.setLineDash([]);
+  } else {
+    pen.globalAlpha = 0.07;
+    pen.fill();
+    pen.globalAlpha = 0.35;
+    pen.stroke();
+  }
+  pen.globalAlpha = 1;
 }
 
 /** To what an address holds, so that it reopens exactly this. */

@@ -19,7 +19,7 @@ from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
 FEW_ITEMS: Final = 8 * WIDTH
 ITEMS_IN_TILE: Final = 10  # on average
 WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
-FOOD_COLOR: Final = "#009E73"
+FOOD_COLOR: Final = "green"  # of `baldwinlab.palette`
 
 
 def _bundles(count: int) -> int:

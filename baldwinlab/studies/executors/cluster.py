@@ -18,7 +18,7 @@ import dask.config
 from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
-from baldwinlab.engine.jit import CACHE_DIRECTORY
+from baldwinlab.engine.jit import sources_hash
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import validate
 from baldwinlab.files import is_local, location
@@ -30,7 +30,7 @@ PATIENCE: Final = 10  # seconds to wait for a scheduler, also for one that was l
 EVENTS_A_SECOND: Final = 100  # from all tasks together
 BATCH: Final = 1000  # tasks in one message to the scheduler
 SILENCE: Final = 2.0  # seconds between two events of a task, at least
-ENGINE: Final = CACHE_DIRECTORY.name  # carries a hash of the engine's sources and of Numba's version
+ENGINE: Final = sources_hash()  # carries a hash of the engine's sources and of Numba's version
 
 
 def on_dask(address: str, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:

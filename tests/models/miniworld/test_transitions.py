@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from baldwinlab.experiment import Experiment, validate
-from baldwinlab.models.miniworld.state import make_model
+from baldwinlab.models.miniworld.make import make_model
 from baldwinlab.presets import load, names
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
