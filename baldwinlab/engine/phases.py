@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from baldwinlab.engine.jit import register
 
 
-def phase(default: Callable[..., Any]) -> Callable[..., Any]:
+def phase(default: Callable[..., Any]) -> Any:
     """A phase, named and documented by the function, which is also what parts do that have none of their own."""
 
     @wraps(default)

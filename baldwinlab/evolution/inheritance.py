@@ -40,7 +40,7 @@ class Darwinian(Inheritance, name="darwinian"):
 class NoInheritance(Inheritance, name="none"):
     """Nothing: all weights are drawn afresh every generation."""
 
-    afresh = True
+    afresh: ClassVar[bool] = True
 
     def wants_learned(self, experiment: BaseExperiment) -> bool:
         return False

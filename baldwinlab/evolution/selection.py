@@ -9,7 +9,7 @@ Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def misfit(fitness: Fitness, least: float) -> int:
 class Roulette(Selection, name="roulette"):
     """Probability proportional to fitness, which must not be negative; all alike if nobody has any."""
 
-    least = 0.0
+    least: ClassVar[float] = 0.0
 
     @staticmethod
     def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:

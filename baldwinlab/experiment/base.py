@@ -18,8 +18,11 @@ from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, 
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
-ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
-Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
+if TYPE_CHECKING:
+    ModelName = Selection = Variation = Inheritance = Fitness = str
+else:
+    ModelName, Selection, Variation = one_of("model"), one_of("selection"), one_of("variation")
+    Inheritance, Fitness = one_of("inheritance"), one_of("fitness")
 
 Chosen = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""

@@ -18,7 +18,7 @@ def idle_settings(experiment: BaseExperiment) -> dict[str, str]:
     """The fields that are set otherwise than by default and change nothing, each with why: {"learning.teacher": ...}."""
     if not isinstance(experiment, Experiment):
         return {}
-    found = {}
+    found: dict[str, str] = {}
     rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
         fields = ("learning.evolved_rate", "learning.cost_per_step", "learning.cost_per_change", "evolution.lamarckian_share")

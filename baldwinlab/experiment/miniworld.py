@@ -10,7 +10,7 @@ leaves open, see docs/model.md.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,8 +19,11 @@ from baldwinlab.experiment.choices import one_of
 from baldwinlab.experiment.fields import Fields
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
-SenseName, BodyName, NetworkName = one_of("sense"), one_of("body"), one_of("network")
-RuleName, FeatureName = one_of("learning rule"), one_of("world feature")
+if TYPE_CHECKING:
+    SenseName = BodyName = NetworkName = RuleName = FeatureName = str
+else:
+    SenseName, BodyName, NetworkName = one_of("sense"), one_of("body"), one_of("network")
+    RuleName, FeatureName = one_of("learning rule"), one_of("world feature")
 
 
 class Start(Fields):

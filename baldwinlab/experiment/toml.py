@@ -49,6 +49,7 @@ def from_toml(text: str, where: str) -> Experiment:
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
     try:
-        return validate(tree)
+        made: Experiment = validate(tree)
     except ExperimentError as error:
         raise ExperimentError("\n".join(f"{where}: {line}" for line in str(error).splitlines())) from None
+    return made

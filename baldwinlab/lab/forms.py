@@ -67,7 +67,8 @@ def completed(tree: Any) -> BaseExperiment:
     """The experiment that a tree means without the tables that it cannot have. Raises ExperimentError for any other fault."""
     while True:
         try:
-            return validate(tree)
+            made: BaseExperiment = validate(tree)
+            return made
         except ExperimentError as error:
             paths = [line.partition(UNKNOWN)[0] for line in str(error).splitlines() if UNKNOWN in line]
             pruned = tree

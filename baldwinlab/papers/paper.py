@@ -132,7 +132,8 @@ class Paper:
         for layer in layers:
             tree = merge(tree, self.changes(*layer))
         try:
-            return validate(tree)
+            made: Experiment = validate(tree)
+            return made
         except ExperimentError as error:
             files = " with ".join(f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind))
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None

@@ -46,39 +46,39 @@ def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> Non
 class Selection(Part):
     """Who become parents: two for each child, drawn independently; afterwards the fitter one is put first."""
 
-    kind = "selection"
+    kind: ClassVar[str] = "selection"
     least: ClassVar[float] = -math.inf  # the lowest fitness that it copes with
 
-    select = staticmethod(select.default)
+    select: ClassVar[Any] = staticmethod(select.default)
 
 
 class Variation(Part):
     """What children have of their parents, and what is new."""
 
-    kind = "variation"
+    kind: ClassVar[str] = "variation"
 
-    vary = staticmethod(vary.default)
+    vary: ClassVar[Any] = staticmethod(vary.default)
 
 
 class Inheritance(Part):
     """What of a life is passed on."""
 
-    kind = "inheritance"
+    kind: ClassVar[str] = "inheritance"
     afresh: ClassVar[bool] = False  # nothing: every generation begins with fresh genomes
 
     def wants_learned(self, experiment: Any) -> bool:
         """Whether it matters what weights an agent dies with."""
         return True
 
-    pass_on = staticmethod(pass_on.default)
+    pass_on: ClassVar[Any] = staticmethod(pass_on.default)
 
 
 class Fitness(Part):
     """What a life was worth."""
 
-    kind = "fitness"
+    kind: ClassVar[str] = "fitness"
 
-    evaluate = staticmethod(evaluate.default)
+    evaluate: ClassVar[Any] = staticmethod(evaluate.default)
 
 
 @lru_cache(maxsize=64)

@@ -56,7 +56,7 @@ class Part(Fields):
         cls.name = name
         made: Any = namedtuple("Compiled", [*numeric_fields(cls), *cls.derived, *cls.arrays])  # type: ignore[misc]
         made.__module__, made.__qualname__ = cls.__module__, f"{cls.__qualname__}.Compiled"  # so that Numba's cache finds it
-        made.part = cls
+        setattr(made, "part", cls)  # noqa: B010  (it is the class of a tuple, of which mypy knows all attributes)
         cls.Compiled = made
         if not built_in:
             choices.add(cls.kind, name, cls)
@@ -175,50 +175,50 @@ def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
 class Sense(Part):
     """What an agent is told of its surroundings: binary inputs of its network."""
 
-    kind = "sense"
+    kind: ClassVar[str] = "sense"
     inputs: ClassVar[tuple[str, ...]] = ()  # their names
     sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ()  # where each looks, degrees clockwise from the heading
     item_kind: ClassVar[str] = ""  # of items that it looks for by `see`
 
-    sense = staticmethod(sense.default)
+    sense: ClassVar[Any] = staticmethod(sense.default)
 
 
 class Body(Part):
     """What an agent can do."""
 
-    kind = "body"
+    kind: ClassVar[str] = "body"
     actions: ClassVar[tuple[str, ...]] = ()  # their names; each is an output of the network
     stride: ClassVar[float] = 2.0  # the longest way in one step, units of length
 
-    decide = staticmethod(decide.default)
-    move = staticmethod(move.default)
+    decide: ClassVar[Any] = staticmethod(decide.default)
+    move: ClassVar[Any] = staticmethod(move.default)
 
 
 class Network(Part):
     """What turns inputs into outputs: layers of units, whose activations and weights are numbered from the inputs on."""
 
-    kind = "network"
+    kind: ClassVar[str] = "network"
     memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         """Units in each layer. The first `inputs` units are the inputs, the last `actions` ones the outputs."""
         return (inputs, *hidden, actions)
 
-    forward = staticmethod(forward.default)
-    backward = staticmethod(backward.default)
+    forward: ClassVar[Any] = staticmethod(forward.default)
+    backward: ClassVar[Any] = staticmethod(backward.default)
 
 
 class LearningRule(Part):
     """What changes an agent's weights in life."""
 
-    kind = "learning rule"
+    kind: ClassVar[str] = "learning rule"
     modules: ClassVar[tuple[str, ...]] = ("action",)  # networks in a genome; with "reinforcement", its answer is in state.targets
     learns: ClassVar[bool] = True
     color: ClassVar[str] = "#0072B2"
 
-    hatch = staticmethod(hatch.default)
-    meet = staticmethod(meet.default)
-    learn = staticmethod(learn.default)
+    hatch: ClassVar[Any] = staticmethod(hatch.default)
+    meet: ClassVar[Any] = staticmethod(meet.default)
+    learn: ClassVar[Any] = staticmethod(learn.default)
 
 
 class ItemRegion(Fields):
@@ -235,7 +235,7 @@ class ItemRegion(Fields):
 class WorldFeature(Part):
     """What else there is in the world: kinds of items, walls, whatever hides, stops or moves."""
 
-    kind = "world feature"
+    kind: ClassVar[str] = "world feature"
 
     def items(self) -> tuple[ItemRegion, ...]:
         """The items that it adds to the world's food."""
@@ -245,11 +245,11 @@ class WorldFeature(Part):
         """What is drawn of it: {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color", "label"}."""
         return ()
 
-    build = staticmethod(build.default)
-    forbids = staticmethod(forbids.default)
-    hides = staticmethod(hides.default)
-    stops = staticmethod(stops.default)
-    advance = staticmethod(advance.default)
+    build: ClassVar[Any] = staticmethod(build.default)
+    forbids: ClassVar[Any] = staticmethod(forbids.default)
+    hides: ClassVar[Any] = staticmethod(hides.default)
+    stops: ClassVar[Any] = staticmethod(stops.default)
+    advance: ClassVar[Any] = staticmethod(advance.default)
 
 
 def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:

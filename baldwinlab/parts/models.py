@@ -29,7 +29,7 @@ class Lives(NamedTuple):
 class Model(Part):
     """A kind of life."""
 
-    kind = "model"
+    kind: ClassVar[str] = "model"
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words

@@ -61,7 +61,7 @@ def _base(sweep: Sweep, path: Path) -> Experiment:
     """The experiment as it is before any field is swept."""
     name = sweep.experiment
     try:
-        base = assign(presets.load(path.parent / name if name.endswith(".toml") else name), _assignments(sweep.fixed))
+        base: Experiment = assign(presets.load(path.parent / name if name.endswith(".toml") else name), _assignments(sweep.fixed))
         for field, values in sweep.fields.items():
             value, _ = _look_up(base, field)
             if isinstance(values, Range) and (isinstance(value, bool) or not isinstance(value, int | float)):

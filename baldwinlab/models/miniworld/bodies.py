@@ -5,7 +5,7 @@ Source: the paper, "The Simulated World of Foods and Agents".
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -20,8 +20,8 @@ HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1
 class Walker(Body, name="walker"):
     """Turns left or right by 9 degrees and moves 1, or goes straight on by 2."""
 
-    actions = ("left", "forward", "right")
-    stride = STRIDE
+    actions: ClassVar[tuple[str, ...]] = ("left", "forward", "right")
+    stride: ClassVar[float] = STRIDE
 
     @staticmethod
     def decide(part: Any, model: Model, state: State, lane: Lane) -> None:

@@ -41,13 +41,13 @@ def _express(rate: float, genes: npt.NDArray[np.float32], found: npt.NDArray[np.
 class NoLearning(LearningRule, name="none"):
     """The weights stay as they were born."""
 
-    learns = False
+    learns: ClassVar[bool] = False
 
 
 class SelfTaught(LearningRule, name="self-taught"):
     """Backpropagation: the answer to what was sensed moves towards the reinforcement module's."""
 
-    modules = ("action", "reinforcement")
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -61,7 +61,7 @@ class Drift(LearningRule, name="drift"):
     Some move in the same direction, some in the opposite one, so it is as much change, but nothing is learned.
     """
 
-    modules = ("action", "reinforcement")
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     arrays: ClassVar[Mapping[str, Array]] = {
         "pupil": per_agent("weights"),  # the weights as self-teaching would have made them
         "pupil_activations": per_agent("units"),

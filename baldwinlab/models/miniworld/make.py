@@ -165,7 +165,7 @@ def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
             yield from arrays_of(entry)
 
 
-def phases_of(state: State) -> tuple[Callable[..., Any], ...]:
+def phases_of(state: State) -> tuple[Any, ...]:
     """The types of a state's parts, and their phases: what is compiled in beside the step itself."""
     parts = (state.recall, state.network, state.rule, state.body, *state.senses, *state.features)
     return tuple(each for part in parts for each in (type(part), *functions_of(type(part).part)))

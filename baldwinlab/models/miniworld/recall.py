@@ -7,7 +7,8 @@ a memory, the module is asked in every step. Which of these holds is a type, so 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Final, NamedTuple
+from collections import namedtuple
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -39,6 +40,7 @@ class Ask:
     """Nothing is looked up, and there is no reinforcement module."""
 
     arrays: ClassVar[dict[str, Array]] = {}
+    Compiled: ClassVar[Any]
     ready = staticmethod(ready.default)
     remember = staticmethod(remember.default)
     think = staticmethod(think.default)
@@ -117,10 +119,11 @@ def kind_of_recall(experiment: Any) -> type[Ask]:
 
 
 def _compiled(kind: type[Ask]) -> Any:
-    made: Any = NamedTuple(kind.__name__, [(name, Any) for name in kind.arrays])  # type: ignore[misc]
-    made.part, made.__module__, made.__qualname__ = kind, __name__, f"{kind.__name__}.Compiled"
+    made: Any = namedtuple("Compiled", list(kind.arrays))  # type: ignore[misc]
+    made.__module__, made.__qualname__ = __name__, f"{kind.__name__}.Compiled"
+    setattr(made, "part", kind)  # noqa: B010
     return made
 
 
 for _kind in (Ask, Teacher, Reflex, AskTeacher):
-    _kind.Compiled = _compiled(_kind)  # type: ignore[attr-defined]
+    _kind.Compiled = _compiled(_kind)

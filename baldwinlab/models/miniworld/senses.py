@@ -9,7 +9,7 @@ Source: the paper, "The Simulated World of Foods and Agents", on theta; docs/mod
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -109,9 +109,9 @@ def see(model: Model, state: State, world: int, agent: int, kind: int) -> int:
 class Sight(Sense, name="food"):
     """Three binary sensors: whether any food is at the left, in front, or at the right."""
 
-    inputs = ("left", "front", "right")
-    sectors = ((315, 345), (345, 15), (15, 45))
-    item_kind = FOOD
+    inputs: ClassVar[tuple[str, ...]] = ("left", "front", "right")
+    sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ((315, 345), (345, 15), (15, 45))
+    item_kind: ClassVar[str] = FOOD
 
     @staticmethod
     def sense(part: Any, model: Model, state: State, world: int, agent: int) -> int:

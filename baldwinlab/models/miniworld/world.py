@@ -59,7 +59,7 @@ def bear(model: Model, state: State, world: int, agent: int) -> None:
         state.places[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
         state.places[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
         taken = forbidden(state.features, model, state.places[0, lane], state.places[1, lane]) and attempt < MOST_PLACES
-        searching = x * x + y * y > ONE or taken
+        searching = bool(x * x + y * y > ONE) or taken
     state.heading[0, lane] = ZERO
     if model.random_headings:
         words = philox(0, agent, state.generation[0], HEADING, seed, run)

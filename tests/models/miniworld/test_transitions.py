@@ -56,7 +56,7 @@ def experiments(draw: st.DrawFn, update: str) -> Experiment:
     }
     start = {"x": x, "y": y, "radius": radius, "headings": draw(st.sampled_from(["equal", "random"]))}
     food = draw(st.lists(food_regions(width, height), min_size=1, max_size=3))
-    return validate(
+    made: Experiment = validate(
         {
             "name": "random",
             "world": {"width": width, "height": height, "start": start, "food": food},
@@ -76,6 +76,7 @@ def experiments(draw: st.DrawFn, update: str) -> Experiment:
             "lifetime": {"steps": draw(st.integers(1, 60)), "update": update},
         }
     )
+    return made
 
 
 def reborn(trace: xr.Dataset, experiment: Experiment) -> tuple[list[naive.Agent], list[naive.Item]]:
