@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from baldwinlab import papers
-from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment import Experiment, ExperimentError, choices, validate
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.papers.paper import KINDS, STANDARD, Paper
@@ -38,7 +38,7 @@ def _having(kind: str, name: str) -> Paper:
 
 
 def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
-    """An experiment by the name of a preset (`evo+self-taught/B`), or from a TOML file.
+    """An experiment by the name of a preset (`evo+self-taught/B`) or of a model that is a part, or from a TOML file.
 
     `reading` lays one of the named readings of the paper over it. Raises ExperimentError when there is no such preset, file
     or reading, or when the file's experiment is not valid.
@@ -49,6 +49,9 @@ def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
     named, _, name = text.rpartition(":")
     if named:
         return papers.load(named).experiment(name, reading)
+    if ("model", text) in choices.foreign():
+        made: Experiment = validate({"model": text})
+        return made
     having = [one for one in papers.built_in().values() if name in one.experiment_names()]
     return (having[0] if having else papers.load()).experiment(name, reading)
 

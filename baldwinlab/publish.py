@@ -10,6 +10,7 @@ import xarray as xr
 from baldwinlab.analysis import claims
 from baldwinlab.assays import section as assays
 from baldwinlab.assays import stored
+from baldwinlab.experiment import Experiment
 from baldwinlab.factors import SWEEP
 from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import read
@@ -58,10 +59,21 @@ def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[S
     return found + [readings.section(multiverse, study.directory / "figures") for multiverse in multiverses[:1]]
 
 
+def _can_be_watched(study: Study, condition: str) -> bool:
+    """Whether it has a world, and its parts are here to be lived with."""
+    try:
+        study.require_parts(condition)
+    except ValueError:  # as PartError is
+        return False
+    return isinstance(study.experiments[condition], Experiment)
+
+
 def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]:
     """The typical population at several generations, of the condition that the paper shows, or else of the first there is."""
     preferred = (paper.about.emergence, *study.experiments)
-    stored = [condition for condition in preferred if condition in study.experiments and study.runs(condition)]
+    stored = [name for name in preferred if name in study.experiments and study.runs(name) and _can_be_watched(study, name)]
+    if not stored:
+        return []
     condition, run = stored[0], typical_run(data, stored[0])
     energy = data.energy.sel(condition=condition, run=run)
     experiment = study.experiments[condition]

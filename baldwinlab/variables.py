@@ -41,7 +41,9 @@ RECORD: Mapping[str, Variable] = {name: variable for name, variable in RUN.items
 def of_record(experiment: Any) -> Mapping[str, Variable]:
     """What a run of an experiment records: `RECORD`, with what its own model or its own kinds of items add."""
     if experiment.model != "miniworld":
-        return {name: variable for name, variable in RECORD.items() if name != "food_eaten"} | dict(experiment.of_model.records)
+        model = experiment.of_model
+        energy = RECORD["energy"]._replace(unit="1", meaning=model.payoff)
+        return {name: RECORD[name] for name in RECORD if name != "food_eaten"} | {"energy": energy} | dict(model.records)
     kinds = {item.kind for feature in experiment.parts("world.features") for item in feature.items()}
     eaten = RECORD["food_eaten"]
     return dict(RECORD) | {f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds}

@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -19,9 +20,12 @@ from numba import cuda as numba_cuda
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu, cuda
 from baldwinlab.models.miniworld.backend import Block
+from baldwinlab.models.miniworld.make import named_arrays
+from baldwinlab.parts import load_file
 from baldwinlab.presets import load
 
 WORLDS = (1, 30, 180, 528, 1056, 2640, 5280, 10560, 21120)
+PARTS = Path(__file__).parents[1] / "examples" / "parts"
 THREADS = (32, 64, 128, 256, 512)
 FOOD = {"x": [400, 560], "y": [80, 240]}
 
@@ -38,11 +42,17 @@ def experiments() -> Iterator[tuple[str, Experiment]]:
     yield "items in tiles", base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100})
     yield "no food", base.replace(world={"food": []})
     yield "square contact", base.replace(contact={"shape": "square"})
+    for name in ("social", "poison", "obstacles", "elman"):
+        load_file(PARTS / f"{name}.py")
+    walls = {"features": ["poison", "obstacles"], "obstacles": {"x": [470, 490], "y": [100, 220]}}
+    yield "social", base.replace(learning={"rule": "social"})
+    yield "poison and walls", base.replace(world=walls, senses={"kinds": ["food", "poison"]})
+    yield "memory", base.replace(network={"kind": "elman"})
     yield "items round the edge", base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]})
 
 
 def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
-    shape = (worlds, experiment.population.size, len(experiment.modules), experiment.weight_count)
+    shape = (worlds, experiment.population.size, len(experiment.modules), experiment.genome_length)
     return np.random.default_rng(1).standard_normal(shape, np.float32)
 
 
@@ -52,11 +62,8 @@ def differences(experiment: Experiment, worlds: int) -> list[str]:
     for block in blocks:
         block.begin(3, genomes(experiment, worlds))
         block.live(0, experiment.lifetime.steps)
-    agents = worlds * experiment.population.size
-    one, other = (block.state for block in blocks)
-    names = ("places", "heading", "action", "activations", "weights", "answers", "eaten")
-    found = [name for name in names if getattr(one, name)[:, :agents].tobytes() != getattr(other, name)[:, :agents].tobytes()]
-    return found + ["items"] * (blocks[0].items().tobytes() != blocks[1].items().tobytes())
+    one, other = (named_arrays(block.state, worlds, experiment.population.size) for block in blocks)
+    return [name for name, array in one.items() if array.tobytes() != other[name].tobytes()]
 
 
 def speed(experiment: Experiment, worlds: int) -> float:

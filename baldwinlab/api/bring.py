@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from baldwinlab import console, presets
-from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, run_assays
+from baldwinlab.assays import ASSAYS, agent_steps, misfits, missing_assays, run_assays
 from baldwinlab.errors import InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, Factors, Kind
@@ -64,8 +64,9 @@ def bring(
 
 
 def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experiment]) -> Backend:
-    """Whether there is a GPU here says nothing about workers elsewhere."""
-    chosen = "cpu" if name == "auto" and place.name != "threads" else name
+    """Whether there is a GPU here says nothing about workers elsewhere, and models that are parts live on the CPU alone."""
+    foragers = all(isinstance(experiment, Experiment) for experiment in experiments)
+    chosen = "cpu" if name == "auto" and not (foragers and place.name == "threads") else name
     return choose(chosen, runs * len(experiments), max(experiment.population.size for experiment in experiments))
 
 
@@ -92,6 +93,9 @@ def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | 
     """Do these assays of a study, as far as they are not stored; raises as `bring` does."""
     workers = available_cores() if workers is None else workers
     require_positive("workers", workers)
+    study.require_parts()
+    for sentence in misfits(study, names):
+        console.say(sentence)
     missing = missing_assays(study, names)
     count = sum(map(len, missing.values()))
     if not count:

@@ -15,7 +15,7 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
     Raises RefusedError for a dataset that carries none, or several of which `condition` does not pick one.
     """
     if "experiment" in record.attrs:
-        return from_toml(record.attrs["experiment"], where="the record's experiment")
+        return from_toml(record.attrs["experiment"], where="the record's experiment", reading=True)
     if "experiment" not in record:
         raise RefusedError("this dataset carries no experiment; it is no record of baldwinlab, or was computed from one")
     texts = record["experiment"]
@@ -24,4 +24,4 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
     if texts.size != 1:
         names = ", ".join(map(str, record.condition.values.ravel())) if "condition" in record.coords else "select a point of it"
         raise RefusedError(f"condition = {condition!r} does not pick one experiment of this dataset; there are: {names}")
-    return from_toml(str(texts.item()), where="the record's experiment")
+    return from_toml(str(texts.item()), where="the record's experiment", reading=True)

@@ -16,9 +16,9 @@ import xarray as xr
 
 from baldwinlab import presets
 from baldwinlab.api.bring import assay, bring
-from baldwinlab.assays.run import ASSAYS, applies, missing_assays, open_assay
+from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
-from baldwinlab.experiment import Experiment, assign
+from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
@@ -74,9 +74,10 @@ class Study:
             assay(self._stored, [name], workers=workers)
         if condition is not None:
             return open_assay(self.directory, name, condition)
-        measured = [each for each in self.conditions if self.runs(each) and applies(name, self._stored, each)]
+        measured = [each for each in self.conditions if is_stored(name, self._stored, each)]
         if not measured:
-            raise StudyError(f"{self.directory}: {name} has nothing to measure there")
+            why = "; ".join(misfits(self._stored, [name])) or f"{name} has nothing to measure there"
+            raise StudyError(f"{self.directory}: {why}")
         found = [open_assay(self.directory, name, each) for each in measured]
         texts = [each.attrs["experiment"] for each in found]
         whole = xr.concat(found, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
@@ -95,6 +96,7 @@ class Study:
     def replay(self, condition: str, *, run: int, generation: int) -> xr.Dataset:
         """One lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`."""
         experiment = self.experiment(condition)
+        self._stored.require_parts(condition)
         energy = self._stored.read(condition, run).energy
         return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy)
 
@@ -113,7 +115,7 @@ def open(directory: str | Path) -> Study:
 
 
 def run(
-    experiments: str | Path | Experiment | Sequence[str | Path | Experiment],
+    experiments: str | Path | BaseExperiment | Sequence[str | Path | BaseExperiment],
     *,
     runs: int = 30,
     seed: int = 0,
@@ -128,11 +130,11 @@ def run(
     `set` changes fields of all of them, {"lifetime.steps": 100}. `out` is a folder of results/ unless given; the same call again
     does what is missing. Raises ExperimentError, ArgumentError and StudyError with a sentence before anything is done.
     """
-    given = [experiments] if isinstance(experiments, str | Path | Experiment) else list(experiments)
+    given = [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
     if not given:
         raise RefusedError("a study needs at least one experiment")
     assignments = list(_assignments(set or {}))
-    loaded = [assign(each if isinstance(each, Experiment) else presets.load(each), assignments) for each in given]
+    loaded = [assign(each if isinstance(each, BaseExperiment) else presets.load(each), assignments) for each in given]
     require_effect(loaded)
     directory = Path("results") / "-".join(each.name.replace("/", "-") for each in loaded) if out is None else location(out)
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}

@@ -23,7 +23,8 @@ from baldwinlab import statistics
 from baldwinlab.analysis.claims import finite
 from baldwinlab.analysis.tables import to_csv
 from baldwinlab.assays.stored import Assays, Quantity, conditions, factors_of, quantities
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.choices import key_of
 from baldwinlab.factors import Factors
 from baldwinlab.files import write_atomically
 from baldwinlab.statistics.rules import SIGNIFICANT
@@ -144,7 +145,8 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     factors = {name: factors_of(data) for stored in assays.values() for name, data in stored.items()}
     tables = {name: quantities(assays, name, last) for name in experiments}
     numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
-    rivals = {name: _rival(name, experiments) for name, experiment in experiments.items() if _evolves_and_learns(experiment)}
+    evolving = [name for name in experiments if _evolves_and_learns(experiments[name], assays.get("innate", {}).get(name))]
+    rivals = {name: _rival(name, experiments) for name in evolving}
     for name, rival in rivals.items():
         if rival and OFF in tables[rival]:
             tables[name][RIVAL] = tables[rival][OFF]
@@ -159,22 +161,37 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     def subject(name: str) -> Subject:
         answers = tuple(answer(name, one) for one in criteria())
         lamarckian = experiments[name].evolution.lamarckian_share > 0
-        return Subject(name, factors[name], rivals[name], answers, _nobody_ate(assays, name), lamarckian)
+        nobody_ate = isinstance(experiments[name], Experiment) and _nobody_ate(assays, name)
+        return Subject(name, factors[name], rivals[name], answers, nobody_ate, lamarckian)
 
     return Analysis(tuple(subject(name) for name in rivals), numbers, last)
 
 
-def _evolves_and_learns(experiment: Experiment) -> bool:
-    return experiment.learns and experiment.evolution.inheritance != "none"
+def _evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
+    """As the experiment says; where its model is not here, whether it was lived with learning on."""
+    learns = innate is not None and bool(innate["energy"].sel(life="on").notnull().any())
+    if isinstance(experiment, Experiment):
+        learns = experiment.learns
+    return learns and experiment.evolution.inheritance != "none"
 
 
 def _rival(name: str, experiments: Mapping[str, Experiment]) -> str:
     """The condition that differs from this one in its learning and in nothing else; empty where there is none."""
-    own = experiments[name].to_dict()
+    own, forager = experiments[name].to_dict(), isinstance(experiments[name], Experiment)
+    table = "learning" if forager else key_of(experiments[name].model)
     for other, experiment in experiments.items():
-        if not experiment.learns and experiment.to_dict() | {"name": own["name"], "learning": own["learning"]} == own:
+        there = experiment.to_dict()
+        if other == name or there | {"name": own["name"], table: own.get(table)} != own:
+            continue
+        if not experiment.learns if isinstance(experiment, Experiment) else _differ_in_one(there[table], own[table]):
             return other
     return ""
+
+
+def _differ_in_one(one: Mapping[str, object], other: Mapping[str, object]) -> bool:
+    """Whether it is a single field, and it says yes or no: of a model that is not here, the switch of its learner."""
+    differing = [name for name in other if one.get(name) != other[name]]
+    return len(differing) == 1 and one.get(differing[0]) is False
 
 
 def _nobody_ate(assays: Assays, condition: str) -> bool:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.assays.stored import AS_EVOLVED, BLANK, Assays, conditions, distances, factors_of, lifetime, lives, share
+from baldwinlab.assays.words import fitting
 from baldwinlab.factors import Factors
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
 from baldwinlab.statistics.fitness import interval_of_mean
@@ -45,7 +46,7 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
         below.axhline(1, color=GREY, lw=0.8)
         below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
         _generations(below)
-    _label(grid, "food (energy)", "share of food\nwith learning on")
+    _label(grid, fitting("food (energy)", assays), fitting("share of food\nwith learning on", assays))
     figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=2)
     figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure

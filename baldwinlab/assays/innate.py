@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.assays.sample import Sample
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.store import Study
 from baldwinlab.variables import LIVES
 
@@ -54,25 +54,30 @@ def _innate_alone(sample: Sample, generation: int, energy: npt.NDArray[Any], dis
 
 def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
     """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of one generation of agents that learn."""
-    genomes, without = sample.genomes(generation), sample.experiment.replace(learning={"rule": "none"})
+    genomes, without = sample.genomes(generation), sample.experiment.without_learner()
     learned = sample.live_as_evolved(generation, genomes)
     energy[LIVES.index("on")] = learned.energy
     energy[LIVES.index("off")] = sample.live(without, generation, genomes).energy
-    energy[LIVES.index("frozen")] = sample.live(without, generation, learned.weights[:, :, None]).energy
+    count = learned.weights.shape[-1]
+    frozen = genomes.copy()
+    frozen[:, :, 0, :count] = learned.weights
+    energy[LIVES.index("frozen")] = sample.live(without, generation, frozen).energy
     if generation in drifting(sample.experiment):
         drift = sample.experiment.replace(learning={"rule": "drift"})
         energy[LIVES.index("drift")] = sample.live(drift, generation, genomes).energy
-    distance[:] = distances(sample.experiment, genomes[:, :, 0, : learned.weights.shape[-1]], learned.weights)
+    distance[:] = distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
 
 
-def generations(experiment: Experiment) -> list[int]:
+def generations(experiment: BaseExperiment) -> list[int]:
     """The generations that are lived again: where nothing is inherited, a few stand for all."""
-    most = FEW_GENERATIONS if experiment.evolution.inheritance == "none" else MOST_GENERATIONS
+    most = FEW_GENERATIONS if experiment.part("evolution.inheritance").afresh else MOST_GENERATIONS
     return _thinned(range(experiment.evolution.generations), most)
 
 
-def drifting(experiment: Experiment) -> list[int]:
-    """Those of them that are lived with drift, too."""
+def drifting(experiment: BaseExperiment) -> list[int]:
+    """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
+    if not isinstance(experiment, Experiment) or (experiment.learns and "reinforcement" not in experiment.modules):
+        return []
     return _thinned(generations(experiment), FEW_GENERATIONS)
 
 
@@ -81,18 +86,22 @@ def _thinned(numbers: Sequence[int], most: int) -> list[int]:
     return sorted({*numbers[:: -(-len(numbers) // most)], numbers[-1]})
 
 
-def layer_names(experiment: Experiment) -> list[str]:
-    """What each layer of weights connects, from the sensors on."""
+def layer_names(experiment: BaseExperiment) -> list[str]:
+    """What each layer of weights connects, from the sensors on; of another model, the module that learns."""
+    if not isinstance(experiment, Experiment):
+        return list(experiment.modules[:1])
     count = len(experiment.network.hidden)
     hidden = ["hidden"] if count == 1 else [f"hidden {number + 1}" for number in range(count)]
     units = ["sensors", *hidden, "actions"]
     return [f"{source} to {target}" for source, target in pairwise(units)]
 
 
-def distances(experiment: Experiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def distances(experiment: BaseExperiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     """Euclidean distances [layer, ...] between weights [..., weight] at birth and at death, biases with their layer's."""
-    sizes, bias = experiment.layer_sizes, int(experiment.network.biases)
-    counts = [(inputs + bias) * outputs for inputs, outputs in pairwise(sizes)]
+    counts = [birth.shape[-1]]
+    if isinstance(experiment, Experiment):
+        sizes, bias = experiment.layer_sizes, int(experiment.network.biases)
+        counts = [(inputs + bias) * outputs for inputs, outputs in pairwise(sizes)]
     squares = (death.astype(np.float64) - birth) ** 2
     moved = [layer.sum(axis=-1) for layer in np.split(squares, np.cumsum(counts)[:-1], axis=-1)]
     euclidean: npt.NDArray[np.float64] = np.sqrt(np.stack(moved))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -15,7 +16,7 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, reaction, within_life
 from baldwinlab.assays.sample import Sample
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
 from baldwinlab.models.miniworld.backend import CPU
@@ -58,9 +59,27 @@ class Task(NamedTuple):
     names: tuple[str, ...]
 
 
-def applies(name: str, study: Study, condition: str) -> bool:
-    """Whether an assay has something to measure there: `modules` needs agents with two modules."""
-    return name != "modules" or len(study.experiment(condition).modules) > 1
+def misfit(name: str, experiment: BaseExperiment) -> str:
+    """Why an assay has nothing to measure of an experiment, in a sentence; empty where it has."""
+    if name in ("innate", "descent"):
+        return ""  # which ask through a model's switches, or through its pedigree, alone
+    if not isinstance(experiment, Experiment):
+        return f"the assay {name} is of foragers and what they eat, so the model {experiment.model} has none"
+    if name == "modules" and len(experiment.modules) == 1:
+        return "the assay modules is of agents with a reinforcement module"
+    return ""
+
+
+def misfits(study: Study, names: Sequence[str]) -> list[str]:
+    """Why assays have nothing to measure of conditions of other models, a sentence each."""
+    _require_known(names)
+    others = {one.model: one for one in study.experiments.values() if not isinstance(one, Experiment)}
+    return [sentence for one in others.values() for name in names if (sentence := misfit(name, one))]
+
+
+def is_stored(name: str, study: Study, condition: str) -> bool:
+    """Whether there is a file of what an assay measured of a condition."""
+    return _path(study, name, condition).exists()
 
 
 def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
@@ -75,8 +94,8 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     path = _path(study, assay, condition)
     if not path.exists():
         again = f"baldwinlab assay {directory} --only {assay}"
-        hint = f"; `{again}` makes it" if applies(assay, study, condition) else f": {assay} has nothing to measure there"
-        raise StudyError(f"{path} does not exist{hint}")
+        why = misfit(assay, study.experiment(condition))
+        raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
     try:
         return variables.from_netcdf(path.read_bytes())
     except (OSError, ValueError, TypeError) as error:
@@ -91,8 +110,8 @@ def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
     _require_known(names)
     study.require_runs()
     return {
-        condition: [name for name in names if applies(name, study, condition) and not _is_done(study, name, condition)]
-        for condition in study.experiments
+        condition: [name for name in names if not (_is_done(study, name, condition) or misfit(name, experiment))]
+        for condition, experiment in study.experiments.items()
         if study.runs(condition)
     }
 
@@ -102,7 +121,7 @@ def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     return sum(
         ASSAYS[name].lives(study, condition)
         * len(study.runs(condition))
-        * study.experiments[condition].lifetime.steps
+        * study.experiments[condition].steps
         * study.experiments[condition].population.size
         for condition, names in missing.items()
         for name in names
@@ -130,6 +149,7 @@ def run_assays(
     The result does not depend on the number of workers. What is stored when this is stopped stays. Raises DamagedRecordError
     for a record that is not what was written, and StudyError for one that cannot be lived again to the same bits.
     """
+    study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
     compile_seconds = warm_up(_ways_of_living(study))
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
@@ -213,7 +233,9 @@ def _is_done(study: Study, name: str, condition: str) -> bool:
         found = open_assay(study.directory, name, condition)
     except StudyError:
         return False
-    return found.run.values.tolist() == study.runs(condition) and found.attrs == _facts(study, condition)
+    there, wanted = dict(found.attrs), _facts(study, condition)
+    same = tomllib.loads(there.pop("experiment", "")) == tomllib.loads(wanted.pop("experiment"))  # comments come from its parts
+    return same and found.run.values.tolist() == study.runs(condition) and there == wanted
 
 
 def _require_known(names: Sequence[str]) -> None:

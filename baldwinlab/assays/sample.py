@@ -51,15 +51,16 @@ class Sample:
         for run, found, stored in zip(self.runs, lives.energy, self.energy(generation), strict=True):
             if not np.array_equal(found, stored):
                 path = self.study.path(self.experiment.name, run)
+                gain = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
-                    f"{path}: generation {generation}, lived again, does not eat what is stored; "
+                    f"{path}: generation {generation}, lived again, does not {gain} what is stored; "
                     f"another version of baldwinlab made this study"
                 )
         return lives
 
     def tell(self) -> None:
         """Say that one generation of these runs has lived."""
-        self.lived(len(self.runs) * self.experiment.lifetime.steps * self.experiment.population.size)
+        self.lived(len(self.runs) * self.experiment.steps * self.experiment.population.size)
 
 
 def middle_and_ends(generations: int) -> list[int]:

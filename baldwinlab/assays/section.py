@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from baldwinlab.assays import figures, verdict
 from baldwinlab.assays.analysis import Analysis, Number, evaluate, rules, write
 from baldwinlab.assays.stored import Assays
+from baldwinlab.assays.words import fitting, of_foragers
 from baldwinlab.papers.words import Inference
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render
@@ -59,12 +60,12 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
         rules=rules(),
         headlines={subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects},
         findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
-        paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference else "",
+        paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference and of_foragers(assays) else "",
         figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
         table=numbers_table(analysis),
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
     )
-    return Section("baldwin", TITLE, body)
+    return Section("baldwin", TITLE, fitting(body, assays))
 
 
 def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:

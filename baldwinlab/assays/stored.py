@@ -57,7 +57,10 @@ def _read(path: Path, assay: str) -> xr.Dataset:
 def conditions(assays: Assays) -> dict[str, Experiment]:
     """The experiment of every condition that any assay has, in order of their names."""
     found = {name: data for stored in assays.values() for name, data in stored.items()}
-    return {name: from_toml(found[name].attrs["experiment"], where=f"the experiment of {name}") for name in sorted(found)}
+    return {
+        name: from_toml(found[name].attrs["experiment"], where=f"the experiment of {name}", reading=True)
+        for name in sorted(found)
+    }
 
 
 def factors_of(data: xr.Dataset) -> Factors:
@@ -87,7 +90,7 @@ def share(part: xr.DataArray, whole: xr.DataArray) -> xr.DataArray:
 
 def lifetime(within_life: xr.Dataset) -> int:
     """Steps in a life."""
-    return from_toml(within_life.attrs["experiment"], where="the assay").lifetime.steps
+    return from_toml(within_life.attrs["experiment"], where="the assay", reading=True).lifetime.steps
 
 
 def evolved(within_life: xr.Dataset) -> str:

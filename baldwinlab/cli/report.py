@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.report import report as make_report
-from baldwinlab.cli.common import Directory, Last
+from baldwinlab.cli.common import Directory, Last, Parts, load_parts
 from baldwinlab.errors import require_positive
 from baldwinlab.studies.store import Study
 
@@ -19,7 +19,12 @@ def report(
     *,
     out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
     last: Last = 10,
+    part: Parts = None,
 ) -> None:
-    """Rebuild statistics, figures and report from stored results."""
+    """Rebuild statistics, figures and report from stored results.
+
+    No part is needed; with those of the study, the picture of a life lived again is drawn, too.
+    """
+    load_parts(part)
     require_positive("last", last)
     make_report(Study(directory), out, last=last)

@@ -27,6 +27,8 @@ HEADING: Final = 7  # index: agent; draw: 0
 MOTOR: Final = 8  # index: agent; draw: step
 DRIFT: Final = 9  # index: agent; draw: weight
 TEACHER: Final = 10  # index: child; draw: 0
+FOUNDER: Final = 11  # of models that are parts: index: agent; draw: as the model likes
+LIFE: Final = 12  # of models that are parts: index: agent; draw: as the model likes
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 

@@ -6,7 +6,9 @@ field that chooses it. Classes are made once for each choice of parts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from copy import copy
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
@@ -75,7 +77,7 @@ class BaseExperiment(Fields):
         return made
 
     def __reduce__(self) -> Any:
-        return validate, (self.to_dict(),)
+        return validate, (self.to_dict(), True)
 
     def replace(self, **changes: Any) -> Self:
         """A changed copy. A table may be given whole, or as a dict of the fields to change.
@@ -133,17 +135,20 @@ class BaseExperiment(Fields):
     def parts(self, path: str) -> tuple[Any, ...]:
         """As `part`, of a field that chooses any number of parts."""
         table, _, field = path.rpartition(".")
-        section = paths.look_up(self, table)[0] if table else self
-        kind = _kind(type(section), field)
+        section: Any = paths.look_up(self, table)[0] if table else self
+        of_section: Any = type(section)
+        kind = _kind(of_section, field)
         assert kind is not None, path
         found = getattr(section, field)
         return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
 
     def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
-        try:
-            return getattr(section, key_of(name), None) or choices.find(kind, name)()
-        except KeyError:
-            raise ExperimentError(f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE") from None
+        table = getattr(section, key_of(name), None)
+        if isinstance(table, Fields):
+            return table
+        if table is not None or name not in choices.names(kind):
+            raise ExperimentError(f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE")
+        return choices.find(kind, name)()
 
 
 @cache
@@ -172,8 +177,8 @@ def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
                 yield kind, name
 
 
-def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False) -> Chosen:
-    """The parts with fields of their own that a tree of values chooses."""
+def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False, foreign: bool = True) -> Chosen:
+    """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
     found: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in _choosing_fields_of(base):
         *steps, last = path.split(".")
@@ -183,8 +188,9 @@ def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = Fa
         names = table.get(last, default) if isinstance(table, dict) else default
         for name in (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ():
             where = ".".join([*steps, key_of(str(name))])
-            if reading and name not in choices.names(kind):
-                found.append((where, None))
+            if reading and name not in (choices.names(kind) if foreign else choices.BUILT_IN[kind]):
+                if isinstance(table, dict) and key_of(str(name)) in table:
+                    found.append((where, None))
             elif kind != "model" and (part := choices.own_fields(kind, str(name))):
                 found.append((where, part))
     return tuple(found)
@@ -209,7 +215,7 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
         inside = _with_table(section.model_fields[steps[0]].annotation, steps[1:], part)  # type: ignore[arg-type]
         below = (inside, _default(inside))
     elif part is None:
-        below = (dict[str, Any], Field(default_factory=dict))
+        below = (dict[str, Any], ...)
     else:
         below = (part, _default(part))
     return create_model(section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below})
@@ -251,22 +257,32 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
 
 @cache
 def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
+    tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
+    made = {key: _with_defaults(table, getattr(model, "defaults", {}).get(key, {})) for key, table in tables.items()}
     fields: dict[str, Any] = {
-        "name": (Name, "experiment"),
+        "name": (Name, name),
         "model": (ModelName, Field(name, description="the kind of life")),
         key_of(name): (model, _default(model)),
-        "population": (Population, Population()),
-        "evolution": (getattr(model, "Evolution", Evolution), _default(getattr(model, "Evolution", Evolution))),
-        "record": (Record, Record()),
+        **{key: (table, _default(table)) for key, table in made.items()},
     }
     return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
+
+
+def _with_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
+    """The table with other defaults of its fields."""
+    fields: dict[str, Any] = {}
+    for name, value in values.items():
+        info = copy(table.model_fields[name])
+        info.default = value
+        fields[name] = (info.annotation, info)
+    return create_model(table.__name__, __base__=table, __module__=table.__module__, **fields) if fields else table
 
 
 class _Unread(BaseExperiment, extra="allow"):
     """An experiment of a model that is not here: its tables are plain data."""
 
     name: Name = "experiment"
-    model: str = "?"
+    model: ModelName = "?"
     population: Population = Population()
     evolution: Evolution = Evolution()
     record: Record = Record()
@@ -277,15 +293,26 @@ def validate(tree: dict[str, Any], reading: bool = False) -> Any:
 
     `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
     """
-    unread = reading and tree.get("model", "miniworld") not in choices.names("model")
-    base = _Unread if unread else _base_of(tree)
-    made = _class_for(base, _chosen(base, tree, reading))
+    experiment = _made(tree, reading)
+    if not reading:
+        _let_foreign_parts_check(experiment)
+    return experiment
+
+
+def _made(tree: dict[str, Any], reading: bool = False) -> Any:
+    """As `validate`, without asking the parts."""
+    model = tree.get("model", "miniworld")
+    if not reading and model not in choices.names("model"):
+        raise ExperimentError(f"model = {model!r}: {choices.refusal('model', str(model))}")
+    made = _class_of(tree, reading)
     try:
         experiment = made.model_validate(tree, context={"reading": reading})
     except ValidationError as error:
+        plainer = _class_of(tree, reading, foreign=False) if reading else made
+        if plainer is not made:  # a part of that name is here, but not the one that it was made with
+            with suppress(ValidationError):
+                return plainer.model_validate(tree, context={"reading": True})
         raise ExperimentError(sentences(error, made)) from None
-    if not reading:
-        _let_foreign_parts_check(experiment)
     return experiment
 
 
@@ -298,6 +325,13 @@ def _let_foreign_parts_check(experiment: BaseExperiment) -> None:
                     part.check(experiment)
                 except ValueError as error:
                     raise ExperimentError(str(error)) from None
+
+
+def _class_of(tree: dict[str, Any], reading: bool, foreign: bool = True) -> Any:
+    """What a tree is to be made; `reading` as in `validate`, and without foreign parts as if none were here."""
+    there = choices.names("model") if foreign else choices.BUILT_IN["model"]
+    base = _Unread if reading and tree.get("model", "miniworld") not in there else _base_of(tree)
+    return _class_for(base, _chosen(base, tree, reading, foreign))
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
@@ -313,7 +347,7 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     for path, value in first:
         paths.put(tree, path, value)
     if first:
-        tree = validate(_without_idle_tables(experiment, tree, {})).to_dict()
+        tree = _made(_without_idle_tables(experiment, tree, {})).to_dict()  # with the tables that come with the choice
     for path, value in given:
         if path not in choosing:
             paths.put(tree, path, value)

@@ -20,16 +20,19 @@ def to_toml(experiment: BaseExperiment) -> str:
 
 def _fill(table: Any, part: BaseModel) -> None:
     below = []
-    for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        if isinstance(value, BaseModel) or (isinstance(value, tuple) and value and isinstance(value[0], BaseModel)):
+    meanings = {name: field.description for name, field in type(part).model_fields.items()}
+    for name, value in part:  # with what is there beside the fields, in an experiment of a model that is not here
+        if isinstance(value, BaseModel | dict) or (isinstance(value, tuple) and value and isinstance(value[0], BaseModel)):
             below.append((name, value))  # tables follow plain fields, as TOML wants it
             continue
         item = tomlkit.item(list(value) if isinstance(value, tuple) else value)
-        table.add(name, item.comment(field.description) if field.description else item)
+        meaning = meanings.get(name)
+        table.add(name, item.comment(meaning) if meaning else item)
     for name, value in below:
         if isinstance(value, BaseModel):
             table.add(name, _table(value, tomlkit.table()))
+        elif isinstance(value, dict):
+            table.add(name, tomlkit.item(value))  # of a part that is not here, as it stands
         else:
             tables = tomlkit.aot()
             for entry in value:
@@ -42,14 +45,14 @@ def _table(part: BaseModel, table: Any) -> Any:
     return table
 
 
-def from_toml(text: str, where: str) -> Experiment:
-    """The experiment in TOML text. `where` names its origin in messages. Raises ExperimentError."""
+def from_toml(text: str, where: str, reading: bool = False) -> Experiment:
+    """The experiment in TOML text; `where` names its origin in messages, `reading` as in `validate`. Raises ExperimentError."""
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
     try:
-        made: Experiment = validate(tree)
+        made: Experiment = validate(tree, reading)
     except ExperimentError as error:
         raise ExperimentError("\n".join(f"{where}: {line}" for line in str(error).splitlines())) from None
     return made

@@ -62,7 +62,7 @@ def _legend(figure: Figure | SubFigure) -> None:
 
 
 def _trajectories(axes: Axes, trace: xr.Dataset) -> None:
-    world = from_toml(trace.attrs["experiment"], where="the trace").world
+    world = from_toml(trace.attrs["experiment"], where="the trace", reading=True).world
     lay_out(axes, world)
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)

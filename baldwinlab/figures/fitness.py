@@ -49,7 +49,7 @@ def _panels(figure: Figure, study: xr.Dataset) -> Iterator[Panel]:
     for row, map_name in zip(grid, maps, strict=True):
         for axes, (measure, title) in zip(row, COLUMNS.items(), strict=True):
             axes.set_title(f"Map {map_name}, {title}" if map_name else title.capitalize(), loc="left", fontweight="bold")
-            axes.set_ylabel("fitness (energy)")
+            axes.set_ylabel("fitness (energy)" if "food_eaten" in study else "fitness")
             yield Panel(axes, measure, [condition for condition in shown if condition.map_name == map_name])
             top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
             axes.set_ylim(-0.025 * top, top)

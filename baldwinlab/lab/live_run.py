@@ -92,10 +92,10 @@ class LiveRun:
 
         Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean.
         """
-        energy = np.stack([history.energy[first:last] for history in self._histories])
-        eaten = np.stack([history.of_agents("food_eaten")[first:last] for history in self._histories])
-        dims = ("run", "generation", "agent")
-        some = xr.Dataset({"energy": (dims, energy), "food_eaten": (dims, eaten)})
+        lived = {"energy": [history.energy[first:last] for history in self._histories]}
+        if isinstance(self.experiment, Experiment):
+            lived["food_eaten"] = [history.of_agents("food_eaten")[first:last] for history in self._histories]
+        some = xr.Dataset({name: (("run", "generation", "agent"), np.stack(values)) for name, values in lived.items()})
         bands = {name: interval_of_mean(measure(some)) for name, measure in MEASURES.items()}
         parts = ("mean", "low", "high") if self.runs > 1 else ("mean",)
         return {
@@ -157,8 +157,8 @@ def check_size(experiment: Experiment, runs: int) -> None:
         raise ValueError(f"runs = {runs} must be at least 1 and at most {MOST_RUNS} for a live run")
     generations, agents = experiment.evolution.generations, experiment.population.size
     genomes = 4 * runs * generations * agents * len(experiment.modules) * experiment.genome_length
-    work = runs * agents * experiment.lifetime.steps * experiment.weight_count
-    items = runs * sum(region.count for region in experiment.world.food)
+    work = runs * agents * experiment.steps * experiment.weight_count
+    items = runs * sum(region.count for region in experiment.world.food) if isinstance(experiment, Experiment) else 0
     faults = (
         (generations, MOST_GENERATIONS, "generations"),
         (items, MOST_ITEMS, "items of food in all its runs"),

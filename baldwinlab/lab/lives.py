@@ -98,6 +98,7 @@ def _stored(lab: Lab, query: Query, generation: int) -> Life:
     study = studies.find(lab, query["study"])
     name, run = text(query, "condition"), number(query, "run")
     experiment = studies.condition(study, name)
+    study.require_parts(name)
     _require_generation(experiment, generation)
 
     def past() -> Past:

@@ -16,7 +16,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import presets
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import Experiment, choices
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import text
@@ -132,17 +132,24 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
     return {"id": name, "seed": study.seed, "conditions": conditions, "report": report, "problem": None}
 
 
-def _presets() -> list[dict[str, str]]:
-    return [
+def _presets() -> list[dict[str, Any]]:
+    """Those of the papers, and the models that are parts, each as it is by default."""
+    built_in = [
         {
             "name": f"{name}/{place}",
             "learner": name,
             "map": place,
             "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}",
+            "world": True,  # which can be watched
         }
         for kind in ("conditions", "controls")
         for name in presets.names(kind)
         for place in presets.names("maps")
+    ]
+    models = [(name, part) for (kind, name), part in choices.foreign().items() if kind == "model"]
+    return built_in + [
+        {"name": name, "learner": name, "map": "", "description": (part.__doc__ or "").split("\n")[0], "world": False}
+        for name, part in models
     ]
 
 
@@ -175,6 +182,7 @@ def _results(study: Study, claims: Path) -> dict[str, Any]:
     if not found:
         return answer
     data = open_conditions(study, found)
+    answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
     answer["generation"] = data["generation"].values.tolist()
     for measure, values in fitness.MEASURES.items():
         of_measure = dict(zip(("mean", "low", "high"), fitness.interval_of_mean(values(data)), strict=True))

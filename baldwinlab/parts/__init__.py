@@ -12,7 +12,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import any_of, bundle, choose, get, negated, put
 from baldwinlab.engine.phases import per_agent, per_world
-from baldwinlab.engine.rng import philox, unit
+from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.evolution import Fitness, Inheritance, Selection, Variation
 from baldwinlab.parts.foreign import PartError, Source, load_entry_points, load_file, sources_of
@@ -31,6 +31,8 @@ from baldwinlab.parts.models import Lives, Model
 from baldwinlab.variables import Variable
 
 __all__ = [
+    "FOUNDER",
+    "LIFE",
     "Body",
     "Field",
     "Fields",
@@ -64,5 +66,6 @@ __all__ = [
     "philox",
     "put",
     "sources_of",
+    "uniforms",
     "unit",
 ]

@@ -29,6 +29,7 @@ class Source(NamedTuple):
     kind: str
     name: str
     text: str
+    file: str  # its name, without folders
 
     @property
     def sha256(self) -> str:
@@ -131,4 +132,4 @@ def source_of(kind: str, name: str) -> Source:
             raise PartError(
                 f"the {kind} {name!r} has no file: a part must be in one, so that a study can keep its source"
             ) from None
-    return Source(kind, name, text)
+    return Source(kind, name, text, Path(str(module.__file__)).name)

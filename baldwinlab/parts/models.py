@@ -32,6 +32,7 @@ class Model(Part):
     kind: ClassVar[str] = "model"
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
 
     @property

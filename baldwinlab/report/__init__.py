@@ -16,6 +16,7 @@ from baldwinlab.report import content
 from baldwinlab.report.content import typical_run
 from baldwinlab.report.pictures import embed, pictures
 from baldwinlab.report.sections import Section, render, write_page
+from baldwinlab.report.words import measures
 
 __all__ = ["Section", "emergence_generations", "render", "typical_run", "write_page", "write_report"]
 
@@ -61,6 +62,7 @@ def write_report(
         verdict_counts=content.verdict_counts(results),
         results=results,
         figures=shown,
+        measures=measures("food_eaten" in study),
         last=last,
         differing=differing,
         open_choices=content.open_choices(differing, conditions),

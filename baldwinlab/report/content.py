@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from baldwinlab.analysis.claims import ClaimResult, Finding
-from baldwinlab.experiment import Experiment, ExperimentError, World
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, World
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.papers import Paper, PaperError
@@ -27,7 +27,12 @@ def experiment_texts(study: xr.Dataset) -> dict[str, str]:
 
 def experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
     """Each condition's experiment. Raises ExperimentError for one that cannot be."""
-    return {name: from_toml(text, where=f"the experiment of {name}") for name, text in texts.items()}
+    return {name: from_toml(text, where=f"the experiment of {name}", reading=True) for name, text in texts.items()}
+
+
+def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
+    """Those of MiniWorld: what has a world, senses and food."""
+    return {name: experiment for name, experiment in conditions.items() if isinstance(experiment, Experiment)}
 
 
 def run_counts(study: xr.Dataset) -> dict[str, int]:
@@ -38,20 +43,24 @@ def run_counts(study: xr.Dataset) -> dict[str, int]:
 
 def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any], paper: Paper) -> list[tuple[str, str]]:
     """What was run, as pairs of a heading and what it is."""
-    settings = conditions.values()
-    return [
+    settings, foraging = conditions.values(), foragers(conditions).values()
+    found = [
         ("conditions", ", ".join(conditions)),
+        ("models", ", ".join(dict.fromkeys(experiment.model for experiment in settings))),
         ("independent runs", span(run_counts(study).values())),
         ("generations a run", span(experiment.evolution.generations for experiment in settings)),
-        ("time steps a generation", span(experiment.lifetime.steps for experiment in settings)),
-        ("agents in a world", span(experiment.population.size for experiment in settings)),
-        ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment, paper) for experiment in settings))),
+        ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
+        ("agents in a world" if foraging else "agents", span(experiment.population.size for experiment in settings)),
+        ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment, paper) for experiment in foraging))),
         ("seed", str(facts.get("seed", study.attrs.get("seed", "not known")))),
     ]
+    return [(heading, text) for heading, text in found if text and (heading, text) != ("models", "miniworld")]
 
 
 def span(values: Iterable[int]) -> str:
     found = sorted(set(values))
+    if not found:
+        return ""
     return f"{found[0]:,}" if len(found) == 1 else f"{found[0]:,} to {found[-1]:,}"
 
 
@@ -141,7 +150,7 @@ def toml_value(value: Any) -> str:
 def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
     """What sets this study apart from the paper's, before any open choice."""
     own = paper.own()
-    found = [reading(experiment, paper) for name, experiment in conditions.items() if name in own]
+    found = [reading(experiment, paper) for name, experiment in foragers(conditions).items() if name in own]
     sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
     named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
     sentences += [f"The reading is {name}: {paper.describe('readings', name)}." for name in named]

@@ -15,7 +15,7 @@ from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.factors import of_study
 from baldwinlab.papers import Paper
 from baldwinlab.papers.words import Figure
-from baldwinlab.report.content import Experiments, typical_run, worlds
+from baldwinlab.report.content import Experiments, foragers, typical_run, worlds
 from baldwinlab.report.words import number
 from baldwinlab.statistics import fitness
 
@@ -36,29 +36,38 @@ def pictures(
     last: int,
     paper: Paper,
 ) -> Iterator[Picture]:
-    """Those that the paper has, in its order; without traces there is no picture of emergence."""
+    """Those that the paper has, in its order; without traces there is no picture of emergence, without foragers none of them."""
+    foraging = foragers(conditions)
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "fitness": lambda: _fitness(study, last),
         "final-fitness": lambda: _final_fitness(study, results, last),
         "emergence": lambda: _emergence(study, traces),
-        "maps": lambda: _maps(study, conditions),
-        "senses": lambda: _senses(conditions),
+        "maps": lambda: _maps(study, foraging),
+        "senses": lambda: _senses(foraging),
     }
     for name in paper.about.figures:
-        if name != "emergence" or traces:
+        if traces if name == "emergence" else foraging or name not in ("maps", "senses"):
             picture = draw[name]()
-            yield picture._replace(caption=" ".join(filter(None, [picture.caption, paper.words.captions.get(name)])))
+            beside = paper.words.captions.get(name) if foraging else None
+            yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
 def _fitness(study: xr.Dataset, last: int) -> Picture:
     return Picture(
         "fitness",
         "Fitness over generations",
-        "Energy of the items eaten by the best agent and by the average agent of each generation: mean over runs, and the 95 % "
-        "interval of that mean (Student's t) as a band.",
+        f"{_of_whom(study)} of each generation: mean over runs, and the 95 % interval of that mean (Student's t) as a band.",
         f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
         figures.fitness_curves(study),
     )
+
+
+def _of_whom(study: xr.Dataset) -> str:
+    """What the curves show, and of whom: the energy of foragers, or what another model calls it."""
+    if "food_eaten" in study:
+        return "Energy of the items eaten by the best agent and by the average agent"
+    gain = str(study["energy"].attrs.get("long_name", "fitness"))
+    return f"{gain[0].upper()}{gain[1:]} of the best agent and of the average agent"
 
 
 def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:

@@ -17,6 +17,13 @@ MEASURES = {
 }
 
 
+def measures(food: bool) -> dict[str, str]:
+    """What each measure is called: where there is no food, nobody eats."""
+    if food:
+        return MEASURES
+    return MEASURES | {"share": "share of agents with fitness above 0", "most": "highest fitness of any agent"}
+
+
 def number(value: float) -> str:
     """Three digits or so; a dash where there is no number."""
     if not math.isfinite(value):

@@ -29,6 +29,8 @@ def replay(
     Raises RefusedError for a generation that the experiment has not.
     """
     check_seed(seed, run)
+    if not isinstance(experiment, Experiment):
+        raise RefusedError(f"{experiment.name} is of the model {experiment.model}, whose lives have no world to replay")
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
     genome = genome_at(experiment, Moment(seed, run, generation), energy)

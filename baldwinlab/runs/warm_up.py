@@ -64,7 +64,7 @@ def _compile_together(experiments: list[Experiment]) -> None:
     while waiting or busy:
         while waiting and len(busy) < available_cores():
             one = waiting.pop(0)
-            order = {"experiment": one.to_dict(), "parts": [source.text for source in sources_of([one])]}
+            order = {"experiment": one.to_dict(), "parts": [source[2:] for source in sources_of([one])]}
             process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
             assert process.stdin is not None
             process.stdin.write(json.dumps(order).encode())
@@ -75,8 +75,8 @@ def _compile_together(experiments: list[Experiment]) -> None:
 
 def _main() -> None:
     order = json.loads(sys.stdin.read())
-    for text in order["parts"]:
-        load_text(text, Path("part.py"))
+    for text, file in order["parts"]:
+        load_text(text, Path(file))  # by the name of its file, which is in that of compiled code
     live_block(validate(order["experiment"]), 0, [0])
 
 

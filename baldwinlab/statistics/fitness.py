@@ -27,9 +27,18 @@ def mean(study: xr.Dataset) -> xr.DataArray:
 
 
 def share(study: xr.Dataset) -> xr.DataArray:
-    """Share of agents that ate at least one item in their life: (condition, run, generation), 0 to 1."""
-    food = study["food_eaten"]
+    """Share of agents that ate at least one item in their life: (condition, run, generation), 0 to 1.
+
+    Of models without food, of those that gained anything.
+    """
+    food = gained(study)
     return (food > 0).where(food.notnull()).mean("agent")
+
+
+def gained(study: xr.Dataset) -> xr.DataArray:
+    """Items eaten; of models without food, fitness."""
+    energy = study["energy"]
+    return study["food_eaten"].fillna(energy) if "food_eaten" in study else energy
 
 
 MEASURES: Mapping[str, Callable[[xr.Dataset], xr.DataArray]] = {"best": best, "mean": mean, "share": share}
@@ -59,8 +68,8 @@ def _window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
 
 
 def most(study: xr.Dataset) -> xr.DataArray:
-    """Items eaten by the agent that ate most of all generations: (condition, run)."""
-    return study["food_eaten"].max(("generation", "agent"))
+    """Items eaten by the agent that ate most of all generations: (condition, run); of models without food, fitness."""
+    return gained(study).max(("generation", "agent"))
 
 
 def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:

@@ -1,6 +1,7 @@
 """A study on disk: a directory with the experiments as TOML and one record a run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors; written last of all
+    DIR/parts/sense-poison.py                   the source of a foreign part, kept and never executed: see `trust`
     DIR/runs/evo+self-taught/B/experiment.toml  the condition, whole
     DIR/runs/evo+self-taught/B/0007.nc          one run: netCDF, which carries a checksum of itself
     DIR/sessions.jsonl                          when it was worked on, how fast, with what
@@ -20,7 +21,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -29,8 +30,11 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
-from baldwinlab.studies import older
+from baldwinlab.studies import older, trust
 from baldwinlab.variables import from_netcdf, packed, whole
+
+if TYPE_CHECKING:
+    from baldwinlab.parts.foreign import Source
 
 FORMAT = 2
 _BLANK = "0" * 64
@@ -106,6 +110,7 @@ class Study:
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
             self.kind, self.factors = _kind_and_factors(facts, directory)
+            self.parts = trust.read(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
@@ -116,7 +121,7 @@ class Study:
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            return from_toml(path.read_text("utf-8"), where=str(path))
+            return from_toml(path.read_text("utf-8"), where=str(path), reading=True)
         except (OSError, ExperimentError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
@@ -125,6 +130,10 @@ class Study:
         if condition not in self.experiments:
             raise StudyError(f"{self.directory} has no condition {condition!r}; it has {_listed(list(self.experiments))}")
         return self.experiments[condition]
+
+    def require_parts(self, *conditions: str) -> None:
+        """Raises PartError where these conditions (or all, unless any is given) choose a part that is not here, or is another."""
+        trust.require(self.directory, self.parts, map(self.experiment, conditions or self.experiments))
 
     def path(self, condition: str, run: int) -> Path:
         return record_path(self.directory, condition, run)
@@ -207,26 +216,32 @@ def create(
         raise StudyError(f"two conditions have the same name: {', '.join(names)}")
     if (directory / "study.toml").exists():
         study = Study(directory)
+        study.require_parts()
         _require_same(study, experiments, seed, paper)
         return study
+    sources = trust.sources(experiments)
     try:
         if directory.exists() and not all(_may_lie_in_a_study(entry) for entry in directory.iterdir()):
             raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
         for experiment in experiments:
             path = directory / "runs" / experiment.name / "experiment.toml"
-            if path.exists() and from_toml(path.read_text("utf-8"), str(path)) != experiment:
+            if path.exists() and from_toml(path.read_text("utf-8"), str(path), reading=True) != experiment:
                 raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
             write_atomically(path, to_toml(experiment).encode())
-        write_atomically(directory / "study.toml", _facts(names, seed, kind, factors, paper).encode())
+        trust.keep(directory, sources)
+        text = _facts(names, seed, kind, factors, paper, sources)
+        write_atomically(directory / "study.toml", text.encode())
     except OSError as error:
         raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)
 
 
-def _facts(names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors], paper: str) -> str:
+def _facts(
+    names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors], paper: str, sources: Sequence[Source]
+) -> str:
     """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
     lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}"]
-    lines += [f"paper = {json.dumps(paper)}"] * bool(paper) + ["", "[factors]"]
+    lines += [f"paper = {json.dumps(paper)}"] * bool(paper) + [*trust.lines(sources), "", "[factors]"]
     for name in names if kind != SWEEP else ():
         found = factors.get(name, Factors())
         found = found._replace(learner=found.learner or name)
@@ -235,8 +250,8 @@ def _facts(names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Fa
 
 
 def _may_lie_in_a_study(entry: Path) -> bool:
-    """Its own runs, or another study in a folder of its own, as results/paper may hold a multiverse before it is one itself."""
-    return entry.name == "runs" or (entry / "runs").is_dir()
+    """Its own runs and parts, or a study in a folder of its own: results/paper may hold a multiverse before it is one itself."""
+    return entry.name in ("runs", "parts") or (entry / "runs").is_dir()
 
 
 def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, paper: str) -> None:

@@ -75,6 +75,7 @@ def run_study(
 
     `progress(description, total)` opens what is called with the agent-steps that have been done.
     """
+    study.require_parts()
     study.sweep()
     tasks = plan(study, missing, workers, backend.worlds)
     compile_seconds = warm_up((task.experiment for task in tasks), backend)
@@ -120,6 +121,8 @@ def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
     opened = [_open_condition(study, name) for name in names]
     found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
     found = found.assign_coords(condition=list(names)).assign_coords(coordinates([study.factors[name] for name in names]))
+    gains = [one["energy"].attrs for one in opened if one["energy"].attrs]
+    found["energy"].attrs = gains[0] if gains and all(each == gains[0] for each in gains) else {}
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 
@@ -128,7 +131,9 @@ def _open_condition(study: Study, condition: str) -> xr.Dataset:
     if not numbers:
         return _no_runs(study.experiments[condition])
     records = [study.read(condition, run).drop_vars(["genome", "module", "weight"]) for run in numbers]
-    return xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
+    found = xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
+    found["energy"].attrs = records[0]["energy"].attrs  # its unit and its meaning, which are the model's
+    return found
 
 
 def _no_runs(experiment: Experiment) -> xr.Dataset:
@@ -138,7 +143,8 @@ def _no_runs(experiment: Experiment) -> xr.Dataset:
         "agent": experiment.population.size,
         "parent": len(PARENTS),
     }
-    arrays = {name: ("run", *RUN[name].dims) for name in ("food_eaten", "energy", "parents")}
+    names = ("food_eaten", "energy", "parents") if isinstance(experiment, Experiment) else ("energy", "parents")
+    arrays = {name: ("run", *RUN[name].dims) for name in names}
     empty = {name: (dims, np.empty([sizes[dim] for dim in dims], RUN[name].dtype)) for name, dims in arrays.items()}
     coords = {dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"}
     return xr.Dataset(empty, coords | {"parent": list(PARENTS)})

@@ -66,7 +66,8 @@ def finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
 
     Raises ValueError unless `last` is at least 1.
     """
-    measured = xr.Dataset({measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}, attrs=sweep.attrs)
+    finals = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
+    measured = xr.Dataset(finals, attrs=sweep.attrs | {"food": "food_eaten" in sweep})
     if "point" not in measured.dims:
         fields = sweep.attrs["fields"]
         meanings = {field: dict(sweep[field].attrs) for field in fields}

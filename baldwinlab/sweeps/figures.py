@@ -60,7 +60,7 @@ def response_curves(measured: xr.Dataset) -> Figure:
         top = 1.0 if measure == "share" else axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
         axes.set_ylim(-0.025 * top, 1.025 * top)
     for row in grid:
-        row[0].set_ylabel("fitness (energy)")
+        row[0].set_ylabel("fitness (energy)" if measured.attrs["food"] else "fitness")
     return figure
 
 

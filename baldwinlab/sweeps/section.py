@@ -12,7 +12,7 @@ import xarray as xr
 from baldwinlab.report import content
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render, write_page
-from baldwinlab.report.words import number
+from baldwinlab.report.words import measures, number
 from baldwinlab.statistics import fitness
 from baldwinlab.sweeps import analysis, figures
 from baldwinlab.sweeps.analysis import Response
@@ -52,6 +52,7 @@ def section(directory: Path, measured: xr.Dataset, facts: Mapping[str, Any]) -> 
         correlations=analysis.correlations(measured) if analysis.is_sampled(measured) else [],
         points=analysis.by_point(measured),
         label=analysis.label,
+        measures=measures(measured.attrs["food"]),
         facts=facts,
         timing=content.timing(facts),
     )

@@ -123,7 +123,7 @@ def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.Monk
         pytest.skip("needs the extra 'cuda': make cuda")
     from numba.cuda import compile_ptx, types
 
-    from baldwinlab.models.miniworld.kernels import uncontracted
+    from baldwinlab.engine.gpu import uncontracted
 
     def kernel(out: Numbers, x: float) -> None:
         out[0] = arithmetic.logarithm(x)

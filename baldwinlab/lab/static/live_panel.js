@@ -18,7 +18,7 @@ const WORDS = {
  */
 export function livePanel(root, feed, state, navigate) {
   const { experiment, runs, seed } = feed.about;
-  const world = new LiveWorld({ id: feed.id, runs, speed: Number(state.speed) || 100, onSpeed: (speed) => navigate({ speed }) });
+  const world = !experiment.world ? noWorld(experiment.model) : new LiveWorld({ id: feed.id, runs, speed: Number(state.speed) || 100, onSpeed: (speed) => navigate({ speed }) });
   const [badge, progress] = [el("span", { "data-testid": "live-state" }), el("progress", { "aria-label": "Generations that have lived" })];
   const [count, fault] = [el("span", { class: "number", "data-testid": "live-count" }), el("p", { class: "fault", hidden: true, "data-testid": "live-fault" })];
   const buttons = controls(feed, experiment, seed, navigate);
@@ -29,7 +29,7 @@ export function livePanel(root, feed, state, navigate) {
       el("div", { class: "row" }, el("h1", {}, experiment.name), badge, el("span", { class: "soft" }, about), el("span", { class: "spread" }), ...buttons.elements),
       el("div", { class: "row live-progress" }, progress, count), fault),
     el("div", { class: "live-both" }, el("div", { class: "live-curves" }, el("section", { class: "card" }, fitness), el("section", { class: "card" }, share)), world.element));
-  const charts = curves(feed, fitness, share, runs, (generation) => world.load(generation));
+  const charts = curves(feed, fitness, share, runs, experiment.world, (generation) => world.load(generation));
 
   const update = () => {
     const [word, kind] = WORDS[feed.state];
@@ -55,8 +55,15 @@ export function livePanel(root, feed, state, navigate) {
   };
 }
 
-/** Curves of fitness and of the share that eats; a click on one shows that generation's world. */
-function curves(feed, fitness, share, runs, pick) {
+/** In the place of a world, of a model that has none. */
+function noWorld(model) {
+  const element = el("section", { class: "card", "data-testid": "live-no-world" }, el("p", { class: "soft" }, `Lives of the model ${model} have no world to watch.`));
+  const nothing = () => {};
+  return { element, load: nothing, offer: nothing, keptAs: nothing, close: nothing };
+}
+
+/** Curves of fitness and of the share that eats; a click on one shows that generation's world, if there are worlds. */
+function curves(feed, fitness, share, runs, worlds, pick) {
   const x = Array.from({ length: feed.about.experiment.evolution.generations }, (_, generation) => generation);
   const whole = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
   const band = (label, name, number) => {
@@ -64,12 +71,12 @@ function curves(feed, fitness, share, runs, pick) {
     return { label, color: look(number).color, values: whole(mean), low: whole(low), high: whole(high) };
   };
   const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
-  const shares = () => [band("share that eats", "share", 2)];
+  const shares = () => [band(worlds ? "share that eats" : "share above 0", "share", 2)];
   const options = { x, xLabel: "generation", height: 210, onPick: ({ x }) => pick(x) };
   const over = runs > 1 ? `, mean of ${runs} runs with its 95 % band` : "";
   const charts = [
-    lineChart(fitness, { ...options, title: `Fitness${over}`, series: lines(), yLabel: "energy eaten" }),
-    lineChart(share, { ...options, title: "Agents that eat at all", series: shares(), yLabel: "share", height: 150 }),
+    lineChart(fitness, { ...options, title: `Fitness${over}`, series: lines(), yLabel: worlds ? "energy eaten" : "fitness" }),
+    lineChart(share, { ...options, title: worlds ? "Agents that eat at all" : "Agents with fitness above 0", series: shares(), yLabel: "share", height: 150 }),
   ];
   let drawn = 0;
   const draw = () => {

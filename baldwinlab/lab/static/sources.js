@@ -50,5 +50,5 @@ export function rival({ source, conditions }) {
 export async function presetsAsStudy() {
   const { presets } = await getJSON("api/presets");
   const runs = Array.from({ length: 10 }, (_, run) => run);
-  return { id: PRESETS, conditions: presets.map(({ name, learner, map }) => ({ name, learner, map, runs, generations: 100, agents: 20, steps: 5000 })) };
+  return { id: PRESETS, conditions: presets.filter(({ world }) => world).map(({ name, learner, map }) => ({ name, learner, map, runs, generations: 100, agents: 20, steps: 5000 })) };
 }

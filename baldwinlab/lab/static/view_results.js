@@ -10,6 +10,13 @@ const MEASURES = {
   share: { name: "Share that eats", axis: "share of the agents that eat", title: "How many agents eat at all" },
 };
 
+const WITHOUT_FOOD = {
+  best: { name: "Best agent", axis: "fitness of the best agent", title: "Fitness of the best agent" },
+  mean: { name: "Average agent", axis: "fitness of the average agent", title: "Fitness of the average agent" },
+  share: { name: "Share above 0", axis: "share of the agents", title: "How many agents have fitness above 0" },
+};
+const measures = (results) => (results.food ? MEASURES : WITHOUT_FOOD);
+
 /** The address of a lifetime in the World tab. */
 export function lifeAddress(life) {
   return `#/world?${new URLSearchParams(life)}`;
@@ -74,7 +81,7 @@ function draw(page, given, remember) {
   const boxes = ["best", "mean"].map((kind) => el("section", { class: "card", "data-testid": `final-${kind}` }));
   page.replaceChildren(
     heading(given),
-    el("div", { class: "row" }, measureSwitch(measure, choose), el("span", { class: "soft" }, "Click a curve to replay that generation of its typical run; shaded: 95 % bands over runs.")),
+    el("div", { class: "row" }, measureSwitch(results, measure, choose), el("span", { class: "soft" }, `${watched(given) ? "Click a curve to replay that generation of its typical run; shaded" : "Shaded"}: 95 % bands over runs.`)),
     curves,
     el("div", { class: results.conditions.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     claimList(results.claims, study, (condition) => results.typical_run[condition], lastGeneration(results)),
@@ -82,6 +89,11 @@ function draw(page, given, remember) {
   const line = drawCurves(curves, given, remember);
   const drawn = ["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind));
   return () => [line, ...drawn].forEach((chart) => chart.destroy());
+}
+
+/** Whether lives of a condition, or of any, can be watched. */
+function watched({ study }, label) {
+  return study.conditions.some(({ name, steps }) => steps && (label === undefined || name === label));
 }
 
 function heading({ study, listed, choose }) {
@@ -101,8 +113,8 @@ function picker(listed, id, choose) {
   return el("select", { "aria-label": "Study", "data-testid": "results-study", onchange: change }, ...none, ...options);
 }
 
-function measureSwitch(measure, choose) {
-  const buttons = Object.entries(MEASURES).map(([key, { name }]) => el("button", {
+function measureSwitch(results, measure, choose) {
+  const buttons = Object.entries(measures(results)).map(([key, { name }]) => el("button", {
     type: "button", "aria-pressed": String(key === measure), "data-testid": `measure-${key}`, onclick: () => choose({ measure: key }),
   }, name));
   return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
@@ -114,10 +126,10 @@ function drawCurves(root, { study, results, measure, hidden, navigate }, remembe
     return { label, values: mean, low, high, ...look(number) };
   });
   return lineChart(root, {
-    title: `${MEASURES[measure].title}, generation by generation`,
+    title: `${measures(results)[measure].title}, generation by generation`,
     x: results.generation,
     xLabel: "generation",
-    yLabel: MEASURES[measure].axis,
+    yLabel: measures(results)[measure].axis,
     height: 320,
     series,
     hidden: hidden ? hidden.split(",") : [],
@@ -126,6 +138,7 @@ function drawCurves(root, { study, results, measure, hidden, navigate }, remembe
       navigate({ hidden: labels.join(",") || null });
     },
     onPick({ x, label }) {
+      if (!watched({ study }, label)) return message("Lives of this model have no world to watch.");
       location.hash = lifeAddress({ study: study.id, condition: label, run: results.typical_run[label], generation: x });
     },
   });
@@ -135,16 +148,16 @@ function drawBoxes(root, { study, results }, kind) {
   const last = lastGeneration(results);
   const groups = results.conditions.map((label, number) => {
     const { runs } = study.conditions.find((condition) => condition.name === label);
-    const values = results.final[label][kind];
+    const [values, seen] = [results.final[label][kind], watched({ study }, label)];
     return {
       label,
       values,
       color: look(number).color,
-      describe: (index) => `${label}, run ${runs[index]}: ${values[index].toFixed(1)} items. Replay its last generation.`,
-      href: (index) => lifeAddress({ study: study.id, condition: label, run: runs[index], generation: last(label) }),
+      describe: (index) => `${label}, run ${runs[index]}: ${values[index].toFixed(1)}${results.food ? " items" : ""}${seen ? ". Replay its last generation." : ""}`,
+      ...(seen && { href: (index) => lifeAddress({ study: study.id, condition: label, run: runs[index], generation: last(label) }) }),
     };
   });
-  return boxChart(root, { title: `${MEASURES[kind].name} at the end, each run a point`, groups, height: 320 });
+  return boxChart(root, { title: `${measures(results)[kind].name} at the end, each run a point`, groups, height: 320 });
 }
 
 /** A condition's last generation, by its name. */

@@ -38,13 +38,15 @@ class WorldTab {
   async start(state) {
     const { studies } = await getJSON("api/studies");
     for (const { problem } of studies) if (problem) message(problem, "error");
+    this.worldless = studies.flatMap(({ id, conditions }) => conditions.filter(({ steps }) => !steps).map(({ name }) => ({ study: id, condition: name })));
     this.studies = studies
       .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs, steps }) => runs.length && steps) }))
       .filter(({ conditions }) => conditions.length);
     const stored = this.studies.length > 0;
     if (!stored) this.studies = [await presetsAsStudy()];
     if (this.closed) return;
-    if (!stored) message("No study is stored here yet. These are the conditions that come with baldwinlab, lived as you watch.");
+    const why = this.worldless.length ? "The studies here are of models whose lives have no world to watch." : "No study is stored here yet.";
+    if (!stored) message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
     this.build();
     this.apply(state);
     if (state.step === undefined) this.player.play();
@@ -64,6 +66,8 @@ class WorldTab {
   /** Show what an address says; what it leaves out is as at the beginning. */
   apply(state) {
     try {
+      if (this.worldless.some(({ study, condition }) => study === state.study && condition === state.condition))
+        throw new Error(`${state.condition} of ${state.study} is of a model whose lives have no world to watch.`);
       const first = nearest(this.studies, state, true);
       this.ensurePanel(0).choose(first);
       if (state["b.condition"] !== undefined || state["b.generation"] !== undefined) {

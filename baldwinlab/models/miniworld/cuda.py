@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 from numba import config, cuda
 
+from baldwinlab.engine.gpu import COMPILING, uncontracted
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.kernels import COMPILING, begin_kernel, live_kernel, uncontracted
+from baldwinlab.models.miniworld.kernels import begin_kernel, live_kernel, source_of_life
 from baldwinlab.models.miniworld.learning import rates
-from baldwinlab.models.miniworld.state import State, make_model, make_state
+from baldwinlab.models.miniworld.make import make_model, make_state
+from baldwinlab.models.miniworld.state import State
 
 THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
 PROCESSORS: Final = 132  # of an H200
@@ -40,21 +41,23 @@ def worlds_in_thread_block(agents: int, worlds: int) -> int:
     return max(1, min(THREADS // agents, worlds // PROCESSORS))
 
 
-def _on_device(arrays: Any, stream: Any) -> Any:
-    """A copy of a `Model` or a `State` whose arrays are on the GPU."""
-    return arrays._make(cuda.to_device(array, stream) if isinstance(array, np.ndarray) else array for array in arrays)
+def _on_device(value: Any, stream: Any) -> Any:
+    """A copy of a `Model` or a `State`, and of the parts in it, whose arrays are on the GPU."""
+    if isinstance(value, np.ndarray):
+        return cuda.to_device(value, stream)
+    if not isinstance(value, tuple):
+        return value
+    entries = [_on_device(entry, stream) for entry in value]
+    return value._make(entries) if hasattr(value, "_make") else tuple(entries)
 
 
-def warm_up(experiments: Iterable[Experiment]) -> float:
-    """Compile the kernels for the experiments' networks and return the seconds that took."""
-    began = time.perf_counter()
-    for experiment in experiments:
-        block = Block(experiment, seed=0, runs=[0])
-        shape = (1, experiment.population.size, len(experiment.modules), experiment.genome_length)
-        block.begin(0, np.zeros(shape, np.float32))
-        block.live(0, 1)
-        block.eaten()
-    return time.perf_counter() - began
+def _fetch(here: Any, there: Any, stream: Any) -> None:
+    """Copy every array of a state on the GPU into its counterpart here."""
+    for mine, its in zip(here, there, strict=True):
+        if isinstance(mine, np.ndarray):
+            its.copy_to_host(mine, stream)
+        elif isinstance(mine, tuple):
+            _fetch(mine, its, stream)
 
 
 class Block:
@@ -79,25 +82,23 @@ class Block:
         self._shape = (len(runs), agents)
         self._stream = cuda.stream()
         self._launch = (padded // worlds, worlds * agents, self._stream)
-        self._model, state = _on_device(self.model, self._stream), _on_device(self._host, self._stream)
-        self._state = state._replace(x=state.places[0], y=state.places[1])
+        self._model, self._state = _on_device(self.model, self._stream), _on_device(self._host, self._stream)
         self._experiment = experiment
         self._genomes = cuda.pinned_array((padded * agents, len(experiment.modules), experiment.genome_length), np.float32)
         self._genomes[:] = 0
         self._genomes_on_device = cuda.to_device(self._genomes, self._stream)
         self._fixed = cuda.device_array_like(self._host.weights, self._stream)
-        network, weights = experiment.network, experiment.weight_count
-        sequential = experiment.lifetime.update == "sequential"
+        self._claims = cuda.device_array_like(self._host.touched, self._stream)
+        source = source_of_life(self.model, self._host, experiment.lifetime.update == "sequential")
         threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
         with COMPILING:
-            self._begin = begin_kernel(threads, weights)
-            self._live = live_kernel(threads, experiment.layer_sizes, network.biases, self.model.rule, weights, sequential)
+            self._begin = begin_kernel(threads)
+            self._live = live_kernel(threads, source, type(self._host.network).part)
 
     @property
     def state(self) -> State:
         """The state as it is now, copied from the GPU."""
-        for here, there in zip(self._host, self._state, strict=True):
-            there.copy_to_host(here, self._stream)
+        _fetch(self._host, self._state, self._stream)
         self._stream.synchronize()
         return self._host
 
@@ -110,12 +111,12 @@ class Block:
         self._state.rate.copy_to_device(self._host.rate, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
         with uncontracted():
-            self._begin[self._launch](self._model, self._state, self._genomes_on_device, self._fixed)
+            self._begin[self._launch](self._model, self._state, self._claims, self._genomes_on_device, self._fixed)
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`. Returns before they are done."""
         with uncontracted():
-            self._live[self._launch](self._model, self._state, first_step, last_step)
+            self._live[self._launch](self._model, self._state, self._claims, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:
         """Where the items lie, [world, item, (x, y)]."""

@@ -1,71 +1,46 @@
 """What an NVIDIA GPU runs: the birth of a generation, and its life.
 
 A thread is an agent; the agents of a world share a thread block, and all steps are one launch. The phases are the CPU's own
-functions, compiled again for a single lane. A thread works on a `State` of its own, of one world and one lane: what only its
-agent uses (weights, activations, place) is local to the thread, where the compiler may keep it in registers; the items are the
-world's, in global memory, and change only between two barriers.
-
-The bits are those of the CPU: nothing is contracted to fused multiply-adds, and division rounds as IEEE 754 says.
+functions, and so is the order of a step (life.py): they are compiled again for a single lane. What the step itself has of an
+agent (weights, activations, place) is local to its thread, where the compiler may keep it in registers, unless a part looks at
+others. All else stays in global memory; the items change only between two barriers.
 """
 
 from __future__ import annotations
 
-import functools
-import importlib.util
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any, cast
+from collections.abc import Iterable
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import config, cuda, float32, int32
+from numba import cuda, int32
 
-from baldwinlab.engine.jit import Function
-from baldwinlab.engine.lanes import FOR_ONE_LANE
-from baldwinlab.models.miniworld.items import DIAGONAL, eat, grow, image, settle, slots_in_row, tidy, tiles_within, touches
-from baldwinlab.models.miniworld.learning import choose_directions, learn, prepare, think
-from baldwinlab.models.miniworld.senses import look_out, sense
-from baldwinlab.models.miniworld.state import Model, State
-from baldwinlab.models.miniworld.world import ZERO, bear, choose_action, move, stumble
-
-COMPILING = threading.Lock()  # so that no thread compiles what another does already
-
-_kernel_options: dict[str, Any] = {}
-if not config.ENABLE_CUDASIM and importlib.util.find_spec("numba_cuda"):
-    from numba.cuda.core import config as cuda_config
-    from numba.cuda.extending import overload
-
-    cuda_config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs is one
-    _kernel_options["lto"] = False  # optimisation at link time would contract after all
-    for _function, _meaning in FOR_ONE_LANE.items():
-        overload(_function, strict=False)(lambda *types, meaning=_meaning: meaning)
-
-_device: Callable[[Function], Function] = cuda.jit(device=True)
+from baldwinlab.engine.gpu import any_lane, device, kernel
+from baldwinlab.models.miniworld.items import DIAGONAL, grow, image, settle, slots_in_row, tidy, tiles_within, touches
+from baldwinlab.models.miniworld.life import One, advance_all, build_all, gather, lane_of, take_step
+from baldwinlab.models.miniworld.recall import ready
+from baldwinlab.models.miniworld.state import ARRAYS, Model, State
+from baldwinlab.models.miniworld.world import ZERO, bear
+from baldwinlab.parts.kinds import advance, hatch, meet
 
 
-def _kernel(threads: int) -> Callable[[Function], Function]:
-    """Compile a kernel for thread blocks of at most so many threads, which share a processor's registers."""
-    bounds = {} if config.ENABLE_CUDASIM else {"launch_bounds": threads}
-    return cast(Callable[[Function], Function], cuda.jit(**_kernel_options, **bounds))
-
-
-@_device
-def _copy(rows: Any, lane: int, target: Any, target_lane: int) -> None:
-    """Copy one lane of an array [row, lane] to a lane of another."""
+@device
+def _copy(rows: Any, target: Any, lane: int) -> None:
+    """Copy one lane of an array [row, lane] to the same lane of another."""
     for row in range(target.shape[0]):
-        target[row, target_lane] = rows[row, lane]
+        target[row, lane] = rows[row, lane]
 
 
-@_device
-def _feed(model: Model, state: State, world: int, lane: int, claim: int, taking: bool) -> bool:
+@device
+def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking: bool) -> bool:
     """Claim every item that the agent touches, or take those where no claim was higher. Returns whether any was touched.
 
     The same as `eat`, for all agents of a world at once: first they all claim, then, after a barrier, they all take.
     """
-    found = False
-    for region in range(model.regions.shape[0] if state.alert[lane] != 0 else 0):
+    found, world, lane = False, who.first_world, who.first
+    for region in range(model.regions.shape[0] if state.alert[0, lane] != 0 else 0):
         for number in range(model.images[region]):
-            x, y = image(model, region, number, state.x[lane], state.y[lane])
+            x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
             columns = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
             first_row, last_row = tiles_within(model, region, 1, y, DIAGONAL * model.reach)
             for row in range(first_row, last_row):
@@ -75,204 +50,207 @@ def _feed(model: Model, state: State, world: int, lane: int, claim: int, taking:
                         found = True
                         item = state.slot_item[world, slot]
                         if not taking:
-                            cuda.atomic.max(state.touched, (world, item), claim)
-                        elif state.touched[world, item] == claim:
-                            state.touched[world, item] = claim + 1  # no claim is odd: nobody takes it a second time
+                            cuda.atomic.max(who.claims, (world, item), claim)
+                        elif who.claims[world, item] == claim:
+                            who.claims[world, item] = claim + 1  # no claim is odd: nobody takes it a second time
+                            state.touched[world, item] = step
                             state.eaten[region, lane] += 1
                             grow(model, state, world, region, item)
     return found
 
 
-@_device
-def _own_model(model: Model, sizes: Any, biases: bool, rule: int) -> Model:
-    """The model of one world with one agent, whose network is known when it is compiled."""
-    return Model(
-        worlds=1,
-        agents=1,
-        width=model.width,
-        height=model.height,
-        start=model.start,
-        random_headings=model.random_headings,
-        regions=model.regions,
-        region_items=model.region_items,
-        region_tiles=model.region_tiles,
-        grid=model.grid,
-        tile_size=model.tile_size,
-        images=model.images,
-        cosine=model.cosine,
-        sine=model.sine,
-        visual_radius=model.visual_radius,
-        alert_radius=model.alert_radius,
-        open_boundaries=model.open_boundaries,
-        square_contact=model.square_contact,
-        reach=model.reach,
-        motor_noise=model.motor_noise,
-        sizes=sizes,
-        biases=biases,
-        rule=rule,
-        learning_steps=model.learning_steps,
-    )
+@device
+def _share(who: Any, model: Model, state: State, step: int) -> None:
+    """All eat. Items stay where they are until all of the block's agents have come to claim."""
+    agent, agents = who.first_agent, model.agents
+    turn = (agent + agents - step % agents) % agents
+    claim = 2 * (step * agents + agents - 1 - turn)  # later steps outbid earlier ones, earlier turns later ones
+    found = _contend(who, model, state, step, claim, False)
+    if cuda.syncthreads_or(int32(found)) != 0:
+        if found:
+            _contend(who, model, state, step, claim, True)
+        cuda.syncthreads()
+        if agent == 0:
+            tidy(model, state, who.first_world)
+        cuda.syncthreads()
 
 
-@_device
-def _own_state(state: State, world: int, lane: int, network: Any, body: Any, senses: Any) -> State:
-    """The state of one world with one agent, from the arrays that its thread has to itself; other fields are the world's."""
-    weights, activations, errors, targets, rate = network
-    places, heading, near, action = body
-    code, alert = senses
-    return State(
-        keys=state.keys[world : world + 1],
-        generation=state.generation,
-        places=places,
-        x=places[0],
-        y=places[1],
-        near=near,
-        heading=heading,
-        code=code,
-        alert=alert,
-        action=action,
-        eaten=state.eaten[:, lane : lane + 1],
-        item_x=state.item_x[world : world + 1],
-        item_y=state.item_y[world : world + 1],
-        appearances=state.appearances[world : world + 1],
-        touched=state.touched[world : world + 1],
-        slot_x=state.slot_x[world : world + 1],
-        slot_y=state.slot_y[world : world + 1],
-        slot_item=state.slot_item[world : world + 1],
-        tile_slots=state.tile_slots[world : world + 1],
-        tile_next=state.tile_next[world : world + 1],
-        stale=state.stale[world : world + 1],
-        weights=weights,
-        activations=activations,
-        errors=errors,
-        targets=targets,
-        rate=rate,
-        pupil=state.pupil[:, lane : lane + 1],
-        pupil_activations=state.pupil_activations[:, lane : lane + 1],
-        newborn=state.newborn[:, lane : lane + 1],
-        signs=state.signs[:, lane : lane + 1],
-        answers=state.answers[:, lane : lane + 1],
-    )
+class _Loner:
+    """One of the agents that take a step at the same time, each by itself until they eat."""
+
+    lane_of = staticmethod(lane_of.default)
+    gather = staticmethod(gather.default)
+
+    @staticmethod
+    def feed(who: Any, model: Model, state: State, step: int) -> None:
+        _share(who, model, state, step)
 
 
-@functools.cache
-def begin_kernel(threads: int, weights: int) -> Any:
+class _Neighbour(_Loner):
+    """One of the agents that take a step at the same time, in a world in which some part looks at all of them."""
+
+    @staticmethod
+    def gather(who: Any, model: Model, state: State, step: int) -> None:
+        cuda.syncthreads()
+        if who.first_agent == 0:
+            meet(state.rule, model, state, who.first_world, step)
+        cuda.syncthreads()
+
+    @staticmethod
+    def feed(who: Any, model: Model, state: State, step: int) -> None:
+        _share(who, model, state, step)
+        cuda.syncthreads()
+        if who.first_agent == 0:
+            tidy(model, state, who.first_world)
+            advance_all(state.features, model, state, who.first_world, step)
+        cuda.syncthreads()
+
+
+class Loner(NamedTuple):
+    first: int
+    last: int
+    stride: int
+    first_world: int
+    last_world: int
+    first_agent: int
+    last_agent: int
+    claims: Any  # [world, item], the highest claim to it so far
+
+
+class Neighbour(NamedTuple):
+    first: int
+    last: int
+    stride: int
+    first_world: int
+    last_world: int
+    first_agent: int
+    last_agent: int
+    claims: Any
+
+
+Loner.part, Neighbour.part = _Loner, _Neighbour  # type: ignore[attr-defined]
+
+
+@device
+def _alone(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
+    lane = world * model.agents + agent
+    for step in range(first_step, last_step):
+        take_step(Loner(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step)
+
+
+@device
+def _among_others(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
+    lane = world * model.agents + agent
+    for step in range(first_step, last_step):
+        take_step(Neighbour(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step)
+
+
+@device
+def _in_turn(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
+    """Agent after agent, in the step's order, each finds what the last one left (R7)."""
+    lane = world * model.agents + agent
+    for step in range(first_step, last_step):
+        for turn in range(model.agents):
+            if agent == (step + turn) % model.agents:
+                take_step(One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step)
+            cuda.syncthreads()
+        if agent == 0:
+            advance_all(state.features, model, state, world, step)
+        cuda.syncthreads()
+
+
+@cache
+def begin_kernel(threads: int) -> Any:
     """The kernel in which a generation is born: the agents of a world share the work of placing its items."""
 
-    @_kernel(threads)
-    def begin(model: Model, state: State, genomes: Any, fixed: Any) -> None:
+    @kernel(threads)
+    def begin(model: Model, state: State, claims: Any, genomes: Any, fixed: Any) -> None:
         lane = cuda.grid(1)
         world, agent = lane // model.agents, lane % model.agents
-        for weight in range(weights):
+        for weight in range(state.weights.shape[0]):
             state.weights[weight, lane] = genomes[lane, 0, weight]
             fixed[weight, lane] = genomes[lane, genomes.shape[1] - 1, weight]  # the reinforcement module, if there is one
-        prepare(model, state, fixed, lane)
-        state.code[lane] = -1
+        for unit in range(state.activations.shape[0]):
+            state.activations[unit, lane] = ZERO
+        state.code[0, lane] = -1
+        if agent == 0:
+            build_all(state.features, model, state, world)
+        cuda.syncthreads()
         bear(model, state, world, agent)
-        choose_directions(model, state, world, agent)
+        hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             state.eaten[region, lane] = 0
             for item in range(model.region_items[region] + agent, model.region_items[region + 1], model.agents):
+                claims[world, item] = -1
                 state.touched[world, item] = -1
                 state.appearances[world, item] = 0
                 grow(model, state, world, region, item)
         cuda.syncthreads()
         for region in range(agent, model.regions.shape[0], model.agents):
             settle(model, state, world, region)
+        ready(state.recall, model, state, fixed, lane)
 
     return begin
 
 
-@functools.cache
-def live_kernel(threads: int, sizes: tuple[int, ...], biases: bool, rule: int, weights: int, sequential: bool) -> Any:
-    """The kernel in which a generation lives, for one kind of network: what is constant, the compiler can unroll or leave out."""
-    layers, units, live_a_step = np.array(sizes, np.int64), sum(sizes), _step_one_by_one if sequential else _step_together
-
-    @_kernel(threads)
-    def live(shared: Model, state: State, first_step: int, last_step: int) -> None:
+_LIVE = """
+def make(Network, any_lane):
+    {constants}
+    def live(shared, state, claims, first_step, last_step):
         lane = cuda.grid(1)
         world, agent = lane // shared.agents, lane % shared.agents
-        own_weights, activations = cuda.local.array((weights, 1), float32), cuda.local.array((units, 1), float32)
-        errors, targets = cuda.local.array((units, 1), float32), cuda.local.array((3, 1), float32)
-        places, heading = cuda.local.array((2, 1), float32), cuda.local.array((1, 1), float32)
-        near, action = cuda.local.array((1, 1), float32), cuda.local.array((1, 1), float32)
-        rate = cuda.local.array((1, 1), float32)
-        code, alert = cuda.local.array(1, int32), cuda.local.array(1, int32)
-        _copy(state.weights, lane, own_weights, 0)
-        _copy(state.activations, lane, activations, 0)
-        _copy(state.targets, lane, targets, 0)
-        _copy(state.rate, lane, rate, 0)
-        _copy(state.places, lane, places, 0)
-        _copy(state.heading, lane, heading, 0)
-        _copy(state.action, lane, action, 0)
-        code[0] = state.code[lane]
-        model, network = _own_model(shared, layers, biases, rule), (own_weights, activations, errors, targets, rate)
-        mine = _own_state(state, world, lane, network, (places, heading, near, action), (code, alert))
-        for step in range(first_step, last_step):
-            live_a_step(model, mine, shared.agents, agent, step)
-        _copy(own_weights, 0, state.weights, lane)
-        _copy(activations, 0, state.activations, lane)
-        _copy(targets, 0, state.targets, lane)
-        _copy(places, 0, state.places, lane)
-        _copy(heading, 0, state.heading, lane)
-        _copy(action, 0, state.action, lane)
-        state.code[lane] = code[0]
-
+        {arrays}
+        model = Model({model})
+        mine = State({state})
+        {copies_in}
+        {live}(model, mine, claims, world, agent, first_step, last_step)
+        {copies_out}
     return live
+"""
 
 
-@_device
-def _decide(model: Model, mine: State, agent: int, step: int) -> None:
-    """Sense, think, act and learn: what an agent does by itself."""
-    look_out(model, mine, 0)
-    sense(model, mine, 0, 0)
-    think(model, mine, 0)
-    choose_action(model, mine, 0)
-    if model.motor_noise > ZERO:
-        stumble(model, mine, 0, 0, agent, step)
-    move(model, mine, 0)
-    learn(model, mine, step, 0)
+def source_of_life(model: Model, state: State, sequential: bool) -> str:
+    """The source of a kernel in which a generation lives: what is constant in it, the compiler can unroll or leave out."""
+    together = _looks_at_others(state)
+    own = {} if together else {name: getattr(state, name) for name, array in ARRAYS.items() if array.owner == "agent"}
+    derived = type(state.network).part.derived
+    network = {name: f"network_{name}" if name in derived else f"state.network.{name}" for name in state.network._fields}
+    mine = {name: f"any_lane({name}, state.{name}.shape[1])" if name in own else f"state.{name}" for name in State._fields}
+    if network:
+        mine["network"] = f"Network({_arguments(network)})"
+    return _LIVE.format(
+        constants=_lines(f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived),
+        arrays=_lines(f"{name} = cuda.local.array(({a.shape[0]}, 1), np.{a.dtype})" for name, a in own.items()),
+        model=_arguments({name: f"shared.{name}" for name in Model._fields} | {"inputs": str(model.inputs)}),
+        state=_arguments(mine),
+        copies_in=_lines(f"_copy(state.{name}, mine.{name}, lane)" for name in own),
+        copies_out=_lines(f"_copy(mine.{name}, state.{name}, lane)" for name in own),
+        live="_in_turn" if sequential else "_among_others" if together else "_alone",
+    )
 
 
-@_device
-def _step_together(model: Model, mine: State, agents: int, agent: int, step: int) -> None:
-    """All agents of a world decide, then eat. Items stay where they are until all of the block's agents have come to claim."""
-    _decide(model, mine, agent, step)
-    turn = (agent + agents - step % agents) % agents
-    claim = 2 * (step * agents + agents - 1 - turn)  # later steps outbid earlier ones, earlier turns later ones
-    found = _feed(model, mine, 0, 0, claim, False)
-    if cuda.syncthreads_or(int32(found)) != 0:
-        if found:
-            _feed(model, mine, 0, 0, claim, True)
-        cuda.syncthreads()
-        if agent == 0:
-            tidy(model, mine, 0)
-        cuda.syncthreads()
+def _looks_at_others(state: State) -> bool:
+    """Whether any part has a phase per world in a step."""
+    features = [type(feature).part.advance for feature in state.features]
+    return type(state.rule).part.meet is not meet.default or any(each is not advance.default for each in features)
 
 
-@_device
-def _step_one_by_one(model: Model, mine: State, agents: int, agent: int, step: int) -> None:
-    """Agent after agent, in the step's order, each finds what the last one left (R7)."""
-    for turn in range(agents):
-        if agent == (step + turn) % agents:
-            _decide(model, mine, agent, step)
-            eat(model, mine, 0, 0, step)
-            tidy(model, mine, 0)
-        cuda.syncthreads()
+def _lines(statements: Iterable[str]) -> str:
+    return "; ".join(statements) or "pass"
 
 
-@contextmanager
-def uncontracted() -> Iterator[None]:
-    """Compile without fused multiply-adds meanwhile: NVVM makes them by default, and numba-cuda has no switch for it."""
-    if config.ENABLE_CUDASIM:
-        yield
-        return
-    from numba.cuda.cudadrv import nvvm
+def _arguments(values: dict[str, str]) -> str:
+    return ", ".join(f"{name}={value}" for name, value in values.items())
 
-    with COMPILING:
-        compile_ir = nvvm.compile_ir
-        nvvm.compile_ir = lambda code, **options: compile_ir(code, **(options | {"fma": False}))
-        try:
-            yield
-        finally:
-            nvvm.compile_ir = compile_ir
+
+def _constant(value: Any) -> str:
+    """The source of a number or an array."""
+    return f"np.array({value.tolist()!r}, np.{value.dtype})" if isinstance(value, np.ndarray) else repr(value)
+
+
+@cache
+def live_kernel(threads: int, source: str, network: Any) -> Any:
+    """The kernel of that source, for a network, which is a kind of part."""
+    made: dict[str, Any] = {}
+    exec(source, globals(), made)  # with this module's names: the simulator puts its own `cuda` there
+    return kernel(threads)(made["make"](network.Compiled, any_lane))

@@ -62,7 +62,7 @@ def take_step(who: Any, model: Model, state: State, step: int) -> None:
     if model.motor_noise > ZERO:
         for world in range(who.first_world, who.last_world):
             for agent in range(who.first_agent, who.last_agent):
-                stumble(model, state, world, world * model.agents + agent, agent + who.offset, step)
+                stumble(model, state, world, world * model.agents + agent, agent, step)
     for first in range(who.first, who.last, who.stride):
         travel(state.features, model, state, lane_of(who, first))
     gather(who, model, state, step)
@@ -117,7 +117,6 @@ class Everyone(NamedTuple):
     last_world: int
     first_agent: int
     last_agent: int
-    offset: int  # of an agent's number in its world from that in its arrays
 
 
 class One(NamedTuple):
@@ -128,7 +127,6 @@ class One(NamedTuple):
     last_world: int
     first_agent: int
     last_agent: int
-    offset: int
 
 
 Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
@@ -156,7 +154,7 @@ def begin(model: Model, state: State, fixed: Floats) -> None:
 
 def live_together(model: Model, state: State, first_step: int, last_step: int) -> None:
     """Live through the steps from `first_step` up to, and without, `last_step`; all agents at a time."""
-    everyone = Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents, 0)
+    everyone = Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
     for step in range(first_step, last_step):
         take_step(everyone, model, state, step)
         for world in range(model.worlds):
@@ -170,6 +168,6 @@ def live_one_by_one(model: Model, state: State, first_step: int, last_step: int)
             agent = step % model.agents
             for _ in range(model.agents):
                 lane = world * model.agents + agent
-                take_step(One(lane, lane + 1, 1, world, world + 1, agent, agent + 1, 0), model, state, step)
+                take_step(One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step)
                 agent = agent + 1 if agent + 1 < model.agents else 0
             advance_all(state.features, model, state, world, step)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -163,6 +163,21 @@ def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
             yield entry
         elif isinstance(entry, tuple):
             yield from arrays_of(entry)
+
+
+def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
+    """A copy of every array, by name, of so many worlds with so many agents in each, without what fills up a block."""
+    holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
+    for name in ("recall", "network", "rule", "body", "senses", "features"):
+        part = getattr(state, name)
+        for number, each in enumerate(part if name in ("senses", "features") else [part]):
+            holders[f"{name}[{number}]."] = each, type(each).part.arrays
+    kept = {"agent": (..., slice(worlds * agents)), "world": (slice(worlds),), "block": ()}
+    return {
+        f"{of}{name}": getattr(holder, name)[kept[array.owner]].copy()
+        for of, (holder, arrays) in holders.items()
+        for name, array in arrays.items()
+    }
 
 
 def phases_of(state: State) -> tuple[Any, ...]:

@@ -8,8 +8,9 @@ from functools import partial
 
 from baldwinlab.errors import ArgumentError, RefusedError
 from baldwinlab.files import require_cluster_extra
+from baldwinlab.runs.warm_up import available_cores
 from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task, agent_steps_of_run
-from baldwinlab.studies.executors.threads import THREADS, available_cores
+from baldwinlab.studies.executors.threads import THREADS
 
 __all__ = ["THREADS", "Executor", "ExecutorError", "Task", "agent_steps_of_run", "available_cores", "choose"]
 

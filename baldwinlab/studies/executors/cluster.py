@@ -11,6 +11,8 @@ import subprocess
 import time
 from collections.abc import Callable, Generator, Sequence
 from json import dumps, loads
+from pathlib import Path
+from threading import Lock
 from typing import Any, Final
 from uuid import uuid4
 
@@ -23,6 +25,7 @@ from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import validate
 from baldwinlab.files import is_local, location
 from baldwinlab.models.miniworld.backend import Backend, choose
+from baldwinlab.parts.foreign import PartError, Source, load_text, sources_of
 from baldwinlab.studies.executors.tasks import ExecutorError, StoppedError, Task, do
 from baldwinlab.studies.store import Study, StudyError
 
@@ -31,6 +34,8 @@ EVENTS_A_SECOND: Final = 100  # from all tasks together
 BATCH: Final = 1000  # tasks in one message to the scheduler
 SILENCE: Final = 2.0  # seconds between two events of a task, at least
 ENGINE: Final = sources_hash()  # carries a hash of the engine's sources and of Numba's version
+
+LOADING: Final = Lock()  # parts are known by name to the whole process
 
 
 def on_dask(address: str, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
@@ -111,6 +116,7 @@ def _orders(study: Study, tasks: Sequence[Task], backend: Backend, topic: str) -
     """The tasks as text, in which Dask looks for nothing of its own."""
     directory = study.directory.absolute() if is_local(study.directory) else study.directory
     common = {"seed": study.seed, "directory": str(directory), "backend": backend.name, "engine": ENGINE, "topic": topic}
+    common["parts"] = [source._asdict() | {"sha256": source.sha256} for source in sources_of(task.experiment for task in tasks)]
     common["silence"] = max(SILENCE, len(tasks) / EVENTS_A_SECOND)
     return [dumps({**common, "experiment": task.experiment.to_dict(), "runs": task.runs}) for task in tasks]
 
@@ -136,10 +142,24 @@ def _work(order: str) -> None:
     directory = location(given["directory"])
     if not (directory / "study.toml").exists():
         raise StudyError(f"the worker {worker.address} does not see {directory}: --out must be a place that all workers share")
-    task = Task(validate(given["experiment"]), tuple(given["runs"]))
+    with LOADING:
+        _make_known(given["parts"])
+        task = Task(validate(given["experiment"]), tuple(given["runs"]))
     tell = _teller(worker, task.agent_steps, given["topic"], given["silence"])
     with dask.config.set(scheduler="synchronous"):  # else xarray, when it writes, opens a client of its own in every worker
         do(task, given["seed"], directory, choose(given["backend"]), tell)
+
+
+def _make_known(parts: Sequence[dict[str, str]]) -> None:
+    """Load the foreign parts that came with an order from whoever gave their files; nothing is taken from the study.
+
+    Raises PartError where a text is not the one that its hash stands for.
+    """
+    for part in parts:
+        if Source(**{name: part[name] for name in Source._fields}).sha256 != part["sha256"]:
+            raise PartError(f"the {part['kind']} {part['name']!r} did not arrive as it was sent: its SHA-256 is another")
+    for text, file in {part["text"]: part["file"] for part in parts}.items():
+        load_text(text, Path(file))
 
 
 def _teller(worker: Worker, agent_steps: int, topic: str, silence: float) -> Callable[[int], None]:

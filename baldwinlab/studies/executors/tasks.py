@@ -47,7 +47,7 @@ class StoppedError(Exception):
 
 
 def agent_steps_of_run(experiment: Experiment) -> int:
-    return experiment.evolution.generations * experiment.lifetime.steps * experiment.population.size
+    return experiment.evolution.generations * experiment.steps * experiment.population.size
 
 
 def do(task: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:

@@ -17,17 +17,42 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab
+from baldwinlab.engine.gpu import uncontracted
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu, cuda, kernels
 from baldwinlab.models.miniworld.backend import GPU_PAYS, Block, choose
-from baldwinlab.models.miniworld.state import make_model, make_state
+from baldwinlab.models.miniworld.make import make_model, make_state, named_arrays
+from baldwinlab.parts import load_file
+from baldwinlab.parts.foreign import load_text
 from tests.worlds import small
 
+PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
 STEPS = 20
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
 MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by tiles
+
+WIND = '''
+"""A wind that turns with every step, and moves all items."""
+import numpy as np
+from baldwinlab.parts import WorldFeature, per_world
+
+
+class Wind(WorldFeature, name="wind"):
+    arrays = {"speed": per_world(1)}
+
+    @staticmethod
+    def build(part, model, state, world):
+        part.speed[world, 0] = np.float32(world + 1)
+
+    @staticmethod
+    def advance(part, model, state, world, step):
+        part.speed[world, 0] = -part.speed[world, 0]
+        for item in range(state.item_x.shape[1]):
+            state.item_x[world, item] += part.speed[world, 0]
+        state.stale[world, 0] = 1
+'''
 
 
 def experiments() -> list[Experiment]:
@@ -47,16 +72,33 @@ def experiments() -> list[Experiment]:
     return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
 
+def foreign() -> list[Experiment]:
+    """Experiments with parts of users' own: agents by themselves, agents that are looked at, and both updates."""
+    changes: dict[str, Any] = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
+    for name in ("social", "poison", "obstacles", "elman", "self_taught_again"):
+        load_file(PARTS / f"{name}.py")
+    load_text(WIND, Path("wind.py"))
+    walled = {"food": FEW, "features": ["obstacles"], "obstacles": {"x": [55, 65], "y": [45, 55]}}
+    poisoned = walled | {"features": ["poison", "obstacles"], "poison": {"x": [30, 70], "y": [40, 60]}}
+    social = {"rule": "social", "rate": 0.3}
+    in_turn = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
+    return [
+        small("evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}),
+        small("evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}),
+        small("evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}),
+        small("evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}),
+        small("evo+self-taught", **changes, world={"food": FEW}, learning={"rule": "self-taught-again"}),
+    ]
+
+
 def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
     """What there is to see of three worlds after a life in two parts."""
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
-    block.begin(1, np.random.default_rng(1).normal(size=shape).astype(np.float32))
-    block.live(0, 7)
-    block.live(7, STEPS)
-    state, agents = block.state, shape[0] * shape[1]
-    names = ("places", "heading", "action", "activations", "weights", "answers")
-    lanes = {name: getattr(state, name)[:, :agents].copy() for name in names}
-    return lanes | {"eaten": block.eaten(), "items": block.items()}
+    for generation in (0, 1):
+        block.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
+        block.live(0, 7)
+        block.live(7, STEPS)
+    return named_arrays(block.state, *shape[:2]) | {"eaten": block.eaten(), "items": block.items(), "weights": block.weights()}
 
 
 def simulate_gpu(path: str) -> None:
@@ -67,11 +109,25 @@ def simulate_gpu(path: str) -> None:
     np.savez(path, **arrays)
 
 
-def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
+def simulate_foreign(number: int) -> None:
+    """Live an experiment with parts of one's own in the simulator, worlds in pairs, and in plain Python."""
+    cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
+    experiment = foreign()[number]
+    found, expected = (life(venue.Block(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu))
+    assert expected["eaten"].any()
+    for name, array in expected.items():
+        assert found[name].tobytes() == array.tobytes(), name
+
+
+def in_the_simulator(command: str) -> None:
     root = Path(baldwinlab.__file__).parents[1]
     environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}
-    command = f"from tests.models.miniworld.test_cuda import simulate_gpu; simulate_gpu({str(tmp_path / 'lives.npz')!r})"
+    command = f"from tests.models.miniworld import test_cuda; test_cuda.{command}"
     subprocess.run([sys.executable, "-W", "ignore::RuntimeWarning", "-c", command], env=environment, cwd=root, check=True)
+
+
+def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
+    in_the_simulator(f"simulate_gpu({str(tmp_path / 'lives.npz')!r})")
     found = np.load(tmp_path / "lives.npz")
     for number, experiment in enumerate(experiments()):
         expected = life(cpu.Block(experiment, 5, range(WORLDS)), experiment)
@@ -80,21 +136,37 @@ def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None
             assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
 
 
+@pytest.mark.parametrize("number", range(5))
+def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number: int) -> None:
+    in_the_simulator(f"simulate_foreign({number})")
+
+
+def test_a_newborn_remembers_nothing() -> None:
+    load_file(PARTS / "elman.py")
+    experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
+    genomes = np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
+    first, second = cpu.Block(experiment, 5, [0]), cpu.Block(experiment, 5, [0])
+    first.begin(0, genomes)
+    first.live(0, STEPS)
+    for block in (first, second):
+        block.begin(1, genomes)
+        block.live(0, 1)
+    assert first.state.activations.tobytes() == second.state.activations.tobytes()
+
+
 def machine_code(experiment: Experiment) -> str:
     """The kernels in NVIDIA's assembly language, for compute capability 9.0."""
     from numba.cuda import compile_ptx, types
     from numba.cuda.typing.typeof import typeof
 
     model, state = make_model(experiment, 2), make_state(experiment, 2)
-    sizes, weights = tuple(experiment.layer_sizes), experiment.weight_count
-    begin = kernels.begin_kernel(512, weights)
-    sequential = experiment.lifetime.update == "sequential"
-    live = kernels.live_kernel(512, sizes, experiment.network.biases, model.rule, weights, sequential)
-    arrays = typeof(model), typeof(state)
+    source = kernels.source_of_life(model, state, experiment.lifetime.update == "sequential")
+    begin, live = kernels.begin_kernel(512), kernels.live_kernel(512, source, type(state.network).part)
+    arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
-    with kernels.uncontracted():
+    with uncontracted():
         return "".join(
-            compile_ptx(kernel.py_func, (*arrays, *others), cc=(9, 0))[0]
+            compile_ptx(kernel.py_func, (*arguments, *others), cc=(9, 0))[0]
             for kernel, others in ((begin, genomes), (live, (types.int64, types.int64)))
         )
 
@@ -109,15 +181,17 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
 
 
-@pytest.mark.parametrize("update", ["simultaneous", "sequential"])
-def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, update: str) -> None:
-    code = machine_code(small("evo+self-taught", lifetime={"update": update}, network={"hidden": [10]}))
+@pytest.mark.parametrize("which", ["simultaneous", "sequential", 0, 1, 3])
+def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
+    own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
+    experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]
+    code = machine_code(experiment)
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
     arithmetic = {each for each in operations if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)}
     assert arithmetic == {"add.rn.f32", "sub.rn.f32", "mul.rn.f32", "div.rn.f32"}  # .rn: must not be contracted later either
     assert not any(".f64" in each or ".ftz" in each for each in operations)
     assert sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512  # bytes a thread, beside its registers
-    assert "call" not in code
+    assert not re.search(r"^\s+call", code, re.MULTILINE)
 
 
 def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:

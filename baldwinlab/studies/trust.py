@@ -1,0 +1,79 @@
+"""Foreign parts of a study: their sources are kept with it, and nothing that is found there is ever executed.
+
+    DIR/parts/model-bit-strings.py    the source of a part as it was when the study was made, for people to read
+    DIR/study.toml                    [[parts]]: kind, name and SHA-256 of each
+
+Who only reads a study needs none of its parts. Who lives lives of it gives them again, and they must be the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.base import foreign_choices
+from baldwinlab.files import write_atomically
+
+if TYPE_CHECKING:  # to load it takes a while, and where there is no foreign part nobody needs it
+    from baldwinlab.parts.foreign import Source
+
+DIGITS = 12  # of a hash, in sentences
+
+
+class Stored(NamedTuple):
+    """A foreign part that a study was made with."""
+
+    kind: str
+    name: str
+    sha256: str
+
+
+def read(facts: Mapping[str, Any]) -> tuple[Stored, ...]:
+    """Those that `study.toml` names. Raises KeyError where it is not what is written."""
+    return tuple(Stored(str(part["kind"]), str(part["name"]), str(part["sha256"])) for part in facts.get("parts", []))
+
+
+def sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
+    """The foreign parts that experiments choose. Raises PartError for one that is not here."""
+    if not (choosing := [experiment for experiment in experiments if any(foreign_choices(experiment))]):
+        return ()
+    from baldwinlab.parts.foreign import sources_of
+
+    return sources_of(choosing)
+
+
+def keep(directory: Path, sources: Sequence[Source]) -> None:
+    """Write the sources of parts into the folder of their study."""
+    for source in sources:
+        path = directory / "parts" / f"{source.kind.replace(' ', '-')}-{source.name}.py"
+        write_atomically(path, source.text.encode())
+
+
+def lines(sources: Sequence[Source]) -> list[str]:
+    """What `study.toml` says of parts."""
+    said = [("[[parts]]", f'kind = "{one.kind}"', f'name = "{one.name}"', f'sha256 = "{one.sha256}"') for one in sources]
+    return [line for part in said for line in part]
+
+
+def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExperiment]) -> None:
+    """Raises PartError, with a sentence, where a part that experiments of a study choose is not here, or is another."""
+    chosen = {choice for experiment in experiments for choice in foreign_choices(experiment)}
+    if not chosen:
+        return
+    from baldwinlab.parts.foreign import PartError, source_of
+
+    hashes = {(part.kind, part.name): part.sha256 for part in stored}
+    for kind, name in sorted(chosen):
+        there = hashes.get((kind, name))
+        kept = f" of {where} (SHA-256 {there[:DIGITS]}...)" if there else f" of {where}"
+        try:
+            here = source_of(kind, name).sha256
+        except PartError:
+            raise PartError(f"the {kind} {name!r}{kept} is not here; give its file by --part FILE") from None
+        if there and here != there:
+            raise PartError(
+                f"the {kind} {name!r}{kept} is another than the one given here ({here[:DIGITS]}...): "
+                "give the file that the study was made with, or make another study by another --out"
+            )

@@ -1,0 +1,136 @@
+"""The model of bit strings that guess: against what is known of it exactly, and in the hands of all that handles experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.evolution import Moment
+from baldwinlab.experiment import assign, choices, validate
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.parts import load_file
+from baldwinlab.runs.simulate import live_block
+
+FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
+RIGHT, WRONG, UNKNOWN = 1.0, 0.0, 0.5
+
+
+@pytest.fixture(autouse=True)
+def part() -> Iterator[None]:
+    load_file(FILE)
+    yield
+    for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
+        choices.forget(kind, name)
+
+
+def model(**fields: Any) -> Any:
+    return choices.find("model", "bit-strings")(**fields)
+
+
+def lives(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
+    genomes = np.array(strings * times, np.float32)[None, :, None]
+    return model(loci=len(strings[0]), **fields).live(7, [0], 0, genomes)
+
+
+def small() -> Any:
+    return validate(
+        {
+            "model": "bit-strings",
+            "bit_strings": {"loci": 6, "guesses": 50},
+            "population": {"size": 60},
+            "evolution": {"generations": 8},
+        }
+    )
+
+
+def test_a_string_that_is_right_everywhere_needs_one_guess() -> None:
+    assert lives([[RIGHT] * 20]).energy == 1 + 19 * 999 / 1000
+
+
+def test_one_wrong_allele_is_never_made_good() -> None:
+    assert (lives([[WRONG] + [UNKNOWN] * 3, [WRONG] + [RIGHT] * 3]).energy == 1).all()
+
+
+def test_guesses_are_as_many_as_the_geometric_law_says() -> None:
+    """With q unknown, w = 1 + 19 (1 - (1 - (1-p)^L) / (p L)) with p = 2^-q and L guesses; here L = 1000, q = 5, 10."""
+    for unknown, expected in ((5, 19.392), (10, 7.868)):
+        payoff = lives([[UNKNOWN] * unknown], times=20_000).energy
+        assert abs(payoff.mean() - expected) < 4 * payoff.std() / np.sqrt(payoff.size)
+
+
+def test_without_guessing_only_what_is_innate_pays() -> None:
+    strings = [[RIGHT] * 4, [RIGHT] * 3 + [UNKNOWN], [UNKNOWN] * 4]
+    learner = model(loci=4)
+    assert learner.learns and not learner.without_learner().learns
+    genomes = np.array(strings, np.float32)[None, :, None]
+    assert learner.without_learner().live(7, [0], 0, genomes).energy.tolist() == [[1 + 19 * 999 / 1000, 1, 1]]
+
+
+def test_what_was_guessed_is_what_was_learned() -> None:
+    found = lives([[RIGHT, UNKNOWN, UNKNOWN], [WRONG, UNKNOWN, UNKNOWN]])
+    assert found.learned.tolist() == [[[1, 1, 1], [0, 0.5, 0.5]]]
+    assert found.records["unknown"].tolist() == [[2, 2]]
+
+
+def test_lives_are_those_of_the_plain_oracle() -> None:
+    from baldwinlab.parts import LIFE
+
+    learner = model(loci=6, guesses=40)
+    for guesser in (learner, learner.without_learner()):
+        genomes = learner.founders(200, Moment(3, 5, 0))
+        luck = Moment(3, 5, 9).uniforms(LIFE, (200, 1))[:, 0, 0]
+        plain = [guesser.oracle(genome[0].tolist(), chance) for genome, chance in zip(genomes, luck, strict=True)]
+        assert guesser.live(3, [5], 9, genomes[None]).energy[0].tolist() == plain
+
+
+def test_founders_hold_each_allele_as_often_as_in_the_paper() -> None:
+    genomes = model(loci=20).founders(2000, Moment(1, 0, 0))
+    shares = [(genomes == allele).mean() for allele in (WRONG, RIGHT, UNKNOWN)]
+    assert np.allclose(shares, [0.25, 0.25, 0.5], atol=0.01)
+
+
+def test_children_hold_alleles_of_their_parents_up_to_a_cut_and_from_there() -> None:
+    run = bl.simulate(small(), seed=2)
+    assert set(np.unique(run.genome.values)) <= {WRONG, RIGHT, UNKNOWN}
+    genomes, parents = run.genome.values[:, :, 0], run.parents.values
+    for child in range(60):
+        one, other = genomes[0, parents[1, child, 0]], genomes[0, parents[1, child, 1]]
+        crossed = [np.r_[a[:cut], b[cut:]].tolist() for cut in range(1, 6) for a, b in ((one, other), (other, one))]
+        assert genomes[1, child].tolist() in crossed
+
+
+def test_learning_finds_the_needle_and_chance_alone_does_not() -> None:
+    """Hinton and Nowlan's own setting, in which at generation 50 the share of 1 is 0.77 and no 0 is left."""
+    found = validate({"model": "bit-strings"})
+    last = bl.simulate(found, seed=1).genome.values[-1]
+    assert (last == RIGHT).mean() > 0.65 and (last == WRONG).mean() < 0.01
+    alone = bl.simulate(found.without_learner().replace(evolution={"generations": 20}), seed=1)
+    assert alone.energy.values.max() == 1
+
+
+def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
+    together = [history.dataset() for history in live_block(small(), 4, [0, 1, 2])]
+    for run, found in enumerate(together):
+        assert found.equals(bl.simulate(small(), seed=4, run=run))
+
+
+def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
+    changed = assign(small(), ["bit_strings.guesses=7", "evolution.mutation_rate=0.01"])
+    assert (changed.bit_strings.guesses, changed.steps) == (7, 7)
+    assert from_toml(to_toml(changed), where="there") == changed
+    with pytest.raises(bl.ExperimentError, match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1"):
+        assign(small(), ["bit_strings.guesses=0"])
+    with pytest.raises(
+        bl.ExperimentError, match=r"^world: there is no such field; there are: name, model, bit_strings, population"
+    ):
+        validate({"model": "bit-strings", "world": {}})
+
+
+def test_it_has_no_world_to_replay() -> None:
+    with pytest.raises(bl.BaldwinLabError, match="bit-strings is of the model bit-strings, whose lives have no world to replay"):
+        bl.replay(small())
