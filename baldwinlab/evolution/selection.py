@@ -126,7 +126,7 @@ class Rank(Selection, name="rank"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        ranks = [0.5 + sum(1.0 if other < own else 0.5 for other in fitness) for own in fitness]
+        ranks = [0.5 + sum((other < own) + 0.5 * (other == own) for other in fitness) for own in fitness]
         return _spun(ranks, uniforms)
 
 

@@ -148,13 +148,18 @@ def test_a_missing_oracle_is_found(write: Any) -> None:
 )
 def test_what_does_not_compile_is_told_in_one_sentence(write: Any, learn: str, reason: str) -> None:
     path = write(learn, above="def not_compiled(rows, lane):\n    return rows[0, lane]\n")
-    told = failures(path)
-    assert "does not hold: it compiles: Liar.learn cannot be compiled (" in told
-    assert "liar.py:" in told
+    told = failures(path, "arithmetic")
+    assert f"Liar.learn cannot be compiled ({path}:" in told
     assert reason in told
     assert len(told.splitlines()) == 1
+
+
+def test_where_lives_are_lived_that_is_a_sentence_too(write: Any) -> None:
+    path = write("put(state.weights, 0, lane, part.nothing)")
+    found = bl.check_part(path)
+    assert "does not hold: it compiles: Liar.learn cannot be compiled (" in str(found[-1])
     experiment = bl.load("evo/A").replace(learning={"rule": "liar"}, lifetime={"steps": 1}, evolution={"generations": 1})
-    with pytest.raises(PartError, match=r"Liar.learn cannot be compiled"):
+    with pytest.raises(PartError, match=r"Liar.learn cannot be compiled \(.*liar.py:\d+\): Unknown attribute 'nothing'"):
         simulate(experiment)
 
 
@@ -180,10 +185,10 @@ def test_numbers_without_limits_or_meaning_are_found(write: Any) -> None:
 
 
 def test_the_command_says_what_fails_and_ends_with_1(write: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    for path, status in ((write(), 0), (write(fields="share: float = 0.1"), 1)):
+    for fields, status in (("", 0), ("share: float = 0.1", 1)):
         with pytest.raises(SystemExit) as end:
-            main_with(["check", str(path), "--only", "fields"])
-        assert (end.value.code or 0) == status
+            main_with(["check", str(write(fields=fields)), "--only", "fields"])
+        assert end.value.code == status
     told = capsys.readouterr()
     assert "does not hold: its fields have limits and a meaning: Liar.share" in told.out + told.err
 
