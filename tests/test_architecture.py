@@ -22,6 +22,7 @@ FLOORS = [
     {"evolution"},
     {"models"},
     {"runs"},
+    {"check"},
     {"studies"},
     {"movie", "bench"},
     {"figures"},

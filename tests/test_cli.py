@@ -242,7 +242,7 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
         (["run", "evo/C"], "there is no map 'C'"),
         (["run", "nothing.toml"], "cannot read nothing.toml: No such file or directory"),
         (["run", "evo/A", "--set", "lifetime.steps=0"], "lifetime.steps = 0: input should be greater than or equal to 1"),
-        (["run", "evo/A", "--set", "speed=3"], "speed: there is no 'speed' here; there are: name, world"),
+        (["run", "evo/A", "--set", "speed=3"], "speed: there is no 'speed' here; there are: name, model, world"),
         (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
         (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
         (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
@@ -284,7 +284,7 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
         (["report"], "requires an argument"),
         (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
         (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
-        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, lab"),
+        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, lab"),
     ],
 )
 def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
