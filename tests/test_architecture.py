@@ -22,7 +22,7 @@ FLOORS = [
     {"evolution"},
     {"models"},
     {"runs"},
-    {"studies"},
+    {"check", "studies"},
     {"statistics"},
     {"analysis", "movie", "bench"},
     {"figures"},
@@ -35,7 +35,7 @@ FLOORS = [
     {"__main__"},
 ]
 CAPABILITIES = ("assays", "multiverse", "sweeps")
-LIVES = {"engine", "parts", "evolution", "models", "runs", "studies"}
+LIVES = {"engine", "parts", "evolution", "models", "runs", "check", "studies"}
 READS = {"statistics", "analysis", "figures", "report", "movie"}  # besides these files of each capability:
 FILES_THAT_READ = {"stored", "analysis", "figures", "section", "verdict"}
 
