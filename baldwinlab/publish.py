@@ -7,7 +7,6 @@ from pathlib import Path
 
 import xarray as xr
 
-from baldwinlab.analysis import claims
 from baldwinlab.assays import section as assays
 from baldwinlab.assays import stored
 from baldwinlab.experiment import Experiment
@@ -16,6 +15,7 @@ from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import read
 from baldwinlab.multiverse.publish import FILE
 from baldwinlab.papers import Paper, of_study
+from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.statistics.contrasts import contrasts
@@ -25,7 +25,7 @@ from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps import publish as sweeps
 
 
-def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[claims.ClaimResult]:
+def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[ClaimResult]:
     """Write claims.json, statistics.csv, summary.csv, the figures and the report, and return the claims.
 
     A sweep has other results, those of `sweeps.publish`, and no claims. A run counts with its average over its `last`
@@ -37,8 +37,8 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     study.require_runs()
     data = open_study(study.directory)
     paper = of_study(study.directory, study.paper)
-    results = claims.evaluate(data, last, paper)
-    claims.write(results, data, study.directory, last, study.paper)
+    results = evaluate(data, last, paper)
+    write(results, data, study.directory, last, study.paper)
     tell("drawing the figures")
     traces = _emergence(study, data, paper) if "emergence" in paper.about.figures else []
     sections, made_by = _sections(study, data, last, paper), paper if study.paper else None

@@ -16,15 +16,14 @@ FLOORS = [
     {"errors", "factors", "palette", "version"},
     {"files"},
     {"experiment"},
-    {"engine", "variables"},
+    {"engine", "variables", "statistics"},
     {"papers", "parts"},
     {"presets"},
     {"evolution"},
     {"models"},
     {"runs"},
     {"check", "studies"},
-    {"statistics"},
-    {"analysis", "movie", "bench"},
+    {"movie", "bench"},
     {"figures"},
     {"report"},
     {"assays", "multiverse", "sweeps"},
@@ -36,7 +35,7 @@ FLOORS = [
 ]
 CAPABILITIES = ("assays", "multiverse", "sweeps")
 LIVES = {"engine", "parts", "evolution", "models", "runs", "check", "studies"}
-READS = {"statistics", "analysis", "figures", "report", "movie"}  # besides these files of each capability:
+READS = {"statistics", "figures", "report", "movie"}  # besides these files of each capability:
 FILES_THAT_READ = {"stored", "analysis", "figures", "section", "verdict"}
 
 

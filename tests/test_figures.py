@@ -18,15 +18,15 @@ from matplotlib.text import Text
 from PIL import Image
 
 from baldwinlab import figures
-from baldwinlab.analysis.claims import evaluate
 from baldwinlab.experiment import World
 from baldwinlab.figures.emergence import unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
 from baldwinlab.multiverse.figures import readings, readings_shares
+from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import load
-from tests.analysis.studies import AS_THE_PAPER, study, trace
 from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
+from tests.statistics.studies import AS_THE_PAPER, study, trace
 
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))

@@ -9,8 +9,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.multiverse.analysis import Multiverse
+from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.statistics.rules import MARKS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}

@@ -20,14 +20,13 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab import statistics
-from baldwinlab.analysis.claims import finite
-from baldwinlab.analysis.tables import to_csv
 from baldwinlab.assays.stored import Assays, Quantity, conditions, factors_of, quantities
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.factors import Factors
 from baldwinlab.files import write_atomically
 from baldwinlab.statistics.rules import SIGNIFICANT
+from baldwinlab.statistics.tables import finite, to_csv
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]
 YES: Verdict = "yes"

@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.factors import of_study
 from baldwinlab.figures.style import BLACK, GREY, WIDTH, Series, series, styled
+from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.fitness import interval_of_mean
 from baldwinlab.statistics.rules import SIGNIFICANT

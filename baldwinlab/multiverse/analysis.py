@@ -18,9 +18,9 @@ import numpy as np
 import xarray as xr
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from baldwinlab.analysis import claims
 from baldwinlab.files import write_atomically
 from baldwinlab.papers import load
+from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
 STANDARD = "standard"  # the name of the reading that every other one is held against
@@ -92,7 +92,7 @@ def reading(
     `study` has the dimensions (condition, run, generation, agent), its conditions named as the paper's: evo/A. Raises ValueError
     unless `last` is at least 1.
     """
-    outcomes = {result.claim.id: _outcome(result.record()) for result in claims.evaluate(study, last)}
+    outcomes = {result.claim.id: _outcome(result.record()) for result in evaluate(study, last)}
     counts = study["energy"].notnull().any(("generation", "agent")).sum("run").values
     return Reading(
         name=name,

@@ -7,12 +7,12 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, World
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import Choice
+from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.report import words
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import HOLDS, VERDICTS

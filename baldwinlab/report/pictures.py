@@ -11,9 +11,9 @@ import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
 from baldwinlab import figures
-from baldwinlab.analysis.claims import ClaimResult
 from baldwinlab.factors import of_study
 from baldwinlab.papers import Paper
+from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.papers.words import Figure
 from baldwinlab.report.content import Experiments, foragers, typical_run, worlds
 from baldwinlab.report.words import number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from baldwinlab.analysis.claims import ClaimResult, Finding
+from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.statistics import Comparison
 from baldwinlab.statistics.contrasts import Contrast
 from baldwinlab.statistics.rules import SIGNIFICANT

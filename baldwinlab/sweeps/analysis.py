@@ -22,10 +22,10 @@ import xarray as xr
 from scipy import stats
 
 from baldwinlab import statistics
-from baldwinlab.analysis.tables import to_csv
 from baldwinlab.files import write_atomically
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.fitness import interval_of_mean
+from baldwinlab.statistics.tables import to_csv
 
 MOST_GROUPS = 8
 POINTS_IN_A_GROUP = 5  # at least, where values are put together

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from baldwinlab.analysis import claims
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
+from baldwinlab.papers.verdicts import evaluate, write
 from baldwinlab.report import typical_run
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
@@ -133,7 +133,7 @@ def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(lab_server
     study = open_study(tmp_path / "it")
     with serving(tmp_path) as server:
         assert data(server.address, "results", study="it")["claims"] == []
-        claims.write(claims.evaluate(study), study, tmp_path / "it")
+        write(evaluate(study), study, tmp_path / "it")
         written = json.loads((tmp_path / "it" / "claims.json").read_text())
         assert data(server.address, "results", study="it")["claims"] == written != []
         (tmp_path / "it" / "claims.json").write_text("[{")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from baldwinlab.multiverse import design
 from baldwinlab.multiverse.analysis import Multiverse, Reading, paper_claims, reading
-from tests.analysis.studies import AS_THE_PAPER, RUNS, study
+from tests.statistics.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
 

@@ -21,8 +21,8 @@ from baldwinlab.multiverse.analysis import (
     weightiest,
     write,
 )
-from tests.analysis.studies import AS_THE_PAPER
 from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of, with_gain
+from tests.statistics.studies import AS_THE_PAPER
 
 EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
 STANDARD = reading_of()

@@ -11,14 +11,14 @@ import xarray as xr
 from playwright.sync_api import Browser
 
 from baldwinlab import papers
-from baldwinlab.analysis.claims import evaluate
 from baldwinlab.factors import Factors
+from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, typical_run, write_report
 from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability
-from tests.analysis.studies import AS_THE_PAPER, study, trace
 from tests.report.browsing import complaints_and_width
+from tests.statistics.studies import AS_THE_PAPER, study, trace
 
 PAPER = papers.load()
 FORAGERS = "evo+self-taught/B"

@@ -6,7 +6,7 @@ import pytest
 
 from baldwinlab.report.words import higher
 from baldwinlab.statistics.contrasts import contrasts
-from tests.analysis.studies import study
+from tests.statistics.studies import study
 
 HIGH, LOW, MIXED = range(100, 108), range(10, 18), [5, 6, 7, 8, 104, 105, 106, 107]
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.summary import by_condition
 from baldwinlab.statistics import fitness
-from tests.analysis.studies import study
+from baldwinlab.statistics.summary import by_condition
+from tests.statistics.studies import study
 
 NAN = float("nan")
 

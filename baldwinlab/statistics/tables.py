@@ -1,4 +1,4 @@
-"""Rows as a table for other programs."""
+"""Numbers and tables for other programs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+
+def finite(value: float) -> float | None:
+    """For JSON, which has no number that does not exist."""
+    return value if math.isfinite(value) else None
 
 
 def to_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> bytes:

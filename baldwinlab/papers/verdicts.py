@@ -17,13 +17,13 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab import statistics
-from baldwinlab.analysis.summary import SUMMARY_COLUMNS, by_condition
-from baldwinlab.analysis.tables import to_csv
 from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper, load
 from baldwinlab.papers.claims import FIRST, Claim, Comparison
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import RULES, VERDICTS, Verdict, conjunction
+from baldwinlab.statistics.summary import SUMMARY_COLUMNS, by_condition
+from baldwinlab.statistics.tables import finite, to_csv
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,6 @@ class ClaimResult:
             "missing": list(self.missing),
             "comparisons": [finding.record() for finding in self.findings],
         }
-
-
-def finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def evaluate(study: xr.Dataset, last: int = 10, paper: Paper | None = None) -> list[ClaimResult]:

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.claims import ClaimResult, evaluate, write
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
+from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.presets import paper
 from baldwinlab.statistics.rules import RULES, Verdict, conjunction
-from tests.analysis.studies import AS_THE_PAPER, RUNS, study
+from tests.statistics.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
 

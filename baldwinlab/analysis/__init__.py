@@ -1,1 +1,0 @@
-"""What a study says: labelled arrays in, labelled arrays and verdicts out. It never imports the engine."""
