@@ -45,8 +45,8 @@ def subjects(parts: Iterable[type[Part]]) -> Iterator[Subject]:
     models = of_kind.pop("model", [])
     for model in models:  # what breeds beside a model is made for its genomes
         bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
-        chosen = {"generations": 2} | {part.kind: part.name for part in bred}
-        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": chosen}))
+        evolution = {"generations": 2} | {part.kind: part.name for part in bred}
+        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution}))
     always = tuple(part for kind in MANY for part in of_kind.pop(kind, []))
     for group in zip_longest(*of_kind.values()) if of_kind else [()] if always else []:
         chosen = (*always, *(part for part in group if part))
