@@ -35,7 +35,7 @@ FLOORS = [
     {"__main__"},
 ]
 CAPABILITIES = ("assays", "multiverse", "sweeps")
-LIVES = {"engine", "parts", "evolution", "models", "runs", "studies"}
+LIVES = {"engine", "parts", "evolution", "models", "runs", "check", "studies"}
 READS = {"statistics", "figures", "report", "movie"}  # besides these files of each capability:
 FILES_THAT_READ = {"stored", "analysis", "figures", "section", "verdict"}
 

@@ -24,7 +24,7 @@ def _rounds(subject: Subject, part: Any) -> Iterator[tuple[int, Any, dict[str, A
     """Number, the part's values, arguments as arrays, and as plain lists."""
     random, values = np.random.default_rng(SEED), values_of(subject.experiment, part)
     for number in range(ROUNDS):
-        arrays = breeding_arguments(random)
+        arrays = breeding_arguments(random, len(subject.experiment.modules))
         yield number, values, arrays, {name: np.asarray(each).tolist() for name, each in arrays.items()}
 
 

@@ -23,6 +23,7 @@ from baldwinlab.models.miniworld.backend import CPU, choose
 from baldwinlab.parts.foreign import PREFIX
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.warm_up import warm_up
 
 SEED: Final = 11
 UPDATES: Final = ("simultaneous", "sequential")
@@ -61,8 +62,7 @@ def named(experiment: BaseExperiment) -> str:
 
 def it_compiles(subject: Subject) -> str:
     """Raises PartError where it does not."""
-    for experiment in both_updates(subject):
-        simulate_block(experiment.replace(evolution={"generations": 2}), SEED, [0])
+    warm_up(both_updates(subject))
     return ""
 
 

@@ -58,7 +58,9 @@ def _code(subject: Subject, part: type[Part], name: str) -> str:
 def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
     """The types of phases' arguments, by name."""
     if part.kind in BREEDS:
-        arguments = breeding_arguments(np.random.default_rng(0)) | {"part": values_of(subject.experiment, part)}
+        arguments = breeding_arguments(np.random.default_rng(0), len(subject.experiment.modules)) | {
+            "part": values_of(subject.experiment, part)
+        }
         return {name: numba.typeof(value) for name, value in arguments.items()}
     state = make_state(subject.experiment, 1)
     single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)

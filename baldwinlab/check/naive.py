@@ -96,12 +96,14 @@ class Naive:
         agent.x, agent.y = (agent.x + way * math.cos(angle)) % self.width, (agent.y + way * math.sin(angle)) % self.height
 
     def distance(self, agent: Any, item: Any) -> float:
-        return math.hypot(*self.way(agent, item))
+        dx, dy = self.way(agent, item)
+        return math.hypot(dx, dy)
 
     def bearing(self, agent: Any, item: Any) -> float:
         """Where an item is, degrees clockwise from the agent's heading, in [0, 360)."""
         dx, dy = self.way(agent, item)
-        return (math.degrees(math.atan2(dy, dx)) - agent.heading) % 360
+        angle: float = (math.degrees(math.atan2(dy, dx)) - agent.heading) % 360
+        return angle
 
     def seen(self, agent: Any, items: Sequence[Any]) -> list[bool]:
         """Whether any of the items is in sight at the left, in front, or at the right."""

@@ -68,10 +68,11 @@ def steps_of(experiment: Any, part: Any) -> Iterator[Step]:
         after = _seen(experiment, block)
         items = before.pop("items")
         after.pop("items")
-        sensing, learning = [], []
+        sensing: list[Agent] = []
+        learning: list[Agent] = []
         for agent in agents:
             teacher = naive.module(genome[agent, 1]) if len(experiment.modules) > 1 else None
-            modules = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
+            modules: dict[str, Any] = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
             of_now = {name: after[name][agent] for name in ("inputs", "outputs")}
             of_before = {name: before[name][agent] for name in ("hidden", "eaten", "rate")}
             for found, when in ((sensing, before), (learning, after)):

@@ -43,7 +43,10 @@ def subjects(parts: Iterable[type[Part]]) -> Iterator[Subject]:
     for part in parts:
         of_kind.setdefault(part.kind, []).append(part)
     models = of_kind.pop("model", [])
-    yield from (Subject((model,), validate({"model": model.name, **OF_ALL})) for model in models)
+    for model in models:  # what breeds beside a model is made for its genomes
+        bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
+        evolution = {"generations": 2} | {part.kind: part.name for part in bred}
+        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution}))
     always = tuple(part for kind in MANY for part in of_kind.pop(kind, []))
     for group in zip_longest(*of_kind.values()) if of_kind else [()] if always else []:
         chosen = (*always, *(part for part in group if part))
@@ -75,14 +78,15 @@ def values_of(experiment: Any, part: type[Part], state: Any = None) -> Any:
     return next(each for each in parts if type(each).part is part)
 
 
-def breeding_arguments(random: np.random.Generator) -> dict[str, Any]:
+def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, Any]:
     """What phases that breed get, by name."""
-    agents, modules, weights = 5, 2, 8
+    agents, weights = 5, 8
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     return {
         "fitness": np.round(random.uniform(0, 4, agents)), "uniforms": random.random((agents, 2, 4)), "shares": np.zeros(agents),
         "order": np.zeros(agents, np.int64), "parents": np.full((agents, 2), -1, np.int32),
         "energy": random.uniform(-2, 8, agents), "cost": random.random(agents),
         "fitter": genome[0], "other": genome[1], "child": genome[2], "draws": random.random((modules * weights, 4)),
-        "gate": float(random.random()), "born": genome[3, 0], "learned": genome[3, 1], "inherited": np.zeros(weights, np.float32),
+        "gate": float(random.random()), "born": genome[3, 0],
+        "learned": random.normal(size=weights).astype(np.float32), "inherited": np.zeros(weights, np.float32),
     }  # fmt: skip

@@ -69,3 +69,11 @@ class OnePoint(Variation, name="one-point"):
             child[0, locus] = fitter[0, locus] if first else other[0, locus]
             if draws[locus, 1] < part.rate:
                 child[0, locus] = 0.0 if draws[locus, 2] < 0.25 else 1.0 if draws[locus, 2] < 0.5 else 0.5
+
+    @staticmethod
+    def oracle(part, fitter, other, draws, gate):
+        cut = 1 + int(gate * (len(fitter[0]) - 1))
+        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
+        anew = [0.0 if draw[2] < 0.25 else 1.0 if draw[2] < 0.5 else 0.5 for draw in draws]
+        child = [*one[:cut], *two[cut:]]
+        return [[new if draw[1] < part.rate else old for old, new, draw in zip(child, anew, draws, strict=True)]]
