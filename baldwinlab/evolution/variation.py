@@ -38,7 +38,8 @@ class Crossover(Variation, name="crossover"):
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        draw, child = iter(draws), []
+        draw = iter(draws)
+        child: list[list[float]] = []
         for of_fitter, of_other in zip(fitter, other, strict=True):
             child.append([])
             for ours, theirs in zip(of_fitter, of_other, strict=True):

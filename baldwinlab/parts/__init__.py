@@ -13,9 +13,10 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import any_of, bundle, choose, get, negated, put
 from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
+from baldwinlab.errors import PartError
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.evolution import Fitness, Inheritance, Selection, Variation
-from baldwinlab.parts.foreign import PartError, Source, load_entry_points, load_file, sources_of
+from baldwinlab.parts.foreign import Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.kinds import (
     Body,
     ItemRegion,

@@ -21,11 +21,11 @@ from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
 from baldwinlab.engine.jit import sources_hash
-from baldwinlab.errors import RefusedError
+from baldwinlab.errors import PartError, RefusedError
 from baldwinlab.experiment import validate
 from baldwinlab.files import is_local, location
 from baldwinlab.models.miniworld.backend import Backend, choose
-from baldwinlab.parts.foreign import PartError, Source, load_text, sources_of
+from baldwinlab.parts.foreign import Source, load_text, sources_of
 from baldwinlab.studies.executors.tasks import ExecutorError, StoppedError, Task, do
 from baldwinlab.studies.store import Study, StudyError
 
