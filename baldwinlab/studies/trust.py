@@ -62,7 +62,8 @@ def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExp
     chosen = {choice for experiment in experiments for choice in foreign_choices(experiment)}
     if not chosen:
         return
-    from baldwinlab.parts.foreign import PartError, source_of
+    from baldwinlab.errors import PartError
+    from baldwinlab.parts.foreign import source_of
 
     hashes = {(part.kind, part.name): part.sha256 for part in stored}
     for kind, name in sorted(chosen):
