@@ -17,6 +17,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from baldwinlab.evolution import Moment, draw_genome, fitness, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld import cpu
 from baldwinlab.models.miniworld.backend import CPU, Backend
@@ -56,28 +59,44 @@ def _shortest(experiment: BaseExperiment) -> BaseExperiment:
 
 
 def _compile_together(experiments: list[Experiment]) -> None:
-    """Fill the cache, as many at a time as there are cores. What fails here fails again, and is told, where it is lived."""
-    waiting, busy = list(experiments), list[subprocess.Popen[bytes]]()
+    """Fill the cache, with as many processes at a time as there are cores; this one compiles what breeds, and the last of them.
+
+    What fails here fails again, and is told, where it is lived.
+    """
+    waiting, busy = experiments[:-1], list[subprocess.Popen[bytes]]()
+    while waiting and len(busy) < available_cores():
+        busy.append(_compile_elsewhere(waiting.pop(0)))
+    _breed(experiments[-1])
+    live_block(experiments[-1], 0, [0])
+    while busy:
+        busy.pop(0).wait()
+        if waiting:
+            busy.append(_compile_elsewhere(waiting.pop(0)))
+
+
+def _breed(experiment: Experiment) -> None:
+    genome, nothing = draw_genome(experiment, Moment(0, 0, 0)), np.zeros(experiment.population.size)
+    next_genome(experiment, Moment(0, 0, 1), genome, fitness(experiment, nothing, nothing))
+
+
+def _compile_elsewhere(experiment: Experiment) -> subprocess.Popen[bytes]:
+    """A process that compiles the lives of an experiment."""
     here = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": here}}
-    while waiting or busy:
-        while waiting and len(busy) < available_cores():
-            one = waiting.pop(0)
-            order = {"experiment": one.to_dict(), "parts": [source[2:] for source in sources_of([one])]}
-            process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
-            assert process.stdin is not None
-            process.stdin.write(json.dumps(order).encode())
-            process.stdin.close()
-            busy.append(process)
-        busy.pop(0).wait()
+    process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
+    assert process.stdin is not None
+    order = {"experiment": experiment.to_dict(), "parts": [source.text for source in sources_of([experiment])]}
+    process.stdin.write(json.dumps(order).encode())
+    process.stdin.close()
+    return process
 
 
 def _main() -> None:
     order = json.loads(sys.stdin.read())
     for text, file in order["parts"]:
         load_text(text, Path(file))  # by the name of its file, which is in that of compiled code
-    live_block(validate(order["experiment"]), 0, [0])
+    cpu.compile_lives(validate(order["experiment"]))
 
 
 if __name__ == "__main__":

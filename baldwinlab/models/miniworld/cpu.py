@@ -74,3 +74,10 @@ class Block:
         """The action module's weights as they stand, [world, agent, weight]."""
         worlds, agents = self._shape
         return self.state.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+
+
+def compile_lives(experiment: Experiment) -> None:
+    """Compile what these lives run, if it is not kept: a block of one world lives for a step."""
+    block = Block(experiment, seed=0, runs=[0])
+    block.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
+    block.live(0, 1)
