@@ -18,6 +18,8 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
         if isinstance(value, BaseModel) and step in type(value).model_fields:
             meaning = type(value).model_fields[step].description or ""
             value = getattr(value, step)
+        elif isinstance(value, dict) and step in value:  # the table of a part that is not here
+            value, meaning = value[step], ""
         elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
             value = value[int(step)]
         else:

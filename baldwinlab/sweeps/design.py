@@ -20,11 +20,10 @@ import numpy as np
 import numpy.typing as npt
 import tomlkit
 import xarray as xr
-from pydantic import BaseModel
 from scipy.stats import qmc
 
 from baldwinlab import presets
-from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location, write_atomically
 from baldwinlab.studies import store
@@ -107,23 +106,11 @@ def _assignments(values: Mapping[str, Any]) -> list[str]:
 
 
 def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
-    """The value of a field, and what it means. Raises ExperimentError for a field that there is not."""
-    value: Any = experiment
-    meaning = ""
-    for step in path.split("."):
-        if isinstance(value, BaseModel) and step in type(value).model_fields:
-            meaning = type(value).model_fields[step].description or ""
-            value = getattr(value, step)
-        elif isinstance(value, dict) and step in value:  # the table of a part that is not here
-            value, meaning = value[step], ""
-        elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
-            value = value[int(step)]
-        else:
-            there = (
-                type(value).model_fields if isinstance(value, BaseModel) else range(len(value) if isinstance(value, tuple) else 0)
-            )
-            raise ExperimentError(f"fields.{path}: there is no {step!r} here; there are: {', '.join(map(str, there)) or 'none'}")
-    return value, meaning
+    """The value of a swept field, and what it means. Raises ExperimentError for a field that there is not."""
+    try:
+        return look_up(experiment, path)
+    except ExperimentError as error:
+        raise ExperimentError(f"fields.{error}") from None
 
 
 def _text(value: Any) -> str:
