@@ -4,11 +4,12 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test lint format bench cuda slurm browser clean
+.PHONY: help reproduce test nightly lint format bench cuda slurm browser clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
 	@echo "make test        run all tests"
+	@echo "make nightly     run the tests that take long, which make test leaves out"
 	@echo "make lint        check style and types"
 	@echo "make format      put the code into its standard form"
 	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
@@ -23,6 +24,9 @@ reproduce: $(VENV)/.core
 
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n logical --dist loadfile
+
+nightly: $(VENV)/.dev browser
+	$(BIN)/python -m pytest -m nightly
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

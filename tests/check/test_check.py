@@ -69,6 +69,7 @@ def test_the_built_in_parts_keep_the_contract(requirement: str) -> None:
     assert all(each.holds for each in found), "\n".join(map(str, found))
 
 
+@pytest.mark.nightly  # a combination of parts takes ten seconds and more to compile, and each example has its own
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: str(path.stem))
 def test_the_examples_keep_the_contract(example: Path) -> None:
     found = bl.check_part(example, only=TRIED)
