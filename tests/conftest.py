@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
+from baldwinlab.experiment import choices
+
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
@@ -34,3 +36,12 @@ def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
         return real_import(name, *arguments)
 
     monkeypatch.setattr(builtins, "__import__", without_ffmpeg)
+
+
+@pytest.fixture(autouse=True)
+def _parts_of_a_test_are_its_own() -> Iterator[None]:
+    """A part that a test loads is not there in the next one, whose sentences list what may be chosen."""
+    before = choices.foreign()
+    yield
+    for kind, name in choices.foreign().keys() - before.keys():
+        choices.forget(kind, name)

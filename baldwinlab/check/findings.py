@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from baldwinlab.errors import BaldwinLabError
 
-class FailsError(Exception):
+
+class FailsError(BaldwinLabError):
     """A requirement that does not hold, in a sentence."""
 
 
-class NotCheckedError(Exception):
+class NotCheckedError(BaldwinLabError):
     """A requirement that could not be tried, and why."""
 
 

@@ -86,7 +86,7 @@ def bundle(first: int) -> Lane:
     return first
 
 
-@overload(bundle, target="cpu", inline="always")
+@overload(bundle, target="cpu")
 def _bundle(first):  # type: ignore[no-untyped-def]
     return lambda first: _sixteen_from(first)
 

@@ -29,5 +29,5 @@ def test_what_is_not_learned_from_does_not_matter(tmp_path: Path) -> None:
 
 
 def test_agents_with_one_module_have_nothing_to_exchange(study: Study) -> None:
-    with pytest.raises(StudyError, match=r"evo/A.nc does not exist: modules has nothing to measure there"):
+    with pytest.raises(StudyError, match=r"evo/A.nc does not exist: the assay modules is of agents with a reinforcement module"):
         open_assay(study.directory, "modules", "evo/A")

@@ -51,7 +51,7 @@ def state_is(page: Page, word: str) -> None:
 def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(page: Page, lab_server: LabServer) -> None:
     begin(page, LONG)
     wait_for(page, lambda: lived(page) >= 3)
-    expect(page.get_by_test_id("live-caption")).to_contain_text(re.compile(r"Generation \d+, step \d+ of 300"))
+    expect(page.get_by_test_id("live-caption")).to_contain_text(re.compile(r"Generation \d+, step \d+ of 300"), timeout=60_000)
     page.get_by_test_id("pause").click()
     state_is(page, "Paused")
     page.wait_for_timeout(200)
@@ -197,7 +197,7 @@ def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> No
         box = plot.bounding_box()
         assert box
         plot.click(position={"x": x % box["width"], "y": box["height"] / 2})
-        expect(page.get_by_test_id("live-caption")).to_contain_text(f"Generation {generation}, ")
+        expect(page.get_by_test_id("live-caption")).to_contain_text(f"Generation {generation}, ", timeout=60_000)
 
 
 @pytest.mark.parametrize("width", [390, 1280])
@@ -216,7 +216,7 @@ def test_a_run_that_is_gone_is_named(page: Page) -> None:
 
 def test_what_plays_can_be_taken_along_while_the_run_goes_on(page: Page, tmp_path: Path) -> None:
     begin(page, LONG)
-    expect(page.get_by_test_id("live-caption")).to_contain_text("Generation")
+    expect(page.get_by_test_id("live-caption")).to_contain_text("Generation", timeout=60_000)
     page.get_by_test_id("share").click()
     with page.expect_download() as saved:
         page.get_by_test_id("share-html").click()
