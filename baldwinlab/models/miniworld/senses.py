@@ -19,7 +19,7 @@ from baldwinlab.engine.phases import for_each, if_any
 from baldwinlab.models.miniworld.items import image, slots_in_row, tiles_within
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
-from baldwinlab.models.miniworld.world import shortest
+from baldwinlab.models.miniworld.world import either, shortest
 from baldwinlab.parts.kinds import Sense, hides, sense
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
@@ -37,12 +37,7 @@ def _as_it_is(features: Any, model: Model, x: np.float32, y: np.float32, dx: Val
     return seen
 
 
-@compiled
-def _either(one: Mask, other: Mask) -> Mask:
-    return one | other
-
-
-hidden = for_each(hides, False, _either)
+hidden = for_each(hides, False, either)
 visible = if_any(_behind_nothing, _as_it_is)
 
 

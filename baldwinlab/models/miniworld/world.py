@@ -22,12 +22,13 @@ MOST_PLACES = 100_000  # that are tried, before somebody is born where it is for
 
 
 @compiled
-def _either(one: Mask, other: Mask) -> Mask:
+def either(one: Mask, other: Mask) -> Mask:
+    """Where any of two masks is true."""
     return one | other
 
 
-forbidden = for_each(forbids, False, _either)  # whether any feature forbids a place
-stopped_by = for_each(stops, False, _either)  # whether any feature stops somebody there
+forbidden = for_each(forbids, False, either)  # whether any feature forbids a place
+stopped_by = for_each(stops, False, either)  # whether any feature stops somebody there
 
 
 @compiled
