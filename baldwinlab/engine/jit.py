@@ -11,12 +11,15 @@ themselves. The folder's name carries a hash of everything that goes in: the eng
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from pathlib import Path
+from threading import Lock
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, Final, TypeVar, cast
 
@@ -32,6 +35,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
 
+
+_ONE_AT_A_TIME: Final = Lock()
 
 Choose = Callable[..., Any]
 GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
@@ -53,12 +58,17 @@ def compiled(function: Function) -> Function:
     return cast(Function, register(function, lambda *types: function))
 
 
-@cache
 def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> Callable[..., Any]:
     """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts.
 
     To call it raises PartError, with one sentence, where a foreign phase cannot be compiled.
     """
+    with _ONE_AT_A_TIME:
+        return _kept(function, with_these)
+
+
+@cache
+def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
     directory = cache_directory(fingerprint([function, *with_these]))
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(directory)  # Numba reads it when the dispatcher is made, that is, here
@@ -68,12 +78,27 @@ def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...
         numba.config.CACHE_DIR = before
 
     def call(*arguments: Any) -> Any:
-        try:
+        if getattr(made, "signatures", True):  # it is Python's function itself where Numba is told not to compile
             return made(*arguments)
-        except NumbaError as error:
-            raise refusal(error, with_these) or error from None
+        with _nothing_thrown_away():
+            try:
+                return made(*arguments)
+            except NumbaError as error:
+                raise refusal(error, with_these) or error from None
 
     return call
+
+
+@contextmanager
+def _nothing_thrown_away() -> Iterator[None]:
+    """Without Python's garbage collection, which takes a sixth of the time while Numba makes its millions of small objects."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def is_kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> bool:

@@ -8,7 +8,8 @@ keeps sums in registers, which its own vectoriser did not manage (37 ns a learni
 The same serves an agent that looks at sixteen items at a time: then a lane is an item. Comparisons make *masks*, which `&` and
 `|` join; `any_of` asks whether a mask is true anywhere.
 
-Every operation is elementwise and IEEE, in the order written: a lane has the same bits alone and in a bundle.
+Every operation is elementwise and IEEE, in the order written: a lane has the same bits alone and in a bundle. In compiled code
+it is its own few instructions where it stands: a function for each would take as long to compile as the rest of the step.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any, Final
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import lower_builtin, models, overload, register_model, type_callable
 
 WIDTH: Final = 16  # lanes in a bundle: one AVX-512 register of float32; narrower machines use several registers
 
@@ -32,6 +33,7 @@ Mask = Any  # a truth value, or one for each lane of a bundle
 
 _VECTOR = ir.VectorType(ir.FloatType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
+_WORD = ir.IntType(32)
 
 
 class BundleType(types.Type):
@@ -76,141 +78,9 @@ class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
         super().__init__(manager, kind, _BITS)
 
 
-@intrinsic
-def _sixteen_from(typing_context, first):  # type: ignore[no-untyped-def]
-    return BUNDLE(types.intp), lambda context, builder, signature, arguments: arguments[0]
-
-
 def bundle(first: int) -> Lane:
     """The bundle that begins with a lane; where a bundle is a single lane (`lanes_in_bundle`), that lane."""
     return first
-
-
-@overload(bundle, target="cpu")
-def _bundle(first):  # type: ignore[no-untyped-def]
-    return lambda first: _sixteen_from(first)
-
-
-def _pointer(context: Any, builder: Any, array_type: Any, array: Any, indices: list[Any]) -> Any:
-    structure = context.make_array(array_type)(context, builder, array)
-    pointer = cgutils.get_item_pointer(context, builder, array_type, structure, indices, wraparound=False)
-    return builder.bitcast(pointer, _VECTOR.as_pointer())
-
-
-@intrinsic
-def _load(typing_context, array, row, lane):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        value = builder.load(_pointer(context, builder, signature.args[0], arguments[0], arguments[1:]))
-        value.align = 4
-        return value
-
-    return WIDE(array, types.intp, BUNDLE), generate
-
-
-@intrinsic
-def _store(typing_context, array, row, lane, value):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        pointer = _pointer(context, builder, signature.args[0], arguments[0], arguments[1:3])
-        builder.store(arguments[3], pointer).align = 4
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp, BUNDLE, WIDE), generate
-
-
-@intrinsic
-def _repeat(typing_context, value):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        undefined = ir.Constant(_VECTOR, ir.Undefined)
-        single = builder.insert_element(undefined, arguments[0], ir.Constant(ir.IntType(32), 0))
-        return builder.shuffle_vector(single, undefined, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
-
-    return WIDE(types.float32), generate
-
-
-def _elementwise(operand: Any, result: Any, build: Callable[[Any, Any, Any], Any]) -> Any:
-    """An operation operand x operand -> result from the function that emits its instructions."""
-
-    @intrinsic
-    def operation(typing_context, a, b):  # type: ignore[no-untyped-def]
-        return result(operand, operand), lambda context, builder, signature, arguments: build(builder, *arguments)
-
-    return operation
-
-
-def _overload_on_values(symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[Any, Any, Any], Any]) -> None:
-    """Let an operator work on two bundles' values, or on a bundle's values and one float32."""
-    operation = _elementwise(WIDE, result, build)
-
-    @overload(symbol)
-    def implement(a, b):  # type: ignore[no-untyped-def]
-        if a is WIDE and b is WIDE:
-            return lambda a, b: operation(a, b)
-        if a is WIDE and b is types.float32:
-            return lambda a, b: operation(a, _repeat(b))
-        if a is types.float32 and b is WIDE:
-            return lambda a, b: operation(_repeat(a), b)
-        return None
-
-
-def _overload_on_masks(symbol: Callable[[Any, Any], Any], build: Callable[[Any, Any, Any], Any]) -> None:
-    operation = _elementwise(MASK, MASK, build)
-
-    @overload(symbol)
-    def implement(a, b):  # type: ignore[no-untyped-def]
-        return (lambda a, b: operation(a, b)) if a is MASK and b is MASK else None
-
-
-_overload_on_values(operator.add, WIDE, lambda builder, a, b: builder.fadd(a, b))
-_overload_on_values(operator.sub, WIDE, lambda builder, a, b: builder.fsub(a, b))
-_overload_on_values(operator.mul, WIDE, lambda builder, a, b: builder.fmul(a, b))
-_overload_on_values(operator.truediv, WIDE, lambda builder, a, b: builder.fdiv(a, b))
-_overload_on_values(operator.lt, MASK, lambda builder, a, b: builder.fcmp_ordered("<", a, b))
-_overload_on_values(operator.le, MASK, lambda builder, a, b: builder.fcmp_ordered("<=", a, b))
-_overload_on_values(operator.gt, MASK, lambda builder, a, b: builder.fcmp_ordered(">", a, b))
-_overload_on_values(operator.ge, MASK, lambda builder, a, b: builder.fcmp_ordered(">=", a, b))
-_overload_on_masks(operator.and_, lambda builder, a, b: builder.and_(a, b))
-_overload_on_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
-
-_smaller = _elementwise(WIDE, WIDE, lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b))
-_larger = _elementwise(WIDE, WIDE, lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b))
-
-
-@intrinsic
-def _choose(typing_context, mask, a, b):  # type: ignore[no-untyped-def]
-    return WIDE(MASK, WIDE, WIDE), lambda context, builder, signature, arguments: builder.select(*arguments)
-
-
-@intrinsic
-def _gather(typing_context, table, index):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        structure = context.make_array(signature.args[0])(context, builder, arguments[0])
-        whole = builder.fptosi(arguments[1], ir.VectorType(ir.IntType(32), WIDTH))
-        value = ir.Constant(_VECTOR, ir.Undefined)
-        for lane in range(WIDTH):
-            number = ir.Constant(ir.IntType(32), lane)
-            entry = builder.load(builder.gep(structure.data, [builder.extract_element(whole, number)]))
-            value = builder.insert_element(value, entry, number)
-        return value
-
-    return WIDE(table, WIDE), generate
-
-
-@intrinsic
-def _any(typing_context, mask):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        word = builder.bitcast(arguments[0], ir.IntType(WIDTH))
-        return builder.icmp_unsigned("!=", word, ir.Constant(ir.IntType(WIDTH), 0))
-
-    return types.boolean(MASK), generate
-
-
-@intrinsic
-def _root(typing_context, value):  # type: ignore[no-untyped-def]
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        instruction = builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type])
-        return builder.call(instruction, arguments)
-
-    return value(value), generate
 
 
 def lanes_in_bundle() -> int:
@@ -248,101 +118,189 @@ def negated(mask: Mask) -> Mask:
     return not mask
 
 
-def square_root(value: Value) -> Value:
-    """As IEEE 754 rounds it, of a number or of a bundle's: Numba makes a call to libm of `math.sqrt`."""
-    return math.sqrt(value)
-
-
-@overload(square_root, target="cpu", inline="always")
-def _square_root(value):  # type: ignore[no-untyped-def]
-    return lambda value: _root(value)
-
-
-@overload(lanes_in_bundle, target="cpu")
-def _lanes_in_bundle():  # type: ignore[no-untyped-def]
-    return lambda: WIDTH
-
-
-@overload(get, inline="always")
-def _get(array, row, lane):  # type: ignore[no-untyped-def]
-    if lane is BUNDLE:
-        return lambda array, row, lane: _load(array, row, lane)
-    return lambda array, row, lane: array[row, lane]
-
-
-@overload(put, inline="always")
-def _put(array, row, lane, value):  # type: ignore[no-untyped-def]
-    if lane is BUNDLE and value is WIDE:
-        return lambda array, row, lane, value: _store(array, row, lane, value)
-    if lane is BUNDLE:
-        return lambda array, row, lane, value: _store(array, row, lane, _repeat(value))
-
-    def store(array, row, lane, value):  # type: ignore[no-untyped-def]
-        array[row, lane] = value
-
-    return store
-
-
-@overload(clamp)
-def _clamp(value, limit):  # type: ignore[no-untyped-def]
-    if value is WIDE:
-        return lambda value, limit: _smaller(_larger(value, _repeat(-limit)), _repeat(limit))
-    return lambda value, limit: min(max(value, -limit), limit)
-
-
-def _widen(value: Value) -> Value:
-    """`value` for each lane of a bundle."""
-    return value
-
-
-@overload(_widen)
-def _widen_value(value):  # type: ignore[no-untyped-def]
-    return (lambda value: value) if value is WIDE else (lambda value: _repeat(value))
-
-
 def lookup(table: Any, index: Value) -> Value:
     """`table[index]`, where the index is a whole number held as a float32."""
     return table[int(index)]
 
 
-@overload(lookup)
-def _lookup(table, index):  # type: ignore[no-untyped-def]
-    if index is WIDE:
-        return lambda table, index: _gather(table, index)
-    return lambda table, index: table[int(index)]
+def square_root(value: Value) -> Value:
+    """As IEEE 754 rounds it, of a number or of a bundle's: Numba makes a call to libm of `math.sqrt`."""
+    return math.sqrt(value)
 
 
-@overload(choose)
-def _choose_for_lanes(mask, a, b):  # type: ignore[no-untyped-def]
-    if mask is MASK:
-        return lambda mask, a, b: _choose(mask, _widen(a), _widen(b))
-    return lambda mask, a, b: a if mask else b
+Result = Callable[..., Any]  # from the types of the arguments to that of what comes out, None where they do not fit
+Emit = Callable[[Any, Any, Any, Any], Any]  # instructions: from a context, a builder, the signature and the arguments
 
 
-@overload(any_of)
-def _any_of(mask):  # type: ignore[no-untyped-def]
-    if mask is MASK:
-        return lambda mask: _any(mask)
-    return lambda mask: mask
+def _instructions(function: Callable[..., Any], result: Result, patterns: list[tuple[Any, ...]], emit: Emit) -> None:
+    """Let compiled code do `function` by the instructions of `emit`, for arguments of these types."""
+    type_callable(function)(lambda context: result)
+    for pattern in patterns:
+        lower_builtin(function, *pattern)(emit)
 
 
-@intrinsic
-def _not(typing_context, mask):  # type: ignore[no-untyped-def]
-    return MASK(MASK), lambda context, builder, signature, arguments: builder.not_(arguments[0])
+def _pointer(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Where `array[row, lane]` lies, for an array, a row and a lane or a bundle."""
+    array_type, *kinds = signature.args[:3]
+    structure = context.make_array(array_type)(context, builder, arguments[0])
+    pairs = zip(kinds, arguments[1:3], strict=True)
+    indices = [index if kind is BUNDLE else context.cast(builder, index, kind, types.intp) for kind, index in pairs]
+    pointer = cgutils.get_item_pointer(context, builder, array_type, structure, indices, wraparound=False)
+    return builder.bitcast(pointer, _VECTOR.as_pointer()) if BUNDLE in kinds else pointer
 
 
-@overload(negated)
-def _negated(mask):  # type: ignore[no-untyped-def]
-    if mask is MASK:
-        return lambda mask: _not(mask)
-    return lambda mask: not mask
+def _repeated(builder: Any, number: Any) -> Any:
+    """A number for each lane of a bundle."""
+    undefined = ir.Constant(_VECTOR, ir.Undefined)
+    single = builder.insert_element(undefined, number, ir.Constant(_WORD, 0))
+    return builder.shuffle_vector(single, undefined, ir.Constant(ir.VectorType(_WORD, WIDTH), [0] * WIDTH))
 
 
-@overload(abs)
-def _magnitude(value):  # type: ignore[no-untyped-def]
-    return (lambda value: _larger(value, _repeat(np.float32(0)) - value)) if value is WIDE else None
+def _widened(builder: Any, value: Any) -> Any:
+    return value if value.type == _VECTOR else _repeated(builder, value)
 
 
-# What a GPU compiles, where a thread has a lane to itself: the functions as they stand in Python.
-_SAME = (bundle, lanes_in_bundle, get, put, clamp, choose, any_of, negated, lookup, square_root)
-FOR_ONE_LANE: Final = {each: each for each in _SAME}
+def _smaller(builder: Any, a: Any, b: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", a, b), a, b)
+
+
+def _larger(builder: Any, a: Any, b: Any) -> Any:
+    return builder.select(builder.fcmp_ordered(">", a, b), a, b)
+
+
+def _bundle(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return context.cast(builder, arguments[0], signature.args[0], types.intp)
+
+
+def _width(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return context.get_constant(types.intp, WIDTH)
+
+
+_instructions(bundle, lambda first: BUNDLE if isinstance(first, types.Integer) else None, [(types.Integer,)], _bundle)
+_instructions(lanes_in_bundle, lambda: types.intp, [()], _width)
+
+
+def _get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    pointer = _pointer(context, builder, signature, arguments)
+    if signature.return_type is not WIDE:
+        return context.unpack_value(builder, signature.return_type, pointer)
+    value = builder.load(pointer)
+    value.align = 4
+    return value
+
+
+def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    array_type, _, lane, kind = signature.args
+    pointer, value = _pointer(context, builder, signature, arguments), arguments[3]
+    if lane is BUNDLE:
+        builder.store(_widened(builder, value), pointer).align = 4
+    else:
+        context.pack_value(builder, array_type.dtype, context.cast(builder, value, kind, array_type.dtype), pointer)
+    return context.get_dummy_value()
+
+
+def _put_nothing(array: Any, row: Any, lane: Any, value: Any) -> Any:
+    return types.void if lane is BUNDLE or value is not WIDE else None
+
+
+_ONE: Final = (types.Array, types.Integer, types.Integer)
+_MANY: Final = (types.Array, types.Integer, BUNDLE)
+_SINGLE: Final = [(*_ONE, types.Number), (*_ONE, types.Boolean)]
+_instructions(get, lambda array, row, lane: WIDE if lane is BUNDLE else array.dtype, [_ONE, _MANY], _get)
+_instructions(put, _put_nothing, [*_SINGLE, (*_MANY, WIDE), (*_MANY, types.float32)], _put)
+
+
+def _operator(symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[Any, Any, Any], Any]) -> None:
+    """Let an operator work on two bundles' values, or on a bundle's values and one float32."""
+    pairs = [(WIDE, WIDE), (WIDE, types.float32), (types.float32, WIDE)]
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return build(builder, *(_widened(builder, each) for each in arguments))
+
+    _instructions(symbol, lambda a, b: result if (a, b) in pairs else None, pairs, emit)
+
+
+def _operator_of_masks(symbol: Callable[[Any, Any], Any], build: Callable[[Any, Any, Any], Any]) -> None:
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return build(builder, *arguments)
+
+    _instructions(symbol, lambda a, b: MASK if a is MASK and b is MASK else None, [(MASK, MASK)], emit)
+
+
+_operator(operator.add, WIDE, lambda builder, a, b: builder.fadd(a, b))
+_operator(operator.sub, WIDE, lambda builder, a, b: builder.fsub(a, b))
+_operator(operator.mul, WIDE, lambda builder, a, b: builder.fmul(a, b))
+_operator(operator.truediv, WIDE, lambda builder, a, b: builder.fdiv(a, b))
+_operator(operator.lt, MASK, lambda builder, a, b: builder.fcmp_ordered("<", a, b))
+_operator(operator.le, MASK, lambda builder, a, b: builder.fcmp_ordered("<=", a, b))
+_operator(operator.gt, MASK, lambda builder, a, b: builder.fcmp_ordered(">", a, b))
+_operator(operator.ge, MASK, lambda builder, a, b: builder.fcmp_ordered(">=", a, b))
+_operator_of_masks(operator.and_, lambda builder, a, b: builder.and_(a, b))
+_operator_of_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
+
+
+def _magnitude(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    zeros = _repeated(builder, ir.Constant(ir.FloatType(), 0.0))
+    return _larger(builder, arguments[0], builder.fsub(zeros, arguments[0]))
+
+
+def _clamp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    value, limit = arguments
+    return _smaller(builder, _larger(builder, value, _repeated(builder, builder.fneg(limit))), _repeated(builder, limit))
+
+
+def _choose(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    mask, a, b = arguments
+    return builder.select(mask, _widened(builder, a), _widened(builder, b))
+
+
+def _any_of(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    word = builder.bitcast(arguments[0], ir.IntType(WIDTH))
+    return builder.icmp_unsigned("!=", word, ir.Constant(ir.IntType(WIDTH), 0))
+
+
+def _negated(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return builder.not_(arguments[0])
+
+
+def _lookup(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    structure = context.make_array(signature.args[0])(context, builder, arguments[0])
+    whole = builder.fptosi(arguments[1], ir.VectorType(_WORD, WIDTH))
+    value = ir.Constant(_VECTOR, ir.Undefined)
+    for lane in range(WIDTH):
+        number = ir.Constant(_WORD, lane)
+        entry = builder.load(builder.gep(structure.data, [builder.extract_element(whole, number)]))
+        value = builder.insert_element(value, entry, number)
+    return value
+
+
+def _square_root(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind = arguments[0].type
+    name = f"llvm.sqrt.v{WIDTH}f32" if kind == _VECTOR else f"llvm.sqrt.{kind.intrinsic_name}"
+    return builder.call(cgutils.get_or_insert_function(builder.module, ir.FunctionType(kind, [kind]), name), arguments)
+
+
+def _is_root(value: Any) -> Any:
+    return value if value is WIDE or isinstance(value, types.Float) else None
+
+
+_VALUES: Final = (WIDE, types.float32)
+_CHOICES: Final = [(MASK, a, b) for a in _VALUES for b in _VALUES]
+_instructions(abs, lambda value: WIDE if value is WIDE else None, [(WIDE,)], _magnitude)
+_instructions(clamp, lambda value, limit: WIDE if (value, limit) == _VALUES else None, [_VALUES], _clamp)
+_instructions(
+    choose, lambda mask, a, b: WIDE if mask is MASK else None, [(MASK, a, b) for a in _VALUES for b in _VALUES], _choose
+)
+_instructions(any_of, lambda mask: types.boolean if mask is MASK else None, [(MASK,)], _any_of)
+_instructions(negated, lambda mask: MASK if mask is MASK else None, [(MASK,)], _negated)
+_instructions(lookup, lambda table, index: WIDE if index is WIDE else None, [(types.Array, WIDE)], _lookup)
+_instructions(square_root, _is_root, [(types.Float,), (WIDE,)], _square_root)
+
+
+# Where a lane is by itself: the functions as they stand in Python.
+_OF_ONE_LANE = (clamp, choose, any_of, negated, lookup)
+for _function in _OF_ONE_LANE:
+    overload(_function, strict=False)(lambda *types, meaning=_function: None if {WIDE, MASK} & set(types) else meaning)
+
+FOR_ONE_LANE: Final = {each: each for each in (*_OF_ONE_LANE, bundle, lanes_in_bundle, get, put, square_root)}
+"""What a GPU compiles, where a thread has a lane to itself."""

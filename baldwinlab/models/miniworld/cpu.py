@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.engine.jit import is_kept, kept
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.learning import rates
-from baldwinlab.models.miniworld.life import begin, live_one_by_one, live_together
+from baldwinlab.models.miniworld.life import live_one_by_one, live_together
 from baldwinlab.models.miniworld.make import make_model, make_state, phases_of
 from baldwinlab.models.miniworld.recall import kind_of_recall
 
@@ -25,8 +25,7 @@ def code_of(experiment: Experiment) -> tuple[Any, ...]:
 
 def is_compiled(experiment: Experiment) -> bool:
     """Whether what these lives run has been compiled before, and is kept."""
-    phases = phases_of(make_state(experiment, 1))
-    return all(is_kept(function, phases) for function in (begin, _live_of(experiment)))
+    return is_kept(_live_of(experiment), phases_of(make_state(experiment, 1)))
 
 
 def _live_of(experiment: Experiment) -> Any:
@@ -40,9 +39,8 @@ class Block:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        phases = phases_of(self.state)
-        self._begin = kept(begin, phases)
-        self._live = kept(_live_of(experiment), phases)
+        self._fixed = np.zeros_like(self.state.weights)
+        self._live = kept(_live_of(experiment), phases_of(self.state))
         self._shape = (len(runs), experiment.population.size)
         self._experiment = experiment
 
@@ -53,13 +51,12 @@ class Block:
         self.state.rate[0, :agents] = rates(self._experiment, genomes).ravel()
         modules = genomes[..., : self.state.weights.shape[0]].reshape(agents, genomes.shape[2], -1)
         self.state.weights[:, :agents] = modules[:, 0].T
-        fixed = np.zeros_like(self.state.weights)
-        fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
-        self._begin(self.model, self.state, fixed)
+        self._fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
+        self._live(self.model, self.state, self._fixed, True, 0, 0)
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""
-        self._live(self.model, self.state, first_step, last_step)
+        self._live(self.model, self.state, self._fixed, False, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:
         """Where the items lie, [world, item, (x, y)]."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, bundle, lanes_in_bundle
 from baldwinlab.engine.phases import for_each, phase
+from baldwinlab.engine.reference import by_reference
 from baldwinlab.models.miniworld.items import eat, grow, settle, tidy
 from baldwinlab.models.miniworld.recall import ready, think
 from baldwinlab.models.miniworld.senses import look_out, perceive
@@ -132,7 +133,8 @@ class One(NamedTuple):
 Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
 
 
-def begin(model: Model, state: State, fixed: Floats) -> None:
+@compiled
+def be_born(model: Model, state: State, fixed: Floats) -> None:
     """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set."""
     state.activations[:] = ZERO  # a newborn remembers nothing
     state.code[:] = -1
@@ -152,8 +154,11 @@ def begin(model: Model, state: State, fixed: Floats) -> None:
         ready(state.recall, model, state, fixed, bundle(first))
 
 
-def live_together(model: Model, state: State, first_step: int, last_step: int) -> None:
-    """Live through the steps from `first_step` up to, and without, `last_step`; all agents at a time."""
+def live_together(model: Model, state: State, fixed: Floats, newborn: bool, first_step: int, last_step: int) -> None:
+    """Be born, if newborn, and live through the steps from `first_step` up to, and without, `last_step`; all at a time."""
+    model, state = by_reference(model), by_reference(state)
+    if newborn:
+        be_born(model, state, fixed)
     everyone = Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
     for step in range(first_step, last_step):
         take_step(everyone, model, state, step)
@@ -161,8 +166,11 @@ def live_together(model: Model, state: State, first_step: int, last_step: int) -
             advance_all(state.features, model, state, world, step)
 
 
-def live_one_by_one(model: Model, state: State, first_step: int, last_step: int) -> None:
-    """Live through the steps from `first_step` up to, and without, `last_step`; agent after agent (R7)."""
+def live_one_by_one(model: Model, state: State, fixed: Floats, newborn: bool, first_step: int, last_step: int) -> None:
+    """As `live_together`, but agent after agent (R7)."""
+    model, state = by_reference(model), by_reference(state)
+    if newborn:
+        be_born(model, state, fixed)
     for step in range(first_step, last_step):
         for world in range(model.worlds):
             agent = step % model.agents

@@ -16,6 +16,7 @@ from baldwinlab.engine.phases import Array, per_agent, per_world
 
 Floats = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int32]
+Counts = npt.NDArray[np.int64]
 
 HEADING_COUNT: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
 FOOD: Final = "food"  # the kind of the world's own items
@@ -30,13 +31,13 @@ class Model(NamedTuple):
     height: np.float32
     start: Floats  # x, y, radius
     random_headings: bool
-    region_kind: npt.NDArray[np.int64]  # [region], the number of its items' kind; 0 is food
+    region_kind: Counts  # [region], the number of its items' kind; 0 is food
     regions: Floats  # [region, (left, width, upper, height)]
-    region_items: npt.NDArray[np.int64]  # [region + 1], the number of each region's first item, and of all items
-    region_tiles: npt.NDArray[np.int64]  # [region + 1], the number of each region's first tile, and of all tiles
-    grid: npt.NDArray[np.int64]  # [region, (columns, rows)] of its tiles
+    region_items: Counts  # [region + 1], the number of each region's first item, and of all items
+    region_tiles: Counts  # [region + 1], the number of each region's first tile, and of all tiles
+    grid: Counts  # [region, (columns, rows)] of its tiles
     tile_size: Floats  # [region, (width, height)]
-    images: npt.NDArray[np.int64]  # [region], from how many images of the torus it may be reached: 1, or 9
+    images: Counts  # [region], from how many images of the torus it may be reached: 1, or 9
     cosine: Floats  # [heading]
     sine: Floats  # [heading]
     visual_radius: np.float32
@@ -62,11 +63,11 @@ class State(NamedTuple):
     eaten: Integers  # [region, lane], so far in this life
     item_x: Floats  # [world, item]
     item_y: Floats  # [world, item]
-    appearances: Integers  # [world, item], how many places have been drawn for it before
+    appearances: Counts  # [world, item], how many places have been drawn for it before
     touched: Integers  # [world, item], the step in which the item was last eaten; -1 for never
     slot_x: Floats  # [world, slot], the items in the order of their tiles; behind each region's last, NOWHERE
     slot_y: Floats  # [world, slot]
-    slot_item: Integers  # [world, slot], which item it is
+    slot_item: Counts  # [world, slot], which item it is
     tile_slots: Integers  # [world, tile + region], the first slot of each tile, and behind a region's last the slot after it
     tile_next: Integers  # [world, tile], scratch: the next slot to fill
     stale: Integers  # [world, region], whether items have moved and are to be put in order
@@ -95,11 +96,11 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "eaten": per_agent("regions", dtype="int32"),
     "item_x": per_world("items"),
     "item_y": per_world("items"),
-    "appearances": per_world("items", dtype="int32"),
+    "appearances": per_world("items", dtype="int64"),
     "touched": per_world("items", dtype="int32"),
     "slot_x": per_world("slots", fill=NOWHERE),
     "slot_y": per_world("slots", fill=NOWHERE),
-    "slot_item": per_world("slots", dtype="int32"),
+    "slot_item": per_world("slots", dtype="int64"),
     "tile_slots": per_world("tile ends", dtype="int32"),
     "tile_next": per_world("tiles", dtype="int32"),
     "stale": per_world("regions", dtype="int32"),
