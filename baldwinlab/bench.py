@@ -24,7 +24,7 @@ from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.presets import load, paper
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.store import create
 from baldwinlab.studies.study import agent_steps_of_run, available_cores, missing_runs, run_study
@@ -90,7 +90,7 @@ def _experiments(case: str) -> list[Experiment]:
 
 def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     """The paper with fewer runs, on all cores, stored as ever."""
-    threads = max(available_cores(), 1 if backend is CPU else len(paper()))  # a GPU lives several blocks at a time
+    threads = max(available_cores(), 1 if backend is CPU else len(paper()))  # a GPU lives several batches at a time
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", paper(), seed=0)
         missing = missing_runs(study, runs, _ignore)
@@ -101,10 +101,10 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
 
 
 def _condition(backend: Backend, name: str, generations: int) -> tuple[int, float, int]:
-    """One block of runs of a condition, on one thread."""
+    """One batch of runs of a condition, on one thread."""
     experiment = load(name).replace(evolution={"generations": generations})
     began = time.perf_counter()
-    simulate_block(experiment, 0, range(backend.worlds), backend)
+    simulate_batch(experiment, 0, range(backend.worlds), backend)
     return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began, 1
 
 
@@ -118,22 +118,22 @@ def crowded(agents: int, steps: int) -> Experiment:
 
 
 def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
-    """The life of one large world, on one thread; of a small one, of as many as make up a block."""
+    """The life of one large world, on one thread; of a small one, of as many as make up a batch."""
     steps *= 10_000 // agents
     worlds = backend.worlds if agents == CROWDS[0] else 1
     experiment = crowded(agents, steps // worlds if backend is CPU else steps)
-    block = backend.block(experiment, 0, range(worlds))
-    block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]))
+    batch = backend.batch(experiment, 0, range(worlds))
+    batch.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]))
     began = time.perf_counter()
-    block.live(0, experiment.lifetime.steps)
-    block.eaten()  # waits until it is lived
+    batch.live(0, experiment.lifetime.steps)
+    batch.eaten_in_life()  # waits until it is lived
     return worlds * agents * experiment.lifetime.steps, time.perf_counter() - began, 1
 
 
 def machine() -> dict[str, Any]:
     """On what the figures were measured."""
-    facts = {"platform": platform.platform(), "processor": _processor(), "cores": available_cores()}
-    return facts | {"python": platform.python_version(), "numpy": np.__version__, "numba": numba.__version__}
+    provenance = {"platform": platform.platform(), "processor": _processor(), "cores": available_cores()}
+    return provenance | {"python": platform.python_version(), "numpy": np.__version__, "numba": numba.__version__}
 
 
 def _processor() -> str:

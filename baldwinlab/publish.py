@@ -19,7 +19,7 @@ from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
 from baldwinlab.runs.replay import replay
 from baldwinlab.statistics.contrasts import contrasts
-from baldwinlab.studies.facts import facts
+from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps import publish as sweeps
@@ -42,7 +42,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     tell("drawing the figures")
     traces = _emergence(study, data, paper) if "emergence" in paper.about.figures else []
     sections, made_by = _sections(study, data, last, paper), paper if study.paper else None
-    write_report(study.directory, data, results, traces, facts(study), out, last, sections, made_by)
+    write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by)
     return results
 
 

@@ -74,7 +74,9 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
         ),
     },
     "within-life": {
-        "eaten": Variable(("run", "newborns", "window", "agent"), np.int32, "items", "items eaten in this part of life"),
+        "eaten_in_window": Variable(
+            ("run", "newborns", "window", "agent"), np.int32, "items", "items eaten in this part of life"
+        ),
         "first_meal": Variable(("run", "newborns", "agent"), np.float32, "steps", "when the agent first ate; NaN for never"),
     },
     "modules": {

@@ -26,12 +26,12 @@ from distributed import Client, get_worker
 
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.presets import load, paper
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, Task, choose, cluster
 from baldwinlab.studies.store import create, encode
 from baldwinlab.studies.study import MOST_TASKS, missing_runs, plan
-from benchmarks.machine import facts
+from benchmarks.machine import provenance
 from benchmarks.tables import table
 
 RUNS, CORES = 1_000_000, 10_000  # of the study that is planned
@@ -107,7 +107,7 @@ def of_a_run() -> Run:
         study = create(Path(folder), paper(), seed=0)
         for experiment in paper():
             times = [time.thread_time()]
-            (record, *_) = simulate_block(experiment, 0, range(CPU.worlds))
+            (record, *_) = simulate_batch(experiment, 0, range(CPU.worlds))
             times.append(time.thread_time())
             study.write(experiment.name, 0, record)
             times.append(time.thread_time())
@@ -242,11 +242,11 @@ def spread(values: Sequence[float]) -> str:
 
 def planned(run: Run, costs: Costs) -> str:
     """The study of a million runs on 10,000 cores."""
-    blocks = -(-RUNS // (CPU.worlds * MOST_TASKS))
-    runs, cost = CPU.worlds * blocks, run.live + run.store
+    batches = -(-RUNS // (CPU.worlds * MOST_TASKS))
+    runs, cost = CPU.worlds * batches, run.live + run.store
     tasks, wall, least = -(-RUNS // runs), RUNS * cost / CORES, RUNS // CPU.worlds
     cores, files, rate = RUNS * cost / 3600, RUNS / wall, RUNS * run.size / wall / 1e9
-    split, events = f"{blocks} blocks of {CPU.worlds}", 100 * cluster.EVENTS_A_SECOND * costs.event
+    split, events = f"{batches} batches of {CPU.worlds}", 100 * cluster.EVENTS_A_SECOND * costs.event
     rows = [
         ["work", f"{RUNS:,} runs x {cost:.2f} s = {cores:,.0f} core hours, {wall:.0f} s of 10,000 cores"],
         ["tasks", f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, {tasks / CORES:.1f} a core"],
@@ -254,7 +254,7 @@ def planned(run: Run, costs: Costs) -> str:
         ["scheduler", f"{tasks * costs.schedule:.0f} CPU s, {tasks * costs.wait / 1e6:.0f} MB"],
         ["its load", f"{tasks / wall:,.0f} tasks a second, where {1 / costs.schedule:,.0f} would keep it busy"],
         ["its load by events", f"{cluster.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time"],
-        ["had every block been a task", f"{least:,} tasks, {least / wall:,.0f} a second, {least * costs.schedule:.0f} CPU s"],
+        ["had every batch been a task", f"{least:,} tasks, {least / wall:,.0f} a second, {least * costs.schedule:.0f} CPU s"],
         ["written", f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: {files:,.0f} files and {rate:.0f} GB a second"],
         ["written, with few genomes", f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB a second"],
         ["to check it all when it is carried on", f"{RUNS * run.check / 60:.0f} minutes"],
@@ -263,7 +263,7 @@ def planned(run: Run, costs: Costs) -> str:
 
 
 def main() -> None:
-    machine = facts()
+    machine = provenance()
     print(f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']}; Python {machine['python']},", end=" ")
     print(f"distributed {version('distributed')}.\n")
     run, costs, places = of_a_run(), of_the_scheduler(), of_two_workers()

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from baldwinlab.presets import paper
-from benchmarks.machine import facts, installed_mib
+from benchmarks.machine import installed_mib, provenance
 from benchmarks.race import Entry, Record, race
 from benchmarks.scenarios import SCENARIOS, scenario
 from benchmarks.setting import Genomes, Setting, from_experiment
@@ -44,7 +44,7 @@ def main() -> None:
 
 def measure(rounds: int) -> dict[str, Any]:
     """All races, as plain data. The keys of `races` are the scenarios, then `runs` and `starts`."""
-    began, machine = datetime.now(UTC).isoformat(timespec="seconds"), facts()
+    began, machine = datetime.now(UTC).isoformat(timespec="seconds"), provenance()
     races: dict[str, list[Record]] = {}
     for name in SCENARIOS:
         print(f"measuring {name}", flush=True)
@@ -57,7 +57,7 @@ def measure(rounds: int) -> dict[str, Any]:
     return {
         "began": began,
         "machine": machine,
-        "load_at_the_end": facts()["load"],
+        "load_at_the_end": provenance()["load"],
         "rounds": rounds,
         "installed_mib": {contender: installed_mib(contender) for contender in sorted(contenders)},
         "races": {name: [asdict(record) for record in records] for name, records in races.items()},

@@ -64,7 +64,7 @@ def _size(name: str) -> int:
     return sum(path.stat().st_size for path in paths if path.is_file())
 
 
-def facts() -> dict[str, Any]:
+def provenance() -> dict[str, Any]:
     """CPU, cores, system, versions, and the load of the machine, which says whether others were at work."""
     found = {"cpu": _cpu(), "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()}
     found |= {"system": f"{platform.system()} {platform.machine()}", "python": platform.python_version()}

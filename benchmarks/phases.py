@@ -19,10 +19,10 @@ from baldwinlab.engine.lanes import WIDTH, bundle, get, put
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.items import eat
 from baldwinlab.models.miniworld.learning import learn, think
-from baldwinlab.models.miniworld.senses import look_out, sense
+from baldwinlab.models.miniworld.senses import broad_phase, sense
 from baldwinlab.models.miniworld.world import choose_action, move
 from baldwinlab.presets import load
 
@@ -43,7 +43,7 @@ class Phase(NamedTuple):
 def _sense(model: Any, state: Any, rounds: int) -> None:
     for _ in range(rounds):
         for first in range(0, state.x.size, WIDTH):
-            look_out(model, state, bundle(first))
+            broad_phase(model, state, bundle(first))
         for world in range(model.worlds):
             for agent in range(model.agents):
                 sense(model, state, world, agent)
@@ -123,12 +123,12 @@ def nanoseconds_of_operation() -> float:
     return float(np.median(times))
 
 
-def lived(experiment: Experiment) -> Block:
-    """A block some steps into its first life."""
-    block = Block(experiment, 0, range(CPU.worlds))
-    block.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)]))
-    block.live(0, 50)
-    return block
+def lived(experiment: Experiment) -> Batch:
+    """A batch some steps into its first life."""
+    batch = Batch(experiment, 0, range(CPU.worlds))
+    batch.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)]))
+    batch.live(0, 50)
+    return batch
 
 
 def main() -> None:
@@ -141,8 +141,8 @@ def main() -> None:
     print("|---|---|---|---|---|")
     for phase in PHASES:
         cells = []
-        for block, operations in ((far, phase.far), (near, phase.near)):
-            cells += [f"{nanoseconds(phase.run, block.model, block.state, agents):.1f}", f"{operations * operation:.1f}"]
+        for batch, operations in ((far, phase.far), (near, phase.near)):
+            cells += [f"{nanoseconds(phase.run, batch.model, batch.state, agents):.1f}", f"{operations * operation:.1f}"]
         print(f"| {phase.name} | {' | '.join(cells)} |")
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from benchmarks.machine import facts
+from benchmarks.machine import provenance
 from benchmarks.race import Entry, cpu_ratios, race
 from benchmarks.scenarios import SCENARIOS, scenario
 
@@ -54,11 +54,11 @@ def main() -> None:
     arguments.add_argument("--record", action="store_true", help="keep what is measured now as the record")
     given, now = arguments.parse_args(), measure()
     if given.record:
-        RECORD.write_text(json.dumps({"ratios": now, "machine": facts()}, indent=1) + "\n")
+        RECORD.write_text(json.dumps({"ratios": now, "machine": provenance()}, indent=1) + "\n")
         print(f"recorded: {now}")
         return
     recorded = json.loads(RECORD.read_text())
-    if recorded["machine"]["cpu"] != facts()["cpu"]:
+    if recorded["machine"]["cpu"] != provenance()["cpu"]:
         print(f"the record was made on another CPU ({recorded['machine']['cpu']}), so it says little about this one")
     if sentence := verdict(now, recorded):
         sys.exit(sentence)

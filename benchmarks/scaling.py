@@ -1,6 +1,6 @@
 """How baldwinlab's cost grows: `python -m benchmarks.scaling [--out DIR]`.
 
-Threads, worlds in a block, agents, food items and hidden units, each alone, in interleaved rounds. All agents are self-taught
+Threads, worlds in a batch, agents, food items and hidden units, each alone, in interleaved rounds. All agents are self-taught
 newborns in the midst of map A's food, where a step costs most. Writes scaling.json, scaling.md and scaling.png and .svg.
 """
 
@@ -22,11 +22,11 @@ from matplotlib import pyplot as plt
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.presets import load
 from baldwinlab.studies.study import available_cores
 from benchmarks.compare import OUT
-from benchmarks.machine import facts
+from benchmarks.machine import provenance
 from benchmarks.tables import save, table
 
 STEPS = 40_000  # agent-steps in the first, uncounted piece of a life
@@ -64,7 +64,7 @@ def cases() -> dict[str, dict[int, Measure]]:
     normal, agents = in_the_food(), (20, 50, 100, 200, 500, 1000, MANY)
     return {
         "threads": {number: measure(normal, CPU.worlds, number) for number in sorted({1, available_cores()})},
-        "worlds in a block": {worlds: measure(normal, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)},
+        "worlds in a batch": {worlds: measure(normal, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)},
         "agents": {size: measure(in_the_food(population={"size": size}), worlds_for(size)) for size in agents},
         "agents, map and food": {size: measure(grown(size), worlds_for(size)) for size in agents},
         "food items": {count: measure(with_items(count), CPU.worlds) for count in (0, 10, 20, 50, 100, 200, 500, 1000)},
@@ -75,19 +75,19 @@ def cases() -> dict[str, dict[int, Measure]]:
 
 
 def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
-    """A block in each thread, in which all have lived for a while."""
+    """A batch in each thread, in which all have lived for a while."""
     step = [max(1, STEPS // (worlds * experiment.population.size))]
-    blocks = [Block(experiment, thread, range(worlds)) for thread in range(threads)]
-    for block in blocks:
-        block.begin(0, np.stack([draw_genome(experiment, Moment(0, world, 0)) for world in range(worlds)]))
-        block.live(0, step[0])
+    batches = [Batch(experiment, thread, range(worlds)) for thread in range(threads)]
+    for batch in batches:
+        batch.begin(0, np.stack([draw_genome(experiment, Moment(0, world, 0)) for world in range(worlds)]))
+        batch.live(0, step[0])
 
     def live_on() -> float:
         lived, piece, began = 0, max(1, STEPS // (worlds * experiment.population.size)), time.perf_counter()
         with ThreadPoolExecutor(threads) as pool:
             while time.perf_counter() - began < FILL:
                 first, step[0] = step[0], step[0] + piece
-                list(pool.map(lambda block: block.live(first, first + piece), blocks))  # noqa: B023
+                list(pool.map(lambda batch: batch.live(first, first + piece), batches))  # noqa: B023
                 lived += piece
                 piece *= 2
         return (time.perf_counter() - began) * 1e9 / (lived * worlds * experiment.population.size * threads)
@@ -138,7 +138,7 @@ def main() -> None:
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     found = run_cases()
-    (given.out / "scaling.json").write_text(json.dumps({"machine": facts(), "ns_per_agent_step": found}, indent=1) + "\n")
+    (given.out / "scaling.json").write_text(json.dumps({"machine": provenance(), "ns_per_agent_step": found}, indent=1) + "\n")
     (given.out / "scaling.md").write_text(text(found))
     draw(found, given.out)
     print(text(found))

@@ -1,6 +1,6 @@
 """What all contenders on our model live: lives of 5000 steps of 20 agents, whose genomes have evolved for 50 generations.
 
-Evolved, because they set the price: agents who find the food see, learn and eat more than newborn blank slates do.
+Evolved, because they set the price: agents who find the food see, learn and eat more than newborn random genomes do.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 from benchmarks.setting import Genomes, Setting, from_experiment
 
 SCENARIOS = ("evo+self-taught/A", "evo/A", "evo+self-taught/B")
@@ -19,5 +19,5 @@ def scenario(name: str) -> tuple[Setting, Genomes]:
     """The setting, and the genomes of the 50th generation of 8 runs with seed 0."""
     experiment = load(name)
     short = experiment.replace(evolution={"generations": GENERATION + 1}, record={"genome_every": GENERATION})
-    runs = simulate_block(short, seed=0, runs=range(WORLDS))
+    runs = simulate_batch(short, seed=0, runs=range(WORLDS))
     return from_experiment(experiment), np.stack([run["genome"].values[GENERATION] for run in runs]).tolist()

@@ -75,7 +75,7 @@ def cost_table(found: Found, scenarios: Sequence[str]) -> str:
 def runs_table(records: Sequence[Found]) -> str:
     rows = [(record["scenario"], *speed(record)) for record in records]
     titles = ("condition", "million/s", "(least to most)")
-    return "**baldwinlab, whole runs** (100 generations, evolution included, a block of 4 runs on one core)\n\n" + table(
+    return "**baldwinlab, whole runs** (100 generations, evolution included, a batch of 4 runs on one core)\n\n" + table(
         titles, rows
     )
 

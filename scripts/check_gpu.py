@@ -19,7 +19,7 @@ from numba import cuda as numba_cuda
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu, cuda
-from baldwinlab.models.miniworld.backend import Block
+from baldwinlab.models.miniworld.backend import Batch
 from baldwinlab.models.miniworld.make import named_arrays
 from baldwinlab.parts import load_file
 from baldwinlab.presets import load
@@ -39,7 +39,7 @@ def experiments() -> Iterator[tuple[str, Experiment]]:
     yield "sequential", base.replace(lifetime={"update": "sequential", "steps": 500})
     yield "biases, two hidden layers", base.replace(network={"biases": True, "hidden": [10, 5]})
     yield "100 agents", base.replace(population={"size": 100})
-    yield "items in tiles", base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100})
+    yield "items in cells", base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100})
     yield "no food", base.replace(world={"food": []})
     yield "square contact", base.replace(contact={"shape": "square"})
     for name in ("social", "poison", "obstacles", "elman"):
@@ -58,23 +58,23 @@ def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
 
 def differences(experiment: Experiment, worlds: int) -> list[str]:
     """The names of what is not the same after a life on the GPU and on the CPU."""
-    blocks: list[Block] = [cpu.Block(experiment, 7, range(worlds)), cuda.Block(experiment, 7, range(worlds))]
-    for block in blocks:
-        block.begin(3, genomes(experiment, worlds))
-        block.live(0, experiment.lifetime.steps)
-    one, other = (named_arrays(block.state, worlds, experiment.population.size) for block in blocks)
+    batches: list[Batch] = [cpu.Batch(experiment, 7, range(worlds)), cuda.Batch(experiment, 7, range(worlds))]
+    for batch in batches:
+        batch.begin(3, genomes(experiment, worlds))
+        batch.live(0, experiment.lifetime.steps)
+    one, other = (named_arrays(batch.state, worlds, experiment.population.size) for batch in batches)
     return [name for name, array in one.items() if array.tobytes() != other[name].tobytes()]
 
 
 def speed(experiment: Experiment, worlds: int) -> float:
     """Agent-steps a second of whole generations, the best of three."""
-    block, made = cuda.Block(experiment, 7, range(worlds)), genomes(experiment, worlds)
+    batch, made = cuda.Batch(experiment, 7, range(worlds)), genomes(experiment, worlds)
     seconds = []
     for generation in range(4):  # the first may compile
         began = time.perf_counter()
-        block.begin(generation, made)
-        block.live(0, experiment.lifetime.steps)
-        block.eaten()
+        batch.begin(generation, made)
+        batch.live(0, experiment.lifetime.steps)
+        batch.eaten_in_life()
         seconds.append(time.perf_counter() - began)
     return worlds * experiment.population.size * experiment.lifetime.steps / min(seconds[1:])
 

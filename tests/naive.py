@@ -49,8 +49,8 @@ class Item:
 Reappear = Callable[[Item], None]
 """Gives an eaten item its new place."""
 
-Stumble = Callable[[Agent], None]
-"""Motor noise: now and then puts another action in the place of the one that was chosen."""
+ActNoisily = Callable[[Agent], None]
+"""Action noise: now and then puts another action in the place of the one that was chosen."""
 
 
 # "The Simulated World of Foods and Agents"
@@ -179,7 +179,7 @@ def self_teach(time: int, agent: Agent, experiment: Experiment) -> None:
 
 
 def step(
-    time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: Experiment, reappear: Reappear, stumble: Stumble
+    time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: Experiment, reappear: Reappear, act_noisily: ActNoisily
 ) -> None:
     """One time step of all agents."""
     fresh: list[Item] = []
@@ -190,7 +190,7 @@ def step(
     def act(agent: Agent) -> None:
         agent.outputs = think(agent.action_module, agent.inputs, experiment.network.biases)[-1]
         agent.action = choose(agent.outputs)
-        stumble(agent)
+        act_noisily(agent)
         move(agent, experiment.world)
 
     def teach(agent: Agent) -> None:
@@ -231,7 +231,7 @@ def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> l
         y = world.start.y + world.start.radius * distance * math.sin(angle)
         return x % world.width, y % world.height
 
-    def stumble(agent: Agent) -> None:
+    def act_noisily(agent: Agent) -> None:
         if experiment.motor.noise and random.random() < experiment.motor.noise:
             agent.action = random.choice([LEFT, FORWARD, RIGHT])
 
@@ -242,7 +242,7 @@ def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> l
     for agent in agents if experiment.world.start.headings == "random" else ():
         agent.heading = random.randrange(40) * 9
     for time in range(experiment.lifetime.steps):
-        step(time, agents, items, experiment, reappear, stumble)
+        step(time, agents, items, experiment, reappear, act_noisily)
     return agents
 
 

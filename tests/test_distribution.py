@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import mannwhitneyu
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 from tests import naive
 from tests.worlds import small
 
@@ -32,7 +32,7 @@ def experiment(condition: str, update: str) -> Experiment:
 )
 def test_engine_and_oracle_eat_as_much(condition: str, update: str) -> None:
     tested = experiment(condition, update)
-    ours = np.array([result["food_eaten"].values for result in simulate_block(tested, 1, range(ENGINE_RUNS))])
+    ours = np.array([result["food_eaten"].values for result in simulate_batch(tested, 1, range(ENGINE_RUNS))])
     theirs = np.array(
         [[[agent.eaten for agent in agents] for agents in naive.evolve(tested, Random(seed))] for seed in range(NAIVE_RUNS)]
     )

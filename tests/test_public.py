@@ -45,8 +45,8 @@ def test_no_public_name_is_that_of_a_module() -> None:
 
 
 def test_types_are_those_of_what_is_loaded() -> None:
-    block = next(node for node in ast.parse((PACKAGE / "__init__.py").read_text()).body if isinstance(node, ast.If))
-    typed = {each.name: node.module for node in block.body if isinstance(node, ast.ImportFrom) for each in node.names}
+    batch = next(node for node in ast.parse((PACKAGE / "__init__.py").read_text()).body if isinstance(node, ast.If))
+    typed = {each.name: node.module for node in batch.body if isinstance(node, ast.ImportFrom) for each in node.names}
     assert typed == {name: f"baldwinlab.{home}" for name, home in baldwinlab._HOME.items()}
 
 

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.assays.stored import AS_EVOLVED, BLANK, Assays, conditions, distances, factors_of, lifetime, lives, share
+from baldwinlab.assays.stored import AS_EVOLVED, RANDOM, Assays, conditions, distances, factors_of, lifetime, lives, share
 from baldwinlab.assays.words import fitting
 from baldwinlab.factors import Factors
 from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
@@ -80,7 +80,7 @@ def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
         steps = lifetime(data)
         for name, look in zip(_newborns(data), NEWBORN_LOOKS, strict=False):
             newborns = data.sel(newborns=name)
-            _curve(above, _by_step(newborns["eaten"].mean("agent"), steps), look, name, "window")
+            _curve(above, _by_step(newborns["eaten_in_window"].mean("agent"), steps), look, name, "window")
             meals = np.sort(newborns["first_meal"].values.ravel())
             eaters = meals[np.isfinite(meals)]
             shares = np.arange(1, eaters.size + 1) / meals.size
@@ -94,9 +94,9 @@ def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
 
 
 def _newborns(data: xr.Dataset) -> list[str]:
-    """Blank slates first, then by generation."""
+    """Random genomes first, then by generation."""
     names = [str(name) for name in data["newborns"].values]
-    return sorted(names, key=lambda name: -1 if name == BLANK else int(name.split()[-1]))
+    return sorted(names, key=lambda name: -1 if name == RANDOM else int(name.split()[-1]))
 
 
 def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:

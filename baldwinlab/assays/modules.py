@@ -26,7 +26,7 @@ def lives(study: Study, condition: str) -> int:
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`energy` [run, modules, agent]; an agent keeps its place of birth, and its random modules, from one case to the next."""
     last = sample.experiment.evolution.generations - 1
-    evolved, random = sample.genomes(last), sample.blank_slates()
+    evolved, random = sample.genomes(last), sample.random_genomes()
     action, reinforcement = slice(0, 1), slice(1, 2)
     crossed = [
         np.concatenate([random[:, :, action], evolved[:, :, reinforcement]], axis=2),

@@ -16,6 +16,7 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, reaction, within_life
 from baldwinlab.assays.sample import Sample
+from baldwinlab.assays.stored import in_words_of_today
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
@@ -97,7 +98,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         why = misfit(assay, study.experiment(condition))
         raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
     try:
-        return variables.from_netcdf(path.read_bytes())
+        return in_words_of_today(variables.from_netcdf(path.read_bytes()))
     except (OSError, ValueError, TypeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
 
@@ -143,7 +144,7 @@ def run_assays(
     progress: Callable[[str, int], Progress],
     tell: Callable[[str], None],
 ) -> None:
-    """Measure the missing assays, blocks of runs on threads, and store those of a condition when all its runs are done.
+    """Measure the missing assays, batches of runs on threads, and store those of a condition when all its runs are done.
 
     `progress(description, total)` opens what is called with the agent-steps that have been lived.
     The result does not depend on the number of workers. What is stored when this is stopped stays. Raises DamagedRecordError
@@ -174,7 +175,7 @@ def run_assays(
 
 
 def _plan(study: Study, missing: Mapping[str, Sequence[str]], workers: int) -> list[Task]:
-    """Blocks of runs, those that learn first, because they are slow, so that no worker is left with one at the end."""
+    """Batches of runs, those that learn first, because they are slow, so that no worker is left with one at the end."""
     total = sum(len(study.runs(condition)) for condition in missing)
     size = max(1, min(CPU.worlds, total // workers))
     return [
@@ -211,14 +212,14 @@ def _store(study: Study, condition: str, measured: Sequence[tuple[Task, dict[str
     for name in names:
         declared = variables.ASSAYS[name]
         arrays = {variable: np.concatenate([found[name][variable] for _, found in measured]) for variable in declared}
-        found = variables.dataset(declared, arrays, _facts(study, condition)).assign_coords(run=runs)
+        found = variables.dataset(declared, arrays, _provenance(study, condition)).assign_coords(run=runs)
         found = found.assign_coords(ASSAYS[name].coords(study, condition))
         if "agent" in found.dims:
             found = found.assign_coords(agent=agents)
         write_atomically(_path(study, name, condition), bytes(found.to_netcdf(engine="scipy")))
 
 
-def _facts(study: Study, condition: str) -> dict[str, Any]:
+def _provenance(study: Study, condition: str) -> dict[str, Any]:
     experiment = to_toml(study.experiments[condition])
     return {"condition": condition, "seed": study.seed, "experiment": experiment, "baldwinlab": __version__}
 
@@ -233,7 +234,7 @@ def _is_done(study: Study, name: str, condition: str) -> bool:
         found = open_assay(study.directory, name, condition)
     except StudyError:
         return False
-    there, wanted = dict(found.attrs), _facts(study, condition)
+    there, wanted = dict(found.attrs), _provenance(study, condition)
     same = tomllib.loads(there.pop("experiment", "")) == tomllib.loads(wanted.pop("experiment"))  # comments come from its parts
     return same and found.run.values.tolist() == study.runs(condition) and there == wanted
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from baldwinlab.evolution import Genome, Moment, draw_genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.relive import Lives, relive, stored_genome
+from baldwinlab.runs.reevaluate import Lives, reevaluate, stored_genome
 from baldwinlab.studies.store import Study, StudyError
 
 Energy = npt.NDArray[np.float64]  # [run, agent]
@@ -31,7 +31,7 @@ class Sample:
         """Of that generation, [run, agent, module, weight]."""
         return np.stack([stored_genome(self.experiment, record, generation) for record in self.records])
 
-    def blank_slates(self) -> Genome:
+    def random_genomes(self) -> Genome:
         """Freshly drawn genomes, as those of a generation after the last, so that no draw is shared with one that lived."""
         after = self.experiment.evolution.generations
         return np.stack([draw_genome(self.experiment, Moment(self.study.seed, run, after)) for run in self.runs])
@@ -41,7 +41,7 @@ class Sample:
 
     def live(self, experiment: Experiment, generation: int, genomes: Genome) -> Lives:
         """Lives of these genomes in the worlds of that generation, under the circumstances of `experiment`."""
-        lives = relive(experiment, self.study.seed, self.runs, generation, genomes)
+        lives = reevaluate(experiment, self.study.seed, self.runs, generation, genomes)
         self.tell()
         return lives
 

@@ -114,7 +114,7 @@ _PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], 
     ),
     (
         "within-life", "within-life", "Within a life",
-        "Newborns of several generations, and blank slates that learn as they do. Above: items that an agent eats in 100 steps, "
+        "Newborns of several generations, and random genomes that learn likewise. Above: items that an agent eats in 100 steps, "
         f"by step of its life. {BANDS} Below: the share of all agents of all runs that have had their first meal.",
         figures.within_life, ("eaten in life", "first meal"),
     ),

@@ -18,10 +18,10 @@ from baldwinlab.factors import Factors
 from baldwinlab.variables import ASSAYS, LIVES, from_netcdf
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
-Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "blank slate")
+Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
 Values = tuple[Quantity, xr.DataArray]  # a quantity, one value a run
 
-BLANK, EVOLVED = "blank slate", "evolved"
+RANDOM, EVOLVED = "random genome", "evolved"
 AS_EVOLVED = "as evolved"
 
 
@@ -45,13 +45,22 @@ def read(directory: Path, factors: Mapping[str, Factors] = MappingProxyType({}))
 def _read(path: Path, assay: str) -> xr.Dataset:
     again = "remove it, and `baldwinlab assay` makes it again"
     try:
-        data = from_netcdf(path.read_bytes())
+        data = in_words_of_today(from_netcdf(path.read_bytes()))
     except Exception:  # whatever a reader meets in bytes that are no netCDF
         raise ValueError(f"{path} is damaged: it is no netCDF file; {again}") from None
     lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]
     if lacking or not set(ASSAYS[assay]) & set(data.data_vars) or "experiment" not in data.attrs:
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
     return data
+
+
+def in_words_of_today(data: xr.Dataset) -> xr.Dataset:
+    """An assay that was stored when random genomes were called blank slates, and what is eaten in a window just eaten."""
+    if "newborns" in data.coords:
+        data = data.assign_coords(
+            newborns=[RANDOM if name == "blank slate" else name for name in data["newborns"].values.tolist()]
+        )
+    return data.rename(eaten="eaten_in_window") if "eaten" in data else data
 
 
 def conditions(assays: Assays) -> dict[str, Experiment]:
@@ -95,7 +104,7 @@ def lifetime(within_life: xr.Dataset) -> int:
 
 def evolved(within_life: xr.Dataset) -> str:
     """The newborns of the latest generation that was assayed; empty where there are none."""
-    generations = [str(name) for name in within_life["newborns"].values if name != BLANK]
+    generations = [str(name) for name in within_life["newborns"].values if name != RANDOM]
     return max(generations, key=lambda name: int(name.split()[-1]), default="")
 
 
@@ -137,11 +146,11 @@ def _innate(data: xr.Dataset, last: int) -> Iterator[Values]:
 
 def _within_life(data: xr.Dataset, last: int) -> Iterator[Values]:
     steps = lifetime(data)
-    for who, name in ((BLANK, BLANK), (EVOLVED, evolved(data))):
+    for who, name in ((RANDOM, RANDOM), (EVOLVED, evolved(data))):
         if name not in data["newborns"].values:
             continue
         newborns = data.sel(newborns=name)
-        eaten = newborns["eaten"].mean("agent")
+        eaten = newborns["eaten_in_window"].mean("agent")
         lived = eaten.notnull().all("window")
         yield ("eaten in life", who), eaten.sum("window").where(lived)
         yield ("eaten in the first part of life", who), eaten.isel(window=0)

@@ -95,7 +95,7 @@ def _first_phase(analysis: Analysis, subject: Subject) -> Iterator[str]:
         )
     if newborns := subject.answer("newborns").numbers:
         yield (
-            f"Newborns of the last generation eat {number(newborns.median_a)} in their life, blank slates that learn as they do "
+            f"Newborns of the last generation eat {number(newborns.median_a)} in their life, random genomes that learn likewise "
             f"{number(newborns.median_b)}{_doubt(subject.answer('newborns'))}."
         )
 

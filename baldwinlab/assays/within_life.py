@@ -1,4 +1,4 @@
-"""Within life: what newborns of several generations, and blank slates, eat from one part of life to the next, and when first."""
+"""Within life: what newborns of some generations, and random genomes, eat from one part of life to the next, and when first."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy.typing as npt
 from baldwinlab.assays.sample import Sample, middle_and_ends
 from baldwinlab.evolution import Genome
 from baldwinlab.runs.recorder import First, Series, follow
-from baldwinlab.runs.relive import born
+from baldwinlab.runs.reevaluate import born
 from baldwinlab.studies.store import Study
 
 WINDOW = 250  # steps; the last part of a life may be shorter
-BLANK = "blank slate"  # freshly drawn weights, born where the last generation was
+RANDOM = "random genome"  # freshly drawn weights, born where the last generation was
 
 
 def coords(study: Study, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
     compared = middle_and_ends(experiment.evolution.generations)
     windows = np.arange(0, experiment.lifetime.steps, WINDOW, dtype=np.int32)
-    return {"newborns": [BLANK, *(f"generation {number}" for number in compared)], "window": windows}
+    return {"newborns": [RANDOM, *(f"generation {number}" for number in compared)], "window": windows}
 
 
 def lives(study: Study, condition: str) -> int:
@@ -30,22 +30,22 @@ def lives(study: Study, condition: str) -> int:
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """`eaten` [run, newborns, window, agent], items; `first_meal` [run, newborns, agent], steps, NaN for never."""
+    """`eaten_in_window` [run, newborns, window, agent], items; `first_meal` [run, newborns, agent], steps, NaN for never."""
     compared = middle_and_ends(sample.experiment.evolution.generations)
-    found = [_of_newborns(sample, compared[-1], sample.blank_slates())]
+    found = [_of_newborns(sample, compared[-1], sample.random_genomes())]
     found += [_of_newborns(sample, generation, sample.genomes(generation)) for generation in compared]
     eaten, first_meal = zip(*found, strict=True)
-    return {"eaten": np.stack(eaten, axis=1), "first_meal": np.stack(first_meal, axis=1)}
+    return {"eaten_in_window": np.stack(eaten, axis=1), "first_meal": np.stack(first_meal, axis=1)}
 
 
 def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
     steps, (runs, agents) = sample.experiment.lifetime.steps, genomes.shape[:2]
-    block = born(sample.experiment, sample.study.seed, sample.runs, generation, genomes)
+    batch = born(sample.experiment, sample.study.seed, sample.runs, generation, genomes)
     moments = [*range(0, steps, WINDOW), steps]
-    eaten = Series("eaten", moments, slice(runs * agents))
-    fed = First(lambda block: np.any(block.eaten(), axis=-1), moments)
-    follow(block, [eaten, fed])
+    eaten = Series("eaten_in_life", moments, slice(runs * agents))
+    fed = First(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments)
+    follow(batch, [eaten, fed])
     sample.tell()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
     return in_window.swapaxes(0, 1), fed.values - 1  # what is there at a moment came about in the step before

@@ -13,7 +13,7 @@ from baldwinlab.check.findings import FailsError
 from baldwinlab.check.lives import SEED
 from baldwinlab.check.subject import Subject, is_of_miniworld, values_of
 from baldwinlab.evolution import Moment, draw_genome
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.kinds import own_phases
 from baldwinlab.parts.own_column import PER_AGENT
@@ -28,24 +28,24 @@ def nobody_looks_at_others(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment) or not phases:
         return "it has no phase per agent"
     experiment = subject.experiment
-    block = Block(experiment, SEED, [0])
-    block.begin(0, draw_genome(experiment, Moment(SEED, 0, 0))[None])
-    block.live(0, STEPS)
+    batch = Batch(experiment, SEED, [0])
+    batch.begin(0, draw_genome(experiment, Moment(SEED, 0, 0))[None])
+    batch.live(0, STEPS)
     for part, name in phases:
         for garbage in (np.nan, None):
-            _try(experiment, block, part, name, garbage)
+            _try(experiment, batch, part, name, garbage)
     return ""
 
 
-def _try(experiment: Any, block: Block, part: Any, name: str, garbage: float | None) -> None:
-    clean, dirty = _copied(block.state), _copied(block.state)
+def _try(experiment: Any, batch: Batch, part: Any, name: str, garbage: float | None) -> None:
+    clean, dirty = _copied(batch.state), _copied(batch.state)
     random = np.random.default_rng(SEED)
     for _, owner, array in _owned(dirty):
         if owner == "agent":
             others = np.arange(array.shape[-1]) != AGENT
             array[..., others] = _garbage(array, random, garbage)[..., others]
     before = _copied(dirty)
-    answers = [_call(experiment, block, state, part, name) for state in (clean, dirty)]
+    answers = [_call(experiment, batch, state, part, name) for state in (clean, dirty)]
     if answers[0] != answers[1]:
         raise FailsError(f"{part.__name__}.{name} answers otherwise when other agents are otherwise")
     for (what, owner, one), (_, _, other), (_, _, old) in zip(*map(_owned, (clean, dirty, before)), strict=True):
@@ -56,10 +56,10 @@ def _try(experiment: Any, block: Block, part: Any, name: str, garbage: float | N
             raise FailsError(f"{part.__name__}.{name} writes {what} of other agents")
 
 
-def _call(experiment: Any, block: Block, state: Any, part: Any, name: str) -> Any:
+def _call(experiment: Any, batch: Batch, state: Any, part: Any, name: str) -> Any:
     """Call a phase, as the plain Python that it is, for one agent."""
     numbers = {"world": 0, "agent": AGENT, "lane": AGENT, "step": STEPS, "rate": state.rate[0, AGENT]}
-    known = {**state._asdict(), **numbers, "model": block.model, "state": state, "part": values_of(experiment, part, state)}
+    known = {**state._asdict(), **numbers, "model": batch.model, "state": state, "part": values_of(experiment, part, state)}
     function = getattr(part, name)
     with np.errstate(all="ignore"):
         try:

@@ -22,7 +22,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backend import CPU, choose
 from baldwinlab.parts.foreign import PREFIX
 from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 
 SEED: Final = 11
@@ -33,16 +33,16 @@ Bits = list[str]  # of each run
 def lived(experiment: Any, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU) -> Bits:
     """A hash, for each run, of all that is recorded of it, and (of foragers) of where a life ends that is lived in pieces."""
     found = [hashlib.sha256() for _ in runs]
-    for digest, record in zip(found, simulate_block(experiment, SEED, runs, backend), strict=True):
+    for digest, record in zip(found, simulate_batch(experiment, SEED, runs, backend), strict=True):
         for name in sorted(map(str, record.data_vars)):
             digest.update(name.encode() + record[name].values.tobytes())
     if is_of_miniworld(experiment):
-        block = backend.block(experiment, SEED, runs)
-        block.begin(0, np.stack([draw_genome(experiment, Moment(SEED, run, 0)) for run in runs]))
+        batch = backend.batch(experiment, SEED, runs)
+        batch.begin(0, np.stack([draw_genome(experiment, Moment(SEED, run, 0)) for run in runs]))
         pieces = [0, *cuts, experiment.lifetime.steps]
         for first, last in pairwise(pieces):
-            block.live(first, last)
-        for each in (block.eaten(), block.weights(), block.items()):
+            batch.live(first, last)
+        for each in (batch.eaten_in_life(), batch.weights(), batch.items()):
             for world, digest in enumerate(found):
                 digest.update(np.ascontiguousarray(each[world]).tobytes())
     return [digest.hexdigest() for digest in found]
@@ -95,7 +95,7 @@ def a_second_time(subject: Subject) -> str:
 def resumed(subject: Subject) -> str:
     for experiment in both_updates(subject):
         short = experiment.replace(evolution={"generations": 1})
-        begun, whole = (simulate_block(each, SEED, [1])[0] for each in (short, experiment))
+        begun, whole = (simulate_batch(each, SEED, [1])[0] for each in (short, experiment))
         for name in begun.data_vars:
             if begun[name].values.tobytes() != whole[name].values[:1].tobytes():
                 raise FailsError(f"{named(experiment)}a run of one generation does not begin a longer one: {name} differs")
@@ -108,7 +108,7 @@ def replayed(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("the lives of such a model are not traced")
     for experiment in both_updates(subject):
-        record, last = simulate_block(experiment, SEED, [2])[0], experiment.evolution.generations - 1
+        record, last = simulate_batch(experiment, SEED, [2])[0], experiment.evolution.generations - 1
         eaten = sum(record[name].values[last] for name in map(str, record.data_vars) if name.endswith("_eaten"))
         traced = replay(experiment, seed=SEED, run=2, generation=last).eaten.sum("step").values
         if np.any(eaten != traced):

@@ -32,7 +32,7 @@ class Agent:
     outputs: list[float]
     hidden: list[float]  # what the first hidden layer was a step before
     action: int
-    eaten: int  # items, before this step
+    eaten_in_life: int  # items, before this step
     rate: float
     action_module: Module
     reinforcement_module: Module | None

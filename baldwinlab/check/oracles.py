@@ -16,7 +16,7 @@ from baldwinlab.check.lives import SEED
 from baldwinlab.check.naive import Agent, Item, Naive
 from baldwinlab.check.subject import BREEDS, Subject, values_of
 from baldwinlab.evolution import Moment, draw_genome
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.make import item_kinds
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.parts.kinds import own_phases
@@ -56,16 +56,16 @@ def naive_of(experiment: Any) -> Naive:
 
 def steps_of(experiment: Any, part: Any) -> Iterator[Step]:
     """A life, step by step, as oracles see it. `part` is the one whose arrays the agents begin with."""
-    naive, block = naive_of(experiment), Block(experiment, SEED, [0])
+    naive, batch = naive_of(experiment), Batch(experiment, SEED, [0])
     genome = draw_genome(experiment, Moment(SEED, 0, 0))
-    block.begin(0, genome[None])
-    agents, values = range(experiment.population.size), values_of(experiment, part, block.state)
+    batch.begin(0, genome[None])
+    agents, values = range(experiment.population.size), values_of(experiment, part, batch.state)
     arrays = {name: getattr(values, name) for name, array in part.arrays.items() if array.owner == "agent"}
     own: list[dict[str, Any]] = [{name: array[:, agent].tolist() for name, array in arrays.items()} for agent in agents]
     for number in range(experiment.lifetime.steps):
-        before = _seen(experiment, block)
-        block.live(number, number + 1)
-        after = _seen(experiment, block)
+        before = _seen(experiment, batch)
+        batch.live(number, number + 1)
+        after = _seen(experiment, batch)
         items = before.pop("items")
         after.pop("items")
         sensing: list[Agent] = []
@@ -74,7 +74,7 @@ def steps_of(experiment: Any, part: Any) -> Iterator[Step]:
             teacher = naive.module(genome[agent, 1]) if len(experiment.modules) > 1 else None
             modules: dict[str, Any] = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
             of_now = {name: after[name][agent] for name in ("inputs", "outputs")}
-            of_before = {name: before[name][agent] for name in ("hidden", "eaten", "rate")}
+            of_before = {name: before[name][agent] for name in ("hidden", "eaten_in_life", "rate")}
             for found, when in ((sensing, before), (learning, after)):
                 place = {name: when[name][agent] for name in ("x", "y", "heading", "action")}
                 found.append(Agent(**place, **of_now, **of_before, **deepcopy(modules), own=own[agent]))
@@ -82,15 +82,15 @@ def steps_of(experiment: Any, part: Any) -> Iterator[Step]:
         own = [agent.own for agent in learning]
 
 
-def _seen(experiment: Any, block: Block) -> dict[str, Any]:
-    """The state of a block of one world as plain lists, an entry an agent."""
-    state, agents, sizes = block.state, experiment.population.size, experiment.layer_sizes
-    kinds = [item_kinds(experiment)[kind] for kind in block.model.region_kind]
-    counts = np.diff(block.model.region_items)
+def _seen(experiment: Any, batch: Batch) -> dict[str, Any]:
+    """The state of a batch of one world as plain lists, an entry an agent."""
+    state, agents, sizes = batch.state, experiment.population.size, experiment.layer_sizes
+    kinds = [item_kinds(experiment)[kind] for kind in batch.model.region_kind]
+    counts = np.diff(batch.model.region_items)
     hidden = sizes[0], sizes[0] + (sizes[1] if len(sizes) > 2 else 0)
     found: dict[str, Any] = {
         "x": state.places[0], "y": state.places[1], "heading": state.heading[0] * (360 / HEADING_COUNT),
-        "action": state.action[0].astype(int), "eaten": state.eaten.sum(axis=0), "rate": state.rate[0],
+        "action": state.action[0].astype(int), "eaten_in_life": state.eaten_in_life.sum(axis=0), "rate": state.rate[0],
         "inputs": state.activations[: len(experiment.inputs)].T, "outputs": state.activations[-len(experiment.actions) :].T,
         "hidden": state.activations[hidden[0] : hidden[1]].T, "weights": state.weights.T,
     }  # fmt: skip
@@ -176,7 +176,7 @@ def _compare_feature(subject: Subject, part: Any) -> str:
     """The oracle answers, of a place and of a way from it, what each of the feature's own phases does: {"stops": True}."""
     experiment, random, values = subject.experiment, np.random.default_rng(SEED), values_of(subject.experiment, part)
     phases = [name for name in own_phases(part) if name in ("forbids", "hides", "stops")]
-    model = Block(experiment, SEED, [0]).model
+    model = Batch(experiment, SEED, [0]).model
     low, high = _around(experiment)
     true = 0
     for x, y, dx, dy in np.column_stack([random.uniform(low, high, (PLACES, 2)), random.uniform(-40, 40, (PLACES, 2))]).tolist():

@@ -10,7 +10,7 @@ from baldwinlab.check.lives import SEED
 from baldwinlab.check.subject import BREEDS, PATHS, Subject, is_of_miniworld
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.choices import BUILT_IN
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 
 BESIDE: Final = {"learning rule": "self-taught"}  # else the first of the kind
 ROUNDS: Final = 5
@@ -37,6 +37,6 @@ def _seconds(*experiments: Any) -> list[float]:
     for _ in range(ROUNDS + 1):  # the first one compiles
         for number, experiment in enumerate(experiments):
             began = time.perf_counter()
-            simulate_block(experiment, SEED, range(4))
+            simulate_batch(experiment, SEED, range(4))
             least[number] = min(least[number], time.perf_counter() - began)
     return least

@@ -1,7 +1,7 @@
 """Compilation: the one place with Numba's flags and the place of its cache.
 
 No fast-math anywhere: every operation is an IEEE float32 (or integer) operation in the order written, so results do not
-depend on vector width, thread count or block size. No reference counts (`_nrt`) either: kernels allocate nothing, and to count
+depend on vector width, thread count or batch size. No reference counts (`_nrt`) either: kernels allocate nothing, and to count
 the state's arrays at every call cost more than the work.
 
 Only *entry points* are kept on disk, with all that is compiled into them; the functions that they call are not kept by

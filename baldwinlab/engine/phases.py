@@ -70,7 +70,7 @@ def functions_of(holder: type) -> tuple[Callable[..., Any], ...]:
 class Array(NamedTuple):
     """An array of a part, or of the step itself, declared with its owner, from which every venue derives where it lies.
 
-    owner: "agent", [*rows, lane]; "world", [world, *rows]; "block", [*rows], the same for all worlds.
+    owner: "agent", [*rows, lane]; "world", [world, *rows]; "batch", [*rows], the same for all worlds.
     Rows are numbers, or names of dimensions.
     """
 

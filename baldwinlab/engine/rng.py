@@ -1,7 +1,7 @@
 """Counter-based random numbers: Philox4x32-10.
 
 A random number is a pure function of (seed, run, generation, purpose, index, draw), so nothing depends on the order in
-which threads, blocks or runs come to be computed, and any moment can be recomputed without what came before it.
+which threads, batches or runs come to be computed, and any moment can be recomputed without what came before it.
 
 Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC'11.
 """

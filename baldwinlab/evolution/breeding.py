@@ -32,11 +32,11 @@ def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: 
     parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
     children = np.empty_like(genome)
     variation, code = breeding_part(experiment, "variation")
-    kept(bear_children, code)(variation, moment, genome, parents, np.empty((modules * weights, 4)), children)
+    kept(breed_children, code)(variation, moment, genome, parents, np.empty((modules * weights, 4)), children)
     return deal_teachers(experiment, children, moment), parents
 
 
-def bear_children(variation: Any, moment: Moment, genome: Genome, parents: Parents, draws: Uniforms, children: Genome) -> None:
+def breed_children(variation: Any, moment: Moment, genome: Genome, parents: Parents, draws: Uniforms, children: Genome) -> None:
     """Fill `children` from the genomes of their `parents`; `draws` [module and weight, 4] is scratch."""
     seed, run, generation = moment.seed, moment.run, moment.generation
     for child in range(children.shape[0]):

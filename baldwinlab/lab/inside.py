@@ -15,12 +15,12 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError, frames
 from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer
 from baldwinlab.lab.query import number
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.models.miniworld.recall import AskTeacher, Reflex, Teacher, kind_of_recall
 from baldwinlab.parts.kinds import forward
 from baldwinlab.runs.recorder import Series, follow
-from baldwinlab.runs.relive import born, lived
+from baldwinlab.runs.reevaluate import born, lived
 
 SAMPLES = 201  # of the weights over a life, birth and death among them
 
@@ -44,7 +44,7 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
 
     Arrays: sample_step [sample], weights [sample, weight] of the action module at the beginning of that step (the last: at
     death); activations [step, unit] of the action module, inputs first; action [step], what was done, which noise may have
-    made another than the largest output; eaten [step], items so far in life with this step; and with a reinforcement module:
+    made another than the largest output; eaten_in_life [step], items, with this step; and with a reinforcement module:
     teacher [weight], teacher_activations [step, unit], and error [step], the root mean square of the difference between the
     modules' outputs. Raises MissingError for an agent that the population has not.
     """
@@ -52,10 +52,10 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     if agent >= experiment.population.size:
         raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}")
     past, (seed, run, generation) = life.past(), life.moment
-    block = born(experiment, seed, [run], generation, past.genome[None])
-    arrays = _follow(experiment, block, part, agent)
-    _ask_modules(experiment, block, past.genome[agent, :, : experiment.weight_count], arrays)
-    energy = lived(experiment, block, past.genome[None]).energy[0]
+    batch = born(experiment, seed, [run], generation, past.genome[None])
+    arrays = _follow(experiment, batch, part, agent)
+    _ask_modules(experiment, batch, past.genome[agent, :, : experiment.weight_count], arrays)
+    energy = lived(experiment, batch, past.genome[None]).energy[0]
     header = {
         "kind": "inside",
         "agent": agent,
@@ -64,13 +64,13 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
         **_kin(life, past, energy, agent),
-        "food": int(block.eaten()[0, agent].sum()),
+        "food": int(batch.eaten_in_life()[0, agent].sum()),
         "rank": 1 + int((energy > energy[agent]).sum()),
     }
     return frames.pack(header, arrays)
 
 
-def _follow(experiment: Experiment, block: Block, part: Span, agent: int) -> dict[str, npt.NDArray[Any]]:
+def _follow(experiment: Experiment, batch: Batch, part: Span, agent: int) -> dict[str, npt.NDArray[Any]]:
     """Live the whole life. What is written down of a step is there after it; weights are as they were before it."""
     steps = experiment.lifetime.steps
     wanted = min(SAMPLES, max(2, MOST_BYTES // (4 * experiment.weight_count)))
@@ -79,26 +79,26 @@ def _follow(experiment: Experiment, block: Block, part: Span, agent: int) -> dic
         "weights": Series("weights", samples.tolist(), agent),
         "activations": Series("activations", done, agent),
         "action": Series("action", done, agent, np.uint16),
-        "eaten": Series("eaten", done, agent, np.uint32),
+        "eaten_in_life": Series("eaten_in_life", done, agent, np.uint32),
     }
     if kind_of_recall(experiment) is AskTeacher:
         notes["teacher_activations"] = Series("teacher_activations", done, agent)
-    follow(block, list(notes.values()))
+    follow(batch, list(notes.values()))
     arrays = {"sample_step": samples, **{name: note.values for name, note in notes.items()}}
-    arrays["eaten"] = frames.narrowed(arrays["eaten"])
+    arrays["eaten_in_life"] = frames.narrowed(arrays["eaten_in_life"])
     return arrays
 
 
-def _ask_modules(experiment: Experiment, block: Block, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
+def _ask_modules(experiment: Experiment, batch: Batch, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
     """Add what the modules of `genome` [module, weight] that learning does not change answer to what was sensed.
 
     Where the engine looks answers up, it leaves hidden units out: there, and only there, the modules are asked again.
     """
     inputs, recall = arrays["activations"][:, : len(experiment.inputs)], kind_of_recall(experiment)
     if recall is Reflex:
-        arrays["activations"] = _answers(block, genome[0], inputs)
+        arrays["activations"] = _answers(batch, genome[0], inputs)
     if recall is Teacher:
-        arrays["teacher_activations"] = _answers(block, genome[1], inputs)
+        arrays["teacher_activations"] = _answers(batch, genome[1], inputs)
     if len(genome) > 1:
         arrays["teacher"] = genome[1]
         outputs = slice(-len(experiment.actions), None)
@@ -106,14 +106,14 @@ def _ask_modules(experiment: Experiment, block: Block, genome: Floats, arrays: d
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))
 
 
-def _answers(block: Block, weights: Floats, inputs: Floats) -> Floats:
+def _answers(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
     """The activations [step, unit] of a module without memory for what was sensed, `inputs` [step, input]."""
     different, which = np.unique(inputs, axis=0, return_inverse=True)
-    activations = np.zeros((len(block.state.activations), len(different)), np.float32)
+    activations = np.zeros((len(batch.state.activations), len(different)), np.float32)
     activations[: inputs.shape[1]] = different.T
     of_lane = np.repeat(weights[:, None], len(different), axis=1)
     for lane in range(len(different)):
-        forward(block.state.network, of_lane, activations, lane)
+        forward(batch.state.network, of_lane, activations, lane)
     return np.ascontiguousarray(activations.T[which.ravel()])
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.runs.simulate import History, simulate_block
+from baldwinlab.runs.simulate import History, simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.statistics.fitness import MEASURES, interval_of_mean
 from baldwinlab.studies.executors.tasks import StoppedError
@@ -122,7 +122,7 @@ class LiveRun:
         try:
             warm_up([self.experiment])
             self._ready = True
-            simulate_block(self.experiment, self.seed, range(self.runs), CPU, self._lived)
+            simulate_batch(self.experiment, self.seed, range(self.runs), CPU, self._lived)
             self._end = "done"
         except StoppedError:
             self._end = "stopped"

@@ -14,7 +14,7 @@ from baldwinlab.evolution import Genome, Moment
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import Query, number, text
-from baldwinlab.runs.relive import stored_genome
+from baldwinlab.runs.reevaluate import stored_genome
 from baldwinlab.runs.replay import energy_before, genome_at
 from baldwinlab.runs.simulate import check_seed
 

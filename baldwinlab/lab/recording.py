@@ -16,7 +16,7 @@ from baldwinlab.lab.forms import shown
 from baldwinlab.lab.lives import Life, Span, answer
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.runs.recorder import Moves, Series, follow
-from baldwinlab.runs.relive import born
+from baldwinlab.runs.reevaluate import born
 
 BYTES_OF_AGENT = 14  # in every step, but for its inputs: x and y, heading, action, items eaten
 
@@ -40,7 +40,7 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
 
     Arrays: x, y float32 [step, agent]; heading [step, agent], in turns clockwise from +x, of which header.look.headings make a
     circle; sensor [step, agent * byte], as bits, eight inputs a byte and the first the lowest: 1 where an input is above 0;
-    action [step, agent], its number in header.look.actions; eaten [step, agent], items so far in life with this step; item_x,
+    action [step, agent], its number in header.look.actions; eaten_in_life [step, agent], with this step; item_x,
     item_y [item], as they lie at the first step; move_step, move_item, move_x, move_y [move]: from that step on the item lies
     there. Positions are in units of length, and as they stood when the agents sensed.
     """
@@ -65,7 +65,7 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
 
 def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
     experiment, (seed, run, generation) = life.experiment, life.moment
-    block = born(experiment, seed, [run], generation, life.past().genome[None])
+    batch = born(experiment, seed, [run], generation, life.past().genome[None])
     agents, found, done = slice(experiment.population.size), range(*part), range(part.first + 1, part.last + 1)
     moves = Moves(found)
     notes = {
@@ -74,11 +74,11 @@ def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
         "heading": Series("heading", found, agents, _small(look(experiment).headings)),
         "sensor": Series("inputs", done, agents, change=_as_bits),
         "action": Series("action", done, agents, _small(len(look(experiment).actions))),
-        "eaten": Series("eaten", done, agents, np.uint32),
+        "eaten_in_life": Series("eaten_in_life", done, agents, np.uint32),
     }
-    follow(block, [moves, *notes.values()])
+    follow(batch, [moves, *notes.values()])
     arrays = {name: note.values for name, note in notes.items()} | {"item_x": moves.items[:, 0], "item_y": moves.items[:, 1]}
-    arrays["eaten"] = frames.narrowed(arrays["eaten"])
+    arrays["eaten_in_life"] = frames.narrowed(arrays["eaten_in_life"])
     return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 
 

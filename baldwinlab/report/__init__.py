@@ -34,7 +34,7 @@ def write_report(
     study: xr.Dataset,
     results: Sequence[ClaimResult],
     traces: Sequence[xr.Dataset],
-    facts: Mapping[str, Any],
+    provenance: Mapping[str, Any],
     out: Path,
     last: int = 10,
     sections: Sequence[Section] = (),
@@ -43,7 +43,7 @@ def write_report(
     """Write the report to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
 
     `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
-    population at `emergence_generations`, or none. Of `facts`, the report shows what it finds: seed, versions, platform,
+    population at `emergence_generations`, or none. Of `provenance`, the report shows what it finds: seed, versions, platform,
     seconds, agent_steps, workers, compile_seconds. `sections` come after the claims. `paper` is the one that the study was made
     by; without, it is held against the default.
     Each file appears whole or not at all. Raises OSError.
@@ -58,7 +58,7 @@ def write_report(
         sections=sections,
         paper=about,
         reproduced=paper is not None,
-        overview=content.overview(study, conditions, facts, about),
+        overview=content.overview(study, conditions, provenance, about),
         verdict_counts=content.verdict_counts(results),
         results=results,
         figures=shown,
@@ -69,7 +69,7 @@ def write_report(
         departures=content.departures(study, conditions, about),
         summary=by_condition(study, last),
         experiments=texts,
-        facts=facts,
-        timing=content.timing(facts),
+        provenance=provenance,
+        timing=content.timing(provenance),
     )
     return write_atomically(out, page.encode())

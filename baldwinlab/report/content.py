@@ -41,7 +41,7 @@ def run_counts(study: xr.Dataset) -> dict[str, int]:
     return {str(name): int(count) for name, count in zip(study["condition"].values, finished.values, strict=True)}
 
 
-def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any], paper: Paper) -> list[tuple[str, str]]:
+def overview(study: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper) -> list[tuple[str, str]]:
     """What was run, as pairs of a heading and what it is."""
     settings, foraging = conditions.values(), foragers(conditions).values()
     found = [
@@ -52,7 +52,7 @@ def overview(study: xr.Dataset, conditions: Experiments, facts: Mapping[str, Any
         ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
         ("agents in a world" if foraging else "agents", span(experiment.population.size for experiment in settings)),
         ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment, paper) for experiment in foraging))),
-        ("seed", str(facts.get("seed", study.attrs.get("seed", "not known")))),
+        ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
     ]
     return [(heading, text) for heading, text in found if text and (heading, text) != ("models", "miniworld")]
 
@@ -171,16 +171,16 @@ def typical_run(study: xr.Dataset, condition: str) -> int:
     return int(final["run"][abs(final - final.median()).argmin("run")])
 
 
-def timing(facts: Mapping[str, Any]) -> str:
+def timing(provenance: Mapping[str, Any]) -> str:
     """How long the study took, as far as it is known."""
     parts = []
-    if seconds := facts.get("seconds"):
+    if seconds := provenance.get("seconds"):
         parts.append(f"{words.number(seconds)} s")
-        if steps := facts.get("agent_steps"):
+        if steps := provenance.get("agent_steps"):
             parts[0] = f"{steps:,} agent-steps in {parts[0]} ({steps / seconds / 1e6:,.1f} million a second)"
-    if workers := facts.get("workers"):
+    if workers := provenance.get("workers"):
         counts = workers if isinstance(workers, list) else [workers]
         parts.append(f"workers: {', '.join(str(count) for count in counts)}")
-    if facts.get("compile_seconds") is not None:
-        parts.append(f"compiling: {words.number(facts['compile_seconds'])} s")
+    if provenance.get("compile_seconds") is not None:
+        parts.append(f"compiling: {words.number(provenance['compile_seconds'])} s")
     return "; ".join(parts)

@@ -1,4 +1,4 @@
-"""Lives that are written down: one way through a block of lives, from moment to moment, and whoever wants to know notes it there.
+"""Lives that are written down: one way through a batch of lives, from moment to moment, and whoever wants to know notes it there.
 
 Moment m is when m steps have been lived: what an agent finds in step s is there at moment s, what it sensed and did at s + 1.
 """
@@ -11,52 +11,52 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.models.miniworld.backend import Block
+from baldwinlab.models.miniworld.backend import Batch
 from baldwinlab.models.miniworld.make import arrays_of
 
-Lanes = slice | int  # agents of a block, world after world
+Lanes = slice | int  # agents of a batch, world after world
 Array = npt.NDArray[Any]
 
 # What can be written down of agents, by name, an array whose first axis is the lane; and of the first world.
-VARIABLES: Mapping[str, Callable[[Block, Lanes], Array]] = {
-    "x": lambda block, lanes: block.state.places[0, lanes],
-    "y": lambda block, lanes: block.state.places[1, lanes],
-    "heading": lambda block, lanes: block.state.heading[0, lanes],  # turns
-    "action": lambda block, lanes: block.state.action[0, lanes],
-    "activations": lambda block, lanes: block.state.activations[:, lanes].T,
-    "teacher_activations": lambda block, lanes: block.state.recall.activations[:, lanes].T,  # where it is asked in every step
-    "inputs": lambda block, lanes: block.state.activations[: block.model.inputs, lanes].T,
-    "outputs": lambda block, lanes: block.state.activations[-len(block.state.targets) :, lanes].T,
-    "weights": lambda block, lanes: block.state.weights[:, lanes].T,
-    "eaten": lambda block, lanes: block.state.eaten[:, lanes].sum(axis=0),  # items so far in life
-    "items": lambda block, lanes: block.items()[0],  # [item, (x, y)]
+VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
+    "x": lambda batch, lanes: batch.state.places[0, lanes],
+    "y": lambda batch, lanes: batch.state.places[1, lanes],
+    "heading": lambda batch, lanes: batch.state.heading[0, lanes],  # turns
+    "action": lambda batch, lanes: batch.state.action[0, lanes],
+    "activations": lambda batch, lanes: batch.state.activations[:, lanes].T,
+    "teacher_activations": lambda batch, lanes: batch.state.recall.activations[:, lanes].T,  # where it is asked in every step
+    "inputs": lambda batch, lanes: batch.state.activations[: batch.model.inputs, lanes].T,
+    "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
+    "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
+    "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(axis=0),  # items so far in life
+    "items": lambda batch, lanes: batch.items()[0],  # [item, (x, y)]
 }
 
 
 class Note(Protocol):
-    """Something that is to be known of a block at some moments."""
+    """Something that is to be known of a batch at some moments."""
 
     @property
     def moments(self) -> Collection[int]: ...
 
-    def take(self, block: Block, moment: int) -> None: ...
+    def take(self, batch: Batch, moment: int) -> None: ...
 
 
-def follow(block: Block, notes: Sequence[Note], lived: int = 0) -> None:
-    """Live a block, of which `lived` steps have been lived, through all moments of `notes`, and let each take what it wants."""
+def follow(batch: Batch, notes: Sequence[Note], lived: int = 0) -> None:
+    """Live a batch, of which `lived` steps have been lived, through all moments of `notes`, and let each take what it wants."""
     takers: dict[int, list[Note]] = {}
     for note in notes:
         for moment in note.moments:
             takers.setdefault(int(moment), []).append(note)
     for moment in sorted(takers):
-        block.live(lived, moment)
+        batch.live(lived, moment)
         lived = moment
         for note in takers[moment]:
-            note.take(block, moment)
+            note.take(batch, moment)
 
 
 class Series:
-    """A variable of some agents at some moments; `values` is [moment, ...] once the block has been followed."""
+    """A variable of some agents at some moments; `values` is [moment, ...] once the batch has been followed."""
 
     def __init__(
         self,
@@ -71,8 +71,8 @@ class Series:
         self.values: Array
         self._read, self._lanes, self._dtype, self._change, self._row = VARIABLES[variable], lanes, dtype, change, 0
 
-    def take(self, block: Block, moment: int) -> None:
-        value = self._change(self._read(block, self._lanes))
+    def take(self, batch: Batch, moment: int) -> None:
+        value = self._change(self._read(batch, self._lanes))
         if self._row == 0:
             self.values = np.empty((len(self.moments), *value.shape), self._dtype or value.dtype)
         self.values[self._row] = value
@@ -80,7 +80,7 @@ class Series:
 
 
 class Moves:
-    """Where the items of a block's only world lie at the first moment, and from which moment on which of them lies elsewhere."""
+    """Where the items of a batch's only world lie at the first moment, and from which moment on which of them lies elsewhere."""
 
     def __init__(self, moments: range) -> None:
         """`moments` follow each other."""
@@ -88,13 +88,13 @@ class Moves:
         self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)  # [item, (x, y)]
         self._found: list[tuple[Array, ...]] = []
 
-    def take(self, block: Block, moment: int) -> None:
+    def take(self, batch: Batch, moment: int) -> None:
         if moment == self.moments[0]:
-            self.items = block.items()[0]
+            self.items = batch.items()[0]
             return
-        moved = np.flatnonzero(block.state.touched[0] == moment - 1)
+        moved = np.flatnonzero(batch.state.touched[0] == moment - 1)
         if moved.size:
-            state = block.state
+            state = batch.state
             self._found.append((np.full(moved.size, moment), moved, state.item_x[0, moved], state.item_y[0, moved]))
 
     def columns(self) -> dict[str, Array]:
@@ -112,43 +112,43 @@ class First:
     Between two of `moments` at which something has come about, it goes back and lives in halves, down to the step.
     """
 
-    def __init__(self, holds: Callable[[Block], npt.NDArray[np.bool_]], moments: Sequence[int]) -> None:
-        """`moments` begin with the one at which the block is."""
+    def __init__(self, holds: Callable[[Batch], npt.NDArray[np.bool_]], moments: Sequence[int]) -> None:
+        """`moments` begin with the one at which the batch is."""
         self.moments = moments
         self.values: npt.NDArray[np.float32] = np.empty(0, np.float32)
         self._holds, self._lived = holds, 0
         self._before: list[Array] = []  # the state at the moment `_lived`
 
-    def take(self, block: Block, moment: int) -> None:
+    def take(self, batch: Batch, moment: int) -> None:
         if moment == self.moments[0]:
-            self.values = np.where(self._holds(block), np.float32(moment), np.float32(np.nan))
-        elif self._new(block).any():
-            _go_to(block, self._before)
-            self._halve(block, self._lived, moment)
-        self._before, self._lived = _kept(block), moment
+            self.values = np.where(self._holds(batch), np.float32(moment), np.float32(np.nan))
+        elif self._new(batch).any():
+            _go_to(batch, self._before)
+            self._halve(batch, self._lived, moment)
+        self._before, self._lived = _kept(batch), moment
 
-    def _new(self, block: Block) -> npt.NDArray[np.bool_]:
-        return self._holds(block) & np.isnan(self.values)
+    def _new(self, batch: Batch) -> npt.NDArray[np.bool_]:
+        return self._holds(batch) & np.isnan(self.values)
 
-    def _halve(self, block: Block, first: int, last: int) -> None:
-        """Live from the moment `first`, at which the block is, to `last`, by which something has come about."""
+    def _halve(self, batch: Batch, first: int, last: int) -> None:
+        """Live from the moment `first`, at which the batch is, to `last`, by which something has come about."""
         if last - first == 1:
-            block.live(first, last)
-            self.values[self._new(block)] = last
+            batch.live(first, last)
+            self.values[self._new(batch)] = last
             return
         middle = (first + last) // 2
         for begin, end in ((first, middle), (middle, last)):
-            before = _kept(block)
-            block.live(begin, end)
-            if self._new(block).any():
-                _go_to(block, before)
-                self._halve(block, begin, end)
+            before = _kept(batch)
+            batch.live(begin, end)
+            if self._new(batch).any():
+                _go_to(batch, before)
+                self._halve(batch, begin, end)
 
 
-def _kept(block: Block) -> list[Array]:
-    return [array.copy() for array in arrays_of(block.state)]
+def _kept(batch: Batch) -> list[Array]:
+    return [array.copy() for array in arrays_of(batch.state)]
 
 
-def _go_to(block: Block, kept: list[Array]) -> None:
-    for array, value in zip(arrays_of(block.state), kept, strict=True):
+def _go_to(batch: Batch, kept: list[Array]) -> None:
+    for array, value in zip(arrays_of(batch.state), kept, strict=True):
         array[:] = value

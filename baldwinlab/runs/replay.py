@@ -12,11 +12,11 @@ from baldwinlab import variables
 from baldwinlab.errors import RefusedError
 from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import as_text, look
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.runs.recorder import Series, follow
-from baldwinlab.runs.simulate import check_seed, facts, simulate_block
+from baldwinlab.runs.simulate import check_seed, provenance, simulate_batch
 
 
 def replay(
@@ -34,13 +34,13 @@ def replay(
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
     genome = genome_at(experiment, Moment(seed, run, generation), energy)
-    block = Block(experiment, seed, [run])
-    block.begin(generation, genome[None])
-    arrays = _record(experiment, block)
+    batch = Batch(experiment, seed, [run])
+    batch.begin(generation, genome[None])
+    arrays = _record(experiment, batch)
     arrays["weight_birth"] = genome
     arrays["weight_death"] = genome.copy()
-    arrays["weight_death"][:, 0, : experiment.weight_count] = block.weights()[0]
-    attributes = facts(experiment, seed, run) | {"generation": generation, "look": as_text(experiment)}
+    arrays["weight_death"][:, 0, : experiment.weight_count] = batch.weights()[0]
+    attributes = provenance(experiment, seed, run) | {"generation": generation, "look": as_text(experiment)}
     found = variables.dataset(variables.TRACE, arrays, attributes)
     return found.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
 
@@ -51,7 +51,7 @@ def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | 
     if generation == 0:
         return None
     before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
-    return simulate_block(experiment.replace(**before), seed, [run])[0]["energy"]
+    return simulate_batch(experiment.replace(**before), seed, [run])[0]["energy"]
 
 
 def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
@@ -65,7 +65,7 @@ def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray |
         return draw_genome(experiment, moment)
     if inheritance.wants_learned(experiment) and generation > 0:
         whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
-        return np.asarray(simulate_block(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
+        return np.asarray(simulate_batch(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
     if energy is None:
         energy = energy_before(experiment, moment)
     genome = draw_genome(experiment, Moment(seed, run, 0))
@@ -75,7 +75,7 @@ def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray |
     return genome
 
 
-def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]:
+def _record(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]:
     """Live a life, and write down what each step found and did."""
     agents = slice(experiment.population.size)
     found, done = range(experiment.lifetime.steps), range(1, experiment.lifetime.steps + 1)
@@ -87,9 +87,9 @@ def _record(experiment: Experiment, block: Block) -> dict[str, npt.NDArray[Any]]
         "sensor": Series("inputs", done, agents, np.int8),
         "output": Series("outputs", done, agents),
         "action": Series("action", done, agents, np.int8),
-        "eaten": Series("eaten", done, agents),
+        "eaten": Series("eaten_in_life", done, agents),
     }
-    follow(block, list(notes.values()))
+    follow(batch, list(notes.values()))
     arrays = {name: note.values for name, note in notes.items()}
     arrays["heading"] *= np.float32(360 / HEADING_COUNT)
     arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)

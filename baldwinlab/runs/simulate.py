@@ -29,25 +29,25 @@ def simulate(experiment: BaseExperiment, *, seed: int = 0, run: int = 0, backend
     """Evolve one population from its first generation to its last.
 
     `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
-    "cuda". Returns the variables of `baldwinlab.variables.RUN`, with the facts of the run in the attributes. Raises ValueError
+    "cuda". Returns the variables of `baldwinlab.variables.RUN`, with where it comes from in the attributes. Raises ValueError
     for a seed out of range, for a setting that would do nothing, and for a backend that cannot be used here.
     """
     require_effect([experiment])
-    return simulate_block(experiment, seed, [run], choose(backend))[0]
+    return simulate_batch(experiment, seed, [run], choose(backend))[0]
 
 
-def simulate_block(
+def simulate_batch(
     experiment: BaseExperiment,
     seed: int,
     runs: Sequence[int],
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `live_block`."""
-    return [history.dataset() for history in live_block(experiment, seed, runs, backend, after_generation)]
+    """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `live_batch`."""
+    return [history.dataset() for history in live_batch(experiment, seed, runs, backend, after_generation)]
 
 
-def live_block(
+def live_batch(
     experiment: BaseExperiment,
     seed: int,
     runs: Sequence[int],
@@ -56,7 +56,7 @@ def live_block(
 ) -> list[History]:
     """Several runs side by side, each as its history, which holds no more genomes than the experiment keeps.
 
-    `after_generation` is called, when a generation has lived, with each run as far as it is; what it raises ends the block.
+    `after_generation` is called, when a generation has lived, with each run as far as it is; what it raises ends the batch.
     """
     check_seed(seed, *runs)
     lives = living(experiment, seed, runs, backend)
@@ -129,7 +129,7 @@ class History:
         arrays["parents"] = self._parents[: self.lived]
         experiment = self.experiment.replace(evolution={"generations": self.lived})
         declared = variables.of_record(experiment)
-        found = variables.dataset(declared, arrays, facts(experiment, self.seed, self.run))
+        found = variables.dataset(declared, arrays, provenance(experiment, self.seed, self.run))
         _, agents, _, weights = genomes.shape
         labelled = found.assign_coords(
             generation=np.arange(self.lived, dtype=np.int32),
@@ -142,7 +142,7 @@ class History:
         return labelled.assign(variables.dataset(declared, {"kept_genome": genomes}, {}).data_vars)
 
 
-def facts(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
+def provenance(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
     """What a result must carry to be made again."""
     return {
         "experiment": to_toml(experiment),

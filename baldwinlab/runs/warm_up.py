@@ -25,7 +25,7 @@ from baldwinlab.models.miniworld import cpu
 from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.parts import sources_of
 from baldwinlab.parts.foreign import load_text
-from baldwinlab.runs.simulate import live_block
+from baldwinlab.runs.simulate import live_batch
 
 
 def available_cores() -> int:
@@ -41,7 +41,7 @@ def warm_up(experiments: Iterable[BaseExperiment], backend: Backend = CPU) -> fl
     if backend is CPU and len(absent) > 1 and available_cores() > 1:
         _compile_together(absent)
     for one in ones:
-        live_block(one, 0, [0], backend)
+        live_batch(one, 0, [0], backend)
     return time.perf_counter() - began
 
 
@@ -67,7 +67,7 @@ def _compile_together(experiments: list[Experiment]) -> None:
     while waiting and len(busy) < available_cores():
         busy.append(_compile_elsewhere(waiting.pop(0)))
     _breed(experiments[-1])
-    live_block(experiments[-1], 0, [0])
+    live_batch(experiments[-1], 0, [0])
     while busy:
         busy.pop(0).wait()
         if waiting:

@@ -48,12 +48,12 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
 def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Task]:
     """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
 
-    A task is a block of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
+    A task is a batch of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
     worlds, where some workers would have nothing to do.
     """
     total = sum(len(runs) for runs in missing.values())
-    blocks = -(-total // (worlds * MOST_TASKS))
-    size = max(1, min(worlds * blocks, total // workers))
+    batches = -(-total // (worlds * MOST_TASKS))
+    size = max(1, min(worlds * batches, total // workers))
     tasks = [
         Task(study.experiments[condition], tuple(runs[first : first + size]))
         for condition, runs in missing.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from baldwinlab.studies.facts import facts
+from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import Study
 from baldwinlab.sweeps import analysis
 from baldwinlab.sweeps.design import open_sweep
@@ -19,4 +19,4 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     measured = analysis.finals(data, last)
     analysis.write(measured, study.directory)
     tell("drawing the figures")
-    write_sweep_report(study.directory, measured, facts(study), out, last)
+    write_sweep_report(study.directory, measured, provenance(study), out, last)

@@ -26,19 +26,19 @@ DESIGNS = {
 AVERAGE = "mean"  # the measure that a reader in a hurry is told about
 
 
-def write_sweep_report(directory: Path, measured: xr.Dataset, facts: Mapping[str, Any], out: Path, last: int = 10) -> Path:
+def write_sweep_report(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any], out: Path, last: int = 10) -> Path:
     """Write a sweep's page to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
 
-    `measured` is that of `analysis.finals`; of `facts`, the page shows what it finds, as `write_report` does. Each
+    `measured` is that of `analysis.finals`; of `provenance`, the page shows what it finds, as `write_report` does. Each
     file appears whole or not at all. Raises OSError.
     """
     fields = measured.attrs["fields"]
     title = f"{measured.attrs['base']}, swept over {_listed(fields)}"
     lead = f"Each run counts with its average over its last {last} generations."
-    return write_page(title, lead, [section(directory, measured, facts)], out)
+    return write_page(title, lead, [section(directory, measured, provenance)], out)
 
 
-def section(directory: Path, measured: xr.Dataset, facts: Mapping[str, Any]) -> Section:
+def section(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any]) -> Section:
     """Everything that a page says of a sweep; its figures are also written to `directory`/figures. Raises OSError."""
     fields = measured.attrs["fields"]
     body = render(
@@ -53,8 +53,8 @@ def section(directory: Path, measured: xr.Dataset, facts: Mapping[str, Any]) -> 
         points=analysis.by_point(measured),
         label=analysis.label,
         measures=measures(measured.attrs["food"]),
-        facts=facts,
-        timing=content.timing(facts),
+        provenance=provenance,
+        timing=content.timing(provenance),
     )
     return Section("responses", "Responses", body)
 

@@ -1,4 +1,4 @@
-"""baldwinlab's whole runs, evolution included: on each core a block of runs of 100 generations, as in the paper."""
+"""baldwinlab's whole runs, evolution included: on each core a batch of runs of 100 generations, as in the paper."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 import baldwinlab as bl
 from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.runs.simulate import simulate_block
+from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.studies.study import agent_steps_of_run, available_cores
 from benchmarks.setting import Genomes, Live, Setting
 
@@ -22,12 +22,12 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
     """`genomes` are not needed: every run begins with its own."""
     experiment, cores = bl.load(setting.name), available_cores()
 
-    def run_block(seed: int, core: int) -> npt.NDArray[np.int32]:
+    def run_batch(seed: int, core: int) -> npt.NDArray[np.int32]:
         runs = range(core * CPU.worlds, (core + 1) * CPU.worlds)
-        return np.concatenate([run["food_eaten"].values for run in simulate_block(experiment, seed, runs)])
+        return np.concatenate([run["food_eaten"].values for run in simulate_batch(experiment, seed, runs)])
 
     def live(seed: int) -> npt.NDArray[np.int32]:
         with ThreadPoolExecutor(cores) as pool:
-            return np.concatenate(list(pool.map(run_block, [seed] * cores, range(cores))))
+            return np.concatenate(list(pool.map(run_batch, [seed] * cores, range(cores))))
 
     return live

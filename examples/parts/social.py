@@ -20,8 +20,8 @@ class Social(LearningRule, name="social"):
         best, most = first, -1
         for lane in range(first, first + model.agents):
             eaten = 0
-            for region in range(state.eaten.shape[0]):
-                eaten += state.eaten[region, lane]
+            for region in range(state.eaten_in_life.shape[0]):
+                eaten += state.eaten_in_life[region, lane]
             if eaten > most:
                 best, most = lane, eaten
         rows, actions = state.activations.shape[0], state.targets.shape[0]
@@ -37,6 +37,6 @@ class Social(LearningRule, name="social"):
 
     @staticmethod
     def oracle(part, agents, agent, naive):
-        best = max(agents, key=lambda other: other.eaten)  # of equals, the first
-        target = (best if best.eaten >= part.least else agent).outputs
+        best = max(agents, key=lambda other: other.eaten_in_life)  # of equals, the first
+        target = (best if best.eaten_in_life >= part.least else agent).outputs
         naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)

@@ -14,7 +14,7 @@ from baldwinlab.variables import ASSAYS, LIVES, dataset
 
 RUNS, GENERATIONS, AGENTS, STEPS = 12, 40, 4, 600
 LAYERS = ("sensors to hidden", "hidden to actions")
-NEWBORNS = ("blank slate", "generation 0", "generation 20", "generation 39")
+NEWBORNS = ("random genome", "generation 0", "generation 20", "generation 39")
 MODULES = ("both evolved", "evolved reinforcement, random action", "random reinforcement, evolved action", "both random")
 SETTINGS = (
     ("as evolved", ""), ("map", "A"), ("map", "B"), ("world.food.0.count", "10"), ("world.food.0.count", "100"),
@@ -37,8 +37,8 @@ def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, 
         evolution={"generations": GENERATIONS}, lifetime={"steps": STEPS}, population={"size": AGENTS}
     )
     runs = next(iter(arrays.values())).shape[0]
-    facts = {"experiment": to_toml(experiment), "seed": 1, **factors()[condition]._asdict()}
-    return dataset(ASSAYS[assay], arrays, facts).assign_coords(coords | {"run": np.arange(runs)})
+    provenance = {"experiment": to_toml(experiment), "seed": 1, **factors()[condition]._asdict()}
+    return dataset(ASSAYS[assay], arrays, provenance).assign_coords(coords | {"run": np.arange(runs)})
 
 
 def spread(runs: int, *shape: int) -> np.ndarray:
@@ -61,13 +61,13 @@ def innate(condition: str, distance: Course | None = None, runs: int = RUNS, **l
 
 
 def within_life(condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS) -> xr.Dataset:
-    """Items an agent eats in a window of its life, rising from blank slates to the last generation; 0 is never."""
+    """Items an agent eats in a window of its life, rising from random genomes to the last generation; 0 is never."""
     amounts = np.linspace(blank, evolved, len(NEWBORNS))
     eaten = np.round(amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)).astype(int)
     meals = np.where(amounts > 0, STEPS / (1 + amounts), np.nan)
     coords = {"newborns": list(NEWBORNS), "window": np.arange(windows) * (STEPS // windows)}
     first = meals[:, None] * spread(runs, len(NEWBORNS), AGENTS)
-    return _made("within-life", condition, {"eaten": eaten, "first_meal": first}, coords)
+    return _made("within-life", condition, {"eaten_in_window": eaten, "first_meal": first}, coords)
 
 
 def modules(condition: str, food: Sequence[float], runs: int = RUNS) -> xr.Dataset:

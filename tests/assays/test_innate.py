@@ -10,7 +10,7 @@ import pytest
 from baldwinlab.assays import missing_assays, open_assay, run_assays
 from baldwinlab.assays.innate import distances, drifting, generations, layer_names
 from baldwinlab.presets import load
-from baldwinlab.runs.relive import relive
+from baldwinlab.runs.reevaluate import reevaluate
 from baldwinlab.studies.store import Study, StudyError
 from tests.assays.studies import measured
 from tests.small import ignore, silent, small_study
@@ -28,8 +28,8 @@ def test_what_learning_made_of_the_weights_is_how_the_frozen_live(study: Study) 
     condition = "evo+self-taught/A"
     found, record = open_assay(study.directory, "innate", condition).sel(run=1, generation=2), study.read(condition, 1)
     experiment = study.experiments[condition]
-    died = relive(experiment, study.seed, [1], 2, record.genome.values[None, 2]).weights
-    frozen = relive(experiment.replace(learning={"rule": "none"}), study.seed, [1], 2, died[:, :, None])
+    died = reevaluate(experiment, study.seed, [1], 2, record.genome.values[None, 2]).weights
+    frozen = reevaluate(experiment.replace(learning={"rule": "none"}), study.seed, [1], 2, died[:, :, None])
     assert np.array_equal(found.energy.sel(life="frozen"), frozen.energy[0])
     assert (found.distance > 0).any()
     assert not np.array_equal(found.energy.sel(life="off"), found.energy.sel(life="on"))
@@ -43,7 +43,7 @@ def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(tm
     assert found.generation[lived].values.tolist() == [0, 2, 4, 6, 8, 10, 11]
     drift = experiment.replace(learning={"rule": "drift"})
     genomes = study.read(experiment.name, 0).genome.values[None, 11]
-    assert np.array_equal(found.sel(generation=11, life="drift"), relive(drift, study.seed, [0], 11, genomes).energy[0])
+    assert np.array_equal(found.sel(generation=11, life="drift"), reevaluate(drift, study.seed, [0], 11, genomes).energy[0])
     assert not np.array_equal(found.sel(generation=11, life="drift"), found.sel(generation=11, life="on"))
 
 

@@ -11,7 +11,7 @@ import pytest
 from baldwinlab.assays import open_assay
 from baldwinlab.assays.reaction import settings
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.relive import relive
+from baldwinlab.runs.reevaluate import reevaluate
 from baldwinlab.studies.store import Study, create
 from tests.worlds import small
 
@@ -23,7 +23,7 @@ def energy_in(study: Study, condition: str, field: str, value: str) -> Any:
 
 def last_lives(study: Study, condition: str, experiment: Experiment) -> Any:
     genomes = np.stack([study.read(condition, run).genome.values[-1] for run in range(3)])
-    return relive(experiment, study.seed, range(3), 2, genomes).energy
+    return reevaluate(experiment, study.seed, range(3), 2, genomes).energy
 
 
 def test_in_the_setting_in_which_they_evolved_they_live_as_they_did(study: Study) -> None:

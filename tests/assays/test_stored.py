@@ -93,7 +93,7 @@ def test_who_never_ate_counts_with_the_whole_life() -> None:
     found = quantities({"within-life": {A: data}}, A, 10)
     assert float(found["first meal", "evolved"][0]) == (100 + 200 + 2 * STEPS) / 4
     assert float(found["ever ate", "evolved"][0]) == 0.5
-    assert float(found["first meal", "blank slate"][0]) == STEPS
+    assert float(found["first meal", "random genome"][0]) == STEPS
     assert float(found["eaten in life", "evolved"][0]) == 6 * 50
 
 

@@ -85,7 +85,7 @@ def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any) -> None:
     [
         "put(state.weights, 0, lane, get(state.weights, 0, lane + 1))",
         "put(state.weights, 0, lane, get(state.weights, 0, 3))",
-        "others = state.eaten; put(state.weights, 0, lane, np.float32(others[0, 3]))",
+        "others = state.eaten_in_life; put(state.weights, 0, lane, np.float32(others[0, 3]))",
         "put(state.weights, 0, 3, get(state.weights, 0, lane))",
         "put(state.weights, 0, lane, get(part.trace, 0, 3))",
         "put(state.weights, 0, lane, neighbour(state.weights, lane))",

@@ -95,9 +95,9 @@ print(simulate(small("evo", lifetime={"steps": 40}, evolution={"generations": 2}
 
 
 def test_where_the_cache_cannot_be_written_another_place_is_taken(tmp_path: Path) -> None:
-    blocked = tmp_path / "a file, not a folder"
-    blocked.write_text("")
-    environment = {**os.environ, "BALDWINLAB_CACHE": str(blocked), "TMPDIR": str(tmp_path)}
+    not_a_folder = tmp_path / "a file, not a folder"
+    not_a_folder.write_text("")
+    environment = {**os.environ, "BALDWINLAB_CACHE": str(not_a_folder), "TMPDIR": str(tmp_path)}
     code = "from baldwinlab.engine import jit; print(jit.cache_directory('code'))"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert Path(done.stdout.strip()).is_relative_to(tmp_path)

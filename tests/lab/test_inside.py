@@ -32,7 +32,7 @@ def test_weights_go_from_birth_to_death_and_food_is_what_was_eaten(lab_server: L
         assert len(found["sample_step"]) == len(found["weights"]) == 201
         assert np.array_equal(found["activations"][:, -3:], trace.output[:, agent])
         assert np.array_equal(found["activations"][:, :3], trace.sensor[:, agent])
-        assert np.array_equal(found["eaten"], trace.eaten[:, agent].cumsum())
+        assert np.array_equal(found["eaten_in_life"], trace.eaten[:, agent].cumsum())
         assert header["food"] == trace.eaten[:, agent].sum()
         eaten = trace.eaten.sum("step")
         assert header["rank"] == 1 + int((eaten > eaten[agent]).sum())
@@ -82,7 +82,7 @@ def test_a_part_of_a_life_is_that_part_but_weights_are_of_all_of_it(lab_server: 
     _, whole = arrays(lab_server.address, "inside", **SMALL, agent=5)
     header, part = arrays(lab_server.address, "inside", **SMALL, agent=5, first=100, last=150)
     assert (header["first"], header["last"]) == (100, 150)
-    for name in ("activations", "teacher_activations", "error", "eaten"):
+    for name in ("activations", "teacher_activations", "error", "eaten_in_life"):
         assert np.array_equal(part[name], whole[name][100:150])
     assert np.array_equal(part["weights"], whole["weights"])
 

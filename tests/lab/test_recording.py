@@ -51,7 +51,7 @@ def require_same(found: dict[str, npt.NDArray[Any]], trace: xr.Dataset, first: i
     assert np.array_equal(found["heading"] * np.float32(9), part.heading)
     assert np.array_equal(found["action"], part.action)
     assert np.array_equal(found["sensor"], (part.sensor.values * [1, 2, 4]).sum(axis=-1))
-    assert np.array_equal(found["eaten"], trace.eaten.cumsum("step").isel(step=slice(first, last)))
+    assert np.array_equal(found["eaten_in_life"], trace.eaten.cumsum("step").isel(step=slice(first, last)))
     assert np.array_equal(items(found, first, last), np.stack([part.item_x, part.item_y], axis=1))
 
 
@@ -97,7 +97,7 @@ def test_a_world_without_food_is_recorded() -> None:
     header, found = frames.unpack(recording.record(life, Span(0, 10), {}))
     assert header["items"] == 0
     assert found["move_step"].size == 0
-    assert not found["eaten"].any()
+    assert not found["eaten_in_life"].any()
 
 
 def life_of(experiment: Any) -> Life:

@@ -65,7 +65,7 @@ def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(l
     )
     _, arrays = recording_in(found["panels"][0])
     assert np.array_equal(arrays["x"], trace.x)
-    assert np.array_equal(arrays["eaten"], trace.eaten.cumsum("step"))
+    assert np.array_equal(arrays["eaten_in_life"], trace.eaten.cumsum("step"))
     assert found["step"] == 70
 
 

@@ -33,9 +33,9 @@ FACTS = {
 
 
 def report_of(
-    data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, facts: dict[str, Any] | None = None
+    data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, provenance: dict[str, Any] | None = None
 ) -> Path:
-    return write_report(folder, data, evaluate(data), traces or [], facts or {}, folder / "report.html")
+    return write_report(folder, data, evaluate(data), traces or [], provenance or {}, folder / "report.html")
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None
 
 
 def test_names_are_text_and_not_markup(tmp_path: Path) -> None:
-    text = report_of(study({"mine": [1, 2]}), tmp_path, facts={"platform": "<script>alert(1)</script>"}).read_text("utf-8")
+    text = report_of(study({"mine": [1, 2]}), tmp_path, provenance={"platform": "<script>alert(1)</script>"}).read_text("utf-8")
     assert "<script>" not in text
 
 

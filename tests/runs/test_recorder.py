@@ -6,34 +6,34 @@ import numpy as np
 import pytest
 
 from baldwinlab.evolution import Moment, draw_genome
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.runs.recorder import First, Moves, Series, follow
-from baldwinlab.runs.relive import born
+from baldwinlab.runs.reevaluate import born
 from baldwinlab.runs.replay import replay
 from tests.small import small
 
 STEPS = 300
 
 
-def newborns(runs: int = 1) -> Block:
+def newborns(runs: int = 1) -> Batch:
     experiment = small()
     return born(experiment, 1, range(runs), 0, np.stack([draw_genome(experiment, Moment(1, run, 0)) for run in range(runs)]))
 
 
 def test_a_variable_is_noted_at_the_moments_and_of_the_agents_that_are_asked_for() -> None:
     trace = replay(small(), seed=1)
-    some, one = Series("x", [0, 7, 299], slice(2, 5)), Series("eaten", range(1, STEPS + 1), 4, np.uint16)
+    some, one = Series("x", [0, 7, 299], slice(2, 5)), Series("eaten_in_life", range(1, STEPS + 1), 4, np.uint16)
     follow(newborns(), [some, one])
     assert np.array_equal(some.values, trace.x.values[[0, 7, 299], 2:5])
     assert np.array_equal(one.values, trace.eaten.values[:, 4].cumsum())
     assert one.values.dtype == np.uint16
 
 
-def test_a_block_that_has_lived_is_followed_from_there() -> None:
-    whole, part, block = Series("y", range(STEPS), slice(20)), Series("y", range(100, 120), slice(20)), newborns()
+def test_a_batch_that_has_lived_is_followed_from_there() -> None:
+    whole, part, batch = Series("y", range(STEPS), slice(20)), Series("y", range(100, 120), slice(20)), newborns()
     follow(newborns(), [whole])
-    block.live(0, 50)
-    follow(block, [part], lived=50)
+    batch.live(0, 50)
+    follow(batch, [part], lived=50)
     assert np.array_equal(part.values, whole.values[100:120])
 
 
@@ -51,14 +51,14 @@ def test_moves_lead_from_where_items_lay_to_where_they_lie() -> None:
 
 @pytest.mark.parametrize("moments", [[0, STEPS], [0, 90, 100, 290, STEPS], range(STEPS + 1)])
 def test_what_came_about_first_is_found_down_to_the_step_and_the_life_goes_on_as_without(moments: list[int]) -> None:
-    block = newborns(runs=2)
-    fed, eaten = First(lambda block: np.any(block.eaten(), axis=-1), moments), Series("eaten", moments, slice(40))
-    follow(block, [fed, eaten])
+    batch = newborns(runs=2)
+    fed, eaten = First(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments), Series("eaten_in_life", moments, slice(40))
+    follow(batch, [fed, eaten])
     for run in range(2):
         ate = replay(small(), seed=1, run=run).eaten.values > 0
         first = np.where(ate.any(axis=0), ate.argmax(axis=0) + 1, np.nan)
         assert np.array_equal(fed.values[run], first, equal_nan=True)
     undisturbed = newborns(runs=2)
     undisturbed.live(0, STEPS)
-    assert np.array_equal(undisturbed.eaten(), block.eaten())
-    assert np.array_equal(undisturbed.weights(), block.weights())
+    assert np.array_equal(undisturbed.eaten_in_life(), batch.eaten_in_life())
+    assert np.array_equal(undisturbed.weights(), batch.weights())

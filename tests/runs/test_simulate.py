@@ -1,4 +1,4 @@
-"""A run is labelled, carries its facts, and depends on nothing but experiment, seed and run."""
+"""A run is labelled, carries its provenance, and depends on nothing but experiment, seed and run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.runs.simulate import History, live_block, simulate, simulate_block
+from baldwinlab.runs.simulate import History, live_batch, simulate, simulate_batch
 from baldwinlab.studies.store import encode
 from baldwinlab.variables import RUN
 from tests.small import small
@@ -57,7 +57,7 @@ def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_
     def look(histories: Sequence[History]) -> None:
         held.append(histories[0].record().kept_generation.values.tolist())
 
-    (history,) = live_block(experiment, seed=1, runs=[2], after_generation=look)
+    (history,) = live_batch(experiment, seed=1, runs=[2], after_generation=look)
     assert held == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
     assert encode(history.record()) == encode(history.dataset())
 
@@ -90,14 +90,14 @@ def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
         simulate(small(), seed=seed, run=run)
 
 
-def test_a_block_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> None:
+def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> None:
     experiment = small().replace(evolution={"generations": 5}, record={"genome_every": 3})
     cut: dict[int, list[xr.Dataset]] = {}
 
     def keep(histories: Sequence[History]) -> None:
         cut[histories[0].lived] = [history.dataset().copy(deep=True) for history in histories]
 
-    whole = simulate_block(experiment, seed=1, runs=[0, 4], after_generation=keep)
+    whole = simulate_batch(experiment, seed=1, runs=[0, 4], after_generation=keep)
     assert list(cut) == [1, 2, 3, 4, 5]
     for lived, runs in cut.items():
         for run, number in zip(runs, (0, 4), strict=True):

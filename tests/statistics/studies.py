@@ -58,10 +58,10 @@ def trace(condition: str, generation: int, run: int = 0, steps: int = 60, agents
     eaten = np.zeros((steps, agents), np.int32)
     eaten[-1, ::2] = 1
     dims = ("step", "agent")
-    facts = {
+    provenance = {
         "experiment": to_toml(experiment(condition, 12, agents)),
         "condition": condition,
         "run": run,
         "generation": generation,
     }
-    return xr.Dataset({"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)}, attrs=facts)
+    return xr.Dataset({"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)}, attrs=provenance)

@@ -40,7 +40,7 @@ def on_dask(local: Any) -> Executor:
 
 
 def longer(name: str) -> Experiment:
-    """Of which a block takes a fraction of a second."""
+    """Of which a batch takes a fraction of a second."""
     return small(name).replace(lifetime={"steps": 6000})
 
 

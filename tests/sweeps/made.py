@@ -38,6 +38,6 @@ def sample(points: int) -> xr.Dataset:
 
 def _sweep(eaten: Any, fields: dict[str, Any], design: str) -> xr.Dataset:
     coords = {name: (*given, {"long_name": MEANINGS[name]}) for name, given in fields.items()}
-    facts = {"design": design, "fields": list(fields), "base": "evo/A", "set": ["lifetime.steps=1000"], "seed": 7}
+    provenance = {"design": design, "fields": list(fields), "base": "evo/A", "set": ["lifetime.steps=1000"], "seed": 7}
     dims, values = eaten
-    return xr.Dataset({name: (dims, values.copy()) for name in ("energy", "food_eaten")}, coords, facts)
+    return xr.Dataset({name: (dims, values.copy()) for name in ("energy", "food_eaten")}, coords, provenance)

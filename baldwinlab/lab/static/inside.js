@@ -88,7 +88,7 @@ export class Inspector {
     this.traces.error.root.hidden = !taught;
     const steps = arrays.sample_step.at(-1);
     const { first } = header;
-    this.traces.eaten.set([{ values: arrays.eaten, first, colour: "meal" }], steps, 0, Math.max(1, arrays.eaten.at(-1)));
+    this.traces.eaten.set([{ values: arrays.eaten_in_life, first, colour: "meal" }], steps, 0, Math.max(1, arrays.eaten_in_life.at(-1)));
     if (taught) this.traces.error.set([{ values: arrays.error, first, colour: "chosen" }], steps, 0, largest(arrays.error));
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
@@ -155,7 +155,7 @@ export class Inspector {
     const { error, weights, eaten } = this.traces;
     if (arrays.error) error.draw(step, format(arrays.error[row]));
     weights.draw(step, `moved ${format(this.moved())}`);
-    eaten.draw(step, format(arrays.eaten[row]));
+    eaten.draw(step, format(arrays.eaten_in_life[row]));
   }
 
   /** What it did; and where that was noise, not the largest output, says so. */

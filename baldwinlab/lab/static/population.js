@@ -24,7 +24,7 @@ export class Population {
   /** Show who has eaten how much before the step after this one. */
   draw(recording, step) {
     const now = performance.now();
-    const most = recording.arrays.eaten.subarray(-recording.agents);
+    const most = recording.arrays.eaten_in_life.subarray(-recording.agents);
     if (!this.root.clientWidth || (recording === this.recording && (step === this.step || now - this.drawn < EVERY))) return;
     if (recording !== this.recording) this.begin(recording, most);
     Object.assign(this, { recording, step, drawn: now });

@@ -48,7 +48,7 @@ export class Recording {
   /** Items that an agent has eaten before a step. */
   eatenBefore(step, agent) {
     const row = Math.min(step, this.last) - this.first - 1;
-    return row < 0 ? 0 : this.arrays.eaten[row * this.agents + agent];
+    return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
   }
 }
 
@@ -64,7 +64,7 @@ function firstAfter(moveStep, step) {
 }
 
 /** Items that all agents together eat in each step. */
-function mealsOf({ agents, first, arrays: { eaten } }) {
+function mealsOf({ agents, first, arrays: { eaten_in_life: eaten } }) {
   const meals = new Uint16Array(eaten.length / agents);
   let before = null;
   for (let row = 0; row < meals.length; row++) {

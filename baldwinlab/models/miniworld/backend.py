@@ -15,7 +15,7 @@ from baldwinlab.models.miniworld.state import Model, State
 GPU_PAYS: Final = 128  # worlds: with fewer, most of a GPU idles. Reasoned, not measured.
 
 
-class Block(Protocol):
+class Batch(Protocol):
     """Several runs of one experiment that live side by side, a generation at a time."""
 
     model: Model
@@ -29,18 +29,18 @@ class Block(Protocol):
 
     def items(self) -> npt.NDArray[np.float32]: ...
 
-    def eaten(self) -> npt.NDArray[np.int32]: ...
+    def eaten_in_life(self) -> npt.NDArray[np.int32]: ...
 
     def weights(self) -> npt.NDArray[np.float32]: ...
 
 
 class Backend(NamedTuple):
     name: str  # "cpu" or "cuda"
-    block: Callable[[Experiment, int, Sequence[int]], Block]  # of an experiment, a seed, and the runs of a study
-    worlds: int  # that best live side by side in a block, if there are so many
+    batch: Callable[[Experiment, int, Sequence[int]], Batch]  # of an experiment, a seed, and the runs of a study
+    worlds: int  # that best live side by side in a batch, if there are so many
 
 
-CPU: Final = Backend("cpu", cpu.Block, 4)  # 80 lanes, whose weights stay in the first-level cache
+CPU: Final = Backend("cpu", cpu.Batch, 4)  # 80 lanes, whose weights stay in the first-level cache
 
 
 def choose(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
@@ -58,4 +58,4 @@ def choose(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
     if problem and name == "cuda":
         raise ValueError(problem)
     too_large = name == "auto" and agents > cuda.LARGEST_WORLD
-    return CPU if problem or too_large else Backend("cuda", cuda.Block, 16384)
+    return CPU if problem or too_large else Backend("cuda", cuda.Batch, 16384)

@@ -1,4 +1,4 @@
-"""The launcher for the CPU: Python arrays in, a block of lives, Python arrays out."""
+"""The launcher for the CPU: Python arrays in, a batch of lives, Python arrays out."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _live_of(experiment: Experiment) -> Any:
     return live_one_by_one if experiment.lifetime.update == "sequential" else live_together
 
 
-class Block:
+class Batch:
     """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
@@ -62,10 +62,10 @@ class Block:
         """Where the items lie, [world, item, (x, y)]."""
         return np.stack([self.state.item_x, self.state.item_y], axis=-1)
 
-    def eaten(self) -> npt.NDArray[np.int32]:
+    def eaten_in_life(self) -> npt.NDArray[np.int32]:
         """Items eaten so far in this life, [world, agent, region]."""
         worlds, agents = self._shape
-        return self.state.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        return self.state.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
 
     def weights(self) -> npt.NDArray[np.float32]:
         """The action module's weights as they stand, [world, agent, weight]."""
@@ -74,7 +74,7 @@ class Block:
 
 
 def compile_lives(experiment: Experiment) -> None:
-    """Compile what these lives run, if it is not kept: a block of one world lives for a step."""
-    block = Block(experiment, seed=0, runs=[0])
-    block.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
-    block.live(0, 1)
+    """Compile what these lives run, if it is not kept: a batch of one world lives for a step."""
+    batch = Batch(experiment, seed=0, runs=[0])
+    batch.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
+    batch.live(0, 1)

@@ -1,4 +1,4 @@
-"""The launcher for an NVIDIA GPU: Python arrays in, a block of lives, Python arrays out."""
+"""The launcher for an NVIDIA GPU: Python arrays in, a batch of lives, Python arrays out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.state import State
 
 THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
 PROCESSORS: Final = 132  # of an H200
-LARGEST_WORLD: Final = 1024  # agents: the most threads that a block can have
+LARGEST_WORLD: Final = 1024  # agents: the most threads that a batch can have
 
 
 def available() -> str | None:
@@ -60,7 +60,7 @@ def _fetch(here: Any, there: Any, stream: Any) -> None:
             _fetch(mine, its, stream)
 
 
-class Block:
+class Batch:
     """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others.
 
     Worlds are padded to whole thread blocks; those past the last run live, harmlessly, and are not reported.
@@ -123,12 +123,12 @@ class Block:
         state, worlds = self.state, self._shape[0]
         return np.stack([state.item_x[:worlds], state.item_y[:worlds]], axis=-1)
 
-    def eaten(self) -> npt.NDArray[np.int32]:
+    def eaten_in_life(self) -> npt.NDArray[np.int32]:
         """Items eaten so far in this life, [world, agent, region]. Waits until it is lived."""
         worlds, agents = self._shape
-        self._state.eaten.copy_to_host(self._host.eaten, self._stream)
+        self._state.eaten_in_life.copy_to_host(self._host.eaten_in_life, self._stream)
         self._stream.synchronize()
-        return self._host.eaten[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        return self._host.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
 
     def weights(self) -> npt.NDArray[np.float32]:
         """The action module's weights as they stand, [world, agent, weight]. Waits until they do."""

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import cost_of_learning, energy_of
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.backend import CPU, Backend, Block
+from baldwinlab.models.miniworld.backend import CPU, Backend, Batch
 from baldwinlab.models.miniworld.make import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import FOOD
 from baldwinlab.parts.models import Lives
@@ -20,19 +20,19 @@ class Foragers:
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None) -> None:
         self._experiment = experiment
-        self._block = (backend or CPU).block(experiment, seed, runs)
+        self._batch = (backend or CPU).batch(experiment, seed, runs)
 
     def live(self, generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
-        self._block.begin(generation, genomes)
-        self._block.live(0, self._experiment.lifetime.steps)
-        return lives_in(self._experiment, self._block, genomes)
+        self._batch.begin(generation, genomes)
+        self._batch.live(0, self._experiment.lifetime.steps)
+        return lives_in(self._experiment, self._batch, genomes)
 
 
-def lives_in(experiment: Experiment, block: Block, genomes: npt.NDArray[np.float32]) -> Lives:
-    """What has become of the lives in a block that began with `genomes` [run, agent, module, weight]."""
-    regions, eaten = item_regions(experiment), block.eaten()
+def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]) -> Lives:
+    """What has become of the lives in a batch that began with `genomes` [run, agent, module, weight]."""
+    regions, eaten = item_regions(experiment), batch.eaten_in_life()
     energies = np.array([region.energy for region in regions] or [0.0], np.float64)
-    learned = block.weights() if experiment.learns else None
+    learned = batch.weights() if experiment.learns else None
     each = zip(genomes, learned if learned is not None else [None] * len(genomes), strict=True)
     return Lives(
         energy=np.stack([energy_of(energies, one) for one in eaten]),

@@ -1,8 +1,8 @@
 """Items: where they appear, which of them are near an agent, and eating.
 
-The items of a region with many of them are kept sorted by square tiles, so that an agent looks only at tiles within its reach:
-the items of neighbouring tiles of a row lie side by side, in *slots*, and are looked at sixteen at a time. A region with few
-items is one tile, whose items never change slots. Behind each region's slots are sixteen with nothing in them, so that nobody who
+The items of a region with many of them are kept sorted by square cells, so that an agent looks only at cells within its reach:
+the items of neighbouring cells of a row lie side by side, in *slots*, and are looked at sixteen at a time. A region with few
+items is one cell, whose items never change slots. Behind each region's slots are sixteen with nothing in them, so that nobody who
 looks at one region sees another.
 
 Source: the paper, "The Simulated World of Foods and Agents"; docs/model.md for what the paper leaves open.
@@ -39,7 +39,7 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
         searching = searching - 1 if forbidden(state.features, model, x, y) else 0
     state.item_x[world, item] = x
     state.item_y[world, item] = y
-    if model.region_tiles[region + 1] - model.region_tiles[region] == 1:
+    if model.region_cells[region + 1] - model.region_cells[region] == 1:
         slot = item + region * WIDTH
         state.slot_x[world, slot] = x
         state.slot_y[world, slot] = y
@@ -48,34 +48,34 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
 
 
 @compiled
-def _tile(model: Model, state: State, world: int, region: int, item: int) -> int:
-    """The tile that an item lies in."""
+def _cell(model: Model, state: State, world: int, region: int, item: int) -> int:
+    """The cell that an item lies in."""
     columns, rows = model.grid[region, 0], model.grid[region, 1]
-    column = int((state.item_x[world, item] - model.regions[region, 0]) / model.tile_size[region, 0])
-    row = int((state.item_y[world, item] - model.regions[region, 2]) / model.tile_size[region, 1])
-    return int(model.region_tiles[region] + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
+    column = int((state.item_x[world, item] - model.regions[region, 0]) / model.cell_size[region, 0])
+    row = int((state.item_y[world, item] - model.regions[region, 2]) / model.cell_size[region, 1])
+    return int(model.region_cells[region] + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
 
 
 @compiled
 def settle(model: Model, state: State, world: int, region: int) -> None:
-    """Put the items of a region in the order of their tiles, by counting."""
+    """Put the items of a region in the order of their cells, by counting."""
     first, last = model.region_items[region], model.region_items[region + 1]
-    first_tile, last_tile = model.region_tiles[region], model.region_tiles[region + 1]
-    for tile in range(first_tile, last_tile):
-        state.tile_next[world, tile] = 0
+    first_cell, last_cell = model.region_cells[region], model.region_cells[region + 1]
+    for cell in range(first_cell, last_cell):
+        state.cell_next[world, cell] = 0
     for item in range(first, last):
-        state.tile_next[world, _tile(model, state, world, region, item)] += 1
+        state.cell_next[world, _cell(model, state, world, region, item)] += 1
     slot = first + region * WIDTH
-    for tile in range(first_tile, last_tile):
-        count = state.tile_next[world, tile]
-        state.tile_slots[world, tile + region] = slot
-        state.tile_next[world, tile] = slot
+    for cell in range(first_cell, last_cell):
+        count = state.cell_next[world, cell]
+        state.cell_slots[world, cell + region] = slot
+        state.cell_next[world, cell] = slot
         slot += count
-    state.tile_slots[world, last_tile + region] = slot
+    state.cell_slots[world, last_cell + region] = slot
     for item in range(first, last):
-        tile = _tile(model, state, world, region, item)
-        slot = state.tile_next[world, tile]
-        state.tile_next[world, tile] += 1
+        cell = _cell(model, state, world, region, item)
+        slot = state.cell_next[world, cell]
+        state.cell_next[world, cell] += 1
         state.slot_x[world, slot] = state.item_x[world, item]
         state.slot_y[world, slot] = state.item_y[world, item]
         state.slot_item[world, slot] = item
@@ -101,24 +101,24 @@ def _beside(position: np.float32, centre: np.float32, span: np.float32) -> np.fl
 
 
 @compiled
-def tiles_within(model: Model, region: int, axis: int, position: np.float32, radius: np.float32) -> tuple[int, int]:
-    """The columns (axis 0) or rows (axis 1) of tiles within `radius` of a position: from the first, without the second."""
+def cells_within(model: Model, region: int, axis: int, position: np.float32, radius: np.float32) -> tuple[int, int]:
+    """The columns (axis 0) or rows (axis 1) of cells within `radius` of a position: from the first, without the second."""
     if model.grid[region, axis] == 1 and model.images[region] == 1:
         return 0, 1
     offset = position - model.regions[region, 2 * axis]
     reach = radius + ONE  # with room for rounding
     if offset + reach < ZERO or offset - reach > model.regions[region, 2 * axis + 1]:
         return 0, 0
-    first = math.floor((offset - reach) / model.tile_size[region, axis])
-    last = math.floor((offset + reach) / model.tile_size[region, axis])
+    first = math.floor((offset - reach) / model.cell_size[region, axis])
+    last = math.floor((offset + reach) / model.cell_size[region, axis])
     return max(int(first), 0), min(int(last) + 1, model.grid[region, axis])
 
 
 @compiled
 def slots_in_row(model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]) -> tuple[int, int]:
-    """The slots of a row's tiles from the first of `columns`, without the second: from the first slot, without the second."""
-    tile = model.region_tiles[region] + region + row * model.grid[region, 0]
-    return state.tile_slots[world, tile + columns[0]], state.tile_slots[world, tile + columns[1]]
+    """The slots of a row's cells from the first of `columns`, without the second: from the first slot, without the second."""
+    cell = model.region_cells[region] + region + row * model.grid[region, 0]
+    return state.cell_slots[world, cell + columns[0]], state.cell_slots[world, cell + columns[1]]
 
 
 @compiled
@@ -134,8 +134,8 @@ def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y
 @compiled
 def _eat_from(model: Model, state: State, world: int, region: int, lane: int, step: int, x: np.float32, y: np.float32) -> None:
     """Eat what a body at (x, y) touches of a region."""
-    columns = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
-    first_row, last_row = tiles_within(model, region, 1, y, DIAGONAL * model.reach)
+    columns = cells_within(model, region, 0, x, DIAGONAL * model.reach)
+    first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
     for row in range(first_row, last_row):
         begin, end = slots_in_row(model, state, world, region, row, columns)
         for first in range(begin, end, lanes_in_bundle()):
@@ -143,7 +143,7 @@ def _eat_from(model: Model, state: State, world: int, region: int, lane: int, st
                 for slot in range(first, min(first + lanes_in_bundle(), end)):
                     item = state.slot_item[world, slot]
                     if state.touched[world, item] != step and touches(model, state, world, slot, x, y):
-                        state.eaten[region, lane] += 1
+                        state.eaten_in_life[region, lane] += 1
                         state.touched[world, item] = step
                         grow(model, state, world, region, item)
 

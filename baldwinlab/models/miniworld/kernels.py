@@ -16,11 +16,11 @@ import numpy as np
 from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
-from baldwinlab.models.miniworld.items import DIAGONAL, grow, image, settle, slots_in_row, tidy, tiles_within, touches
+from baldwinlab.models.miniworld.items import DIAGONAL, cells_within, grow, image, settle, slots_in_row, tidy, touches
 from baldwinlab.models.miniworld.life import One, advance_all, build_all, gather, lane_of, take_step
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
-from baldwinlab.models.miniworld.world import ZERO, bear
+from baldwinlab.models.miniworld.world import ZERO, spawn
 from baldwinlab.parts.kinds import advance, hatch, meet
 
 
@@ -41,8 +41,8 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
     for region in range(model.regions.shape[0] if state.alert[0, lane] != 0 else 0):
         for number in range(model.images[region]):
             x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
-            columns = tiles_within(model, region, 0, x, DIAGONAL * model.reach)
-            first_row, last_row = tiles_within(model, region, 1, y, DIAGONAL * model.reach)
+            columns = cells_within(model, region, 0, x, DIAGONAL * model.reach)
+            first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
             for row in range(first_row, last_row):
                 begin, end = slots_in_row(model, state, world, region, row, columns)
                 for slot in range(begin, end):
@@ -54,14 +54,14 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
                         elif who.claims[world, item] == claim:
                             who.claims[world, item] = claim + 1  # no claim is odd: nobody takes it a second time
                             state.touched[world, item] = step
-                            state.eaten[region, lane] += 1
+                            state.eaten_in_life[region, lane] += 1
                             grow(model, state, world, region, item)
     return found
 
 
 @device
 def _share(who: Any, model: Model, state: State, step: int) -> None:
-    """All eat. Items stay where they are until all of the block's agents have come to claim."""
+    """All eat. Items stay where they are until all of the batch's agents have come to claim."""
     agent, agents = who.first_agent, model.agents
     turn = (agent + agents - step % agents) % agents
     claim = 2 * (step * agents + agents - 1 - turn)  # later steps outbid earlier ones, earlier turns later ones
@@ -176,10 +176,10 @@ def begin_kernel(threads: int) -> Any:
         if agent == 0:
             build_all(state.features, model, state, world)
         cuda.syncthreads()
-        bear(model, state, world, agent)
+        spawn(model, state, world, agent)
         hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
-            state.eaten[region, lane] = 0
+            state.eaten_in_life[region, lane] = 0
             for item in range(model.region_items[region] + agent, model.region_items[region + 1], model.agents):
                 claims[world, item] = -1
                 state.touched[world, item] = -1

@@ -61,17 +61,17 @@ class SelfTaught(LearningRule, name="self-taught"):
 
 
 class Drift(LearningRule, name="drift"):
-    """A pupil teaches itself from what the agent senses, and each of the agent's weights stays as far from birth as the pupil's.
+    """A shadow learner teaches itself from what the agent senses; an agent's weights stay as far from birth as the shadow's.
 
     Some move in the same direction, some in the opposite one, so it is as much change, but nothing is learned.
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     arrays: ClassVar[Mapping[str, Array]] = {
-        "pupil": per_agent("weights"),  # the weights as self-teaching would have made them
-        "pupil_activations": per_agent("units"),
+        "shadow": per_agent("weights"),  # the weights as self-teaching would have made them
+        "shadow_activations": per_agent("units"),
         "newborn": per_agent("weights"),  # the weights at birth
-        "signs": per_agent("weights"),  # 1 or -1, whether a weight moves as the pupil's or against it
+        "signs": per_agent("weights"),  # 1 or -1, whether a weight moves as the shadow's or against it
     }
 
     @staticmethod
@@ -83,23 +83,23 @@ class Drift(LearningRule, name="drift"):
             words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
             part.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE
             part.newborn[weight, lane] = state.weights[weight, lane]
-            part.pupil[weight, lane] = state.weights[weight, lane]
+            part.shadow[weight, lane] = state.weights[weight, lane]
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
         for k in range(model.inputs):
-            put(part.pupil_activations, k, lane, get(state.activations, k, lane))
-        forward(state.network, part.pupil, part.pupil_activations, lane)
+            put(part.shadow_activations, k, lane, get(state.activations, k, lane))
+        forward(state.network, part.shadow, part.shadow_activations, lane)
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, part.pupil, part.pupil_activations, state.errors, state.targets, lane)
+        backward(state.network, rate, part.shadow, part.shadow_activations, state.errors, state.targets, lane)
         for weight in range(state.weights.shape[0]):
-            moved = get(part.pupil, weight, lane) - get(part.newborn, weight, lane)
+            moved = get(part.shadow, weight, lane) - get(part.newborn, weight, lane)
             put(state.weights, weight, lane, get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        pupil = naive.module(agent.own["pupil"])
-        naive.backpropagate(pupil, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate)
-        agent.own["pupil"] = naive.weights(pupil)
-        each = zip(agent.own["newborn"], agent.own["signs"], agent.own["pupil"], strict=True)
+        shadow = naive.module(agent.own["shadow"])
+        naive.backpropagate(shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate)
+        agent.own["shadow"] = naive.weights(shadow)
+        each = zip(agent.own["newborn"], agent.own["signs"], agent.own["shadow"], strict=True)
         agent.action_module = naive.module([born + sign * (taught - born) for born, sign, taught in each])

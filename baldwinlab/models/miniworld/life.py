@@ -2,7 +2,7 @@
 
 A lifetime is a pure function of the experiment, the seed and run, the generation and the genomes.
 
-Who takes a step is a type: `Everyone` of a block, a bundle of lanes at a time, phase by phase; or `One` agent, as under the
+Who takes a step is a type: `Everyone` of a batch, a bundle of lanes at a time, phase by phase; or `One` agent, as under the
 sequential update (R7). A venue may add its own (kernels.py): what is done per world differs between them, and where a venue
 needs a barrier, it puts it there.
 """
@@ -17,9 +17,9 @@ from baldwinlab.engine.phases import for_each, phase
 from baldwinlab.engine.reference import by_reference
 from baldwinlab.models.miniworld.items import eat, grow, settle, tidy
 from baldwinlab.models.miniworld.recall import ready, think
-from baldwinlab.models.miniworld.senses import look_out, perceive
+from baldwinlab.models.miniworld.senses import broad_phase, perceive
 from baldwinlab.models.miniworld.state import Floats, Model, State
-from baldwinlab.models.miniworld.world import ZERO, bear, stumble, travel
+from baldwinlab.models.miniworld.world import ZERO, act_noisily, spawn, travel
 from baldwinlab.parts.kinds import advance, build, decide, hatch, learn, meet
 
 
@@ -52,7 +52,7 @@ def feed(who: Any, model: Model, state: State, step: int) -> None:
 def take_step(who: Any, model: Model, state: State, step: int) -> None:
     """Sense, think, act, learn, eat."""
     for first in range(who.first, who.last, who.stride):
-        look_out(model, state, lane_of(who, first))
+        broad_phase(model, state, lane_of(who, first))
     for world in range(who.first_world, who.last_world):
         for agent in range(who.first_agent, who.last_agent):
             perceive(model, state, world, agent)
@@ -60,10 +60,10 @@ def take_step(who: Any, model: Model, state: State, step: int) -> None:
         think(state.recall, model, state, lane_of(who, first))
     for first in range(who.first, who.last, who.stride):
         decide(state.body, model, state, lane_of(who, first))
-    if model.motor_noise > ZERO:
+    if model.action_noise > ZERO:
         for world in range(who.first_world, who.last_world):
             for agent in range(who.first_agent, who.last_agent):
-                stumble(model, state, world, world * model.agents + agent, agent, step)
+                act_noisily(model, state, world, world * model.agents + agent, agent, step)
     for first in range(who.first, who.last, who.stride):
         travel(state.features, model, state, lane_of(who, first))
     gather(who, model, state, step)
@@ -74,7 +74,7 @@ def take_step(who: Any, model: Model, state: State, step: int) -> None:
 
 
 class _Everyone:
-    """All agents of a block, at the same time."""
+    """All agents of a batch, at the same time."""
 
     @staticmethod
     def lane_of(who: Any, first: int) -> Lane:
@@ -138,13 +138,13 @@ def be_born(model: Model, state: State, fixed: Floats) -> None:
     """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set."""
     state.activations[:] = ZERO  # a newborn remembers nothing
     state.code[:] = -1
-    state.eaten[:] = 0
+    state.eaten_in_life[:] = 0
     state.touched[:] = -1
     state.appearances[:] = 0
     for world in range(model.worlds):
         build_all(state.features, model, state, world)
         for agent in range(model.agents):
-            bear(model, state, world, agent)
+            spawn(model, state, world, agent)
             hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):

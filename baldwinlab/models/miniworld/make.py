@@ -17,7 +17,7 @@ from baldwinlab.models.miniworld.state import ARRAYS, FOOD, HEADING_COUNT, Float
 from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
 
 FEW_ITEMS: Final = 8 * WIDTH
-ITEMS_IN_TILE: Final = 10  # on average
+ITEMS_IN_CELL: Final = 10  # on average
 WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
 FOOD_COLOR: Final = "green"  # of `baldwinlab.palette`
 
@@ -56,12 +56,12 @@ def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
 
 
 def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
-    """Columns and rows of the tiles that a region's items are sorted into.
+    """Columns and rows of the cells that a region's items are sorted into.
 
-    One tile for a few items, and where an agent would have to look at most tiles anyway.
+    One cell for a few items, and where an agent would have to look at most cells anyway.
     """
     width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
-    edge = math.sqrt(width * height * ITEMS_IN_TILE / max(1, region.count))
+    edge = math.sqrt(width * height * ITEMS_IN_CELL / max(1, region.count))
     looked_at = (2 * experiment.senses.visual_radius + edge) ** 2  # an area
     if region.count <= FEW_ITEMS or looked_at > WORTH_SORTING * width * height:
         return 1, 1
@@ -97,9 +97,9 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         region_kind=np.array([item_kinds(experiment).index(region.kind) for region in regions], np.int64),
         regions=boxes,
         region_items=np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
-        region_tiles=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
+        region_cells=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
         grid=grid,
-        tile_size=(boxes[:, 1::2] / grid).astype(np.float32),
+        cell_size=(boxes[:, 1::2] / grid).astype(np.float32),
         images=np.where(compact, 1, 9).astype(np.int64),
         cosine=cosine,
         sine=sine,
@@ -108,7 +108,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         open_boundaries=experiment.senses.boundaries == "open",
         square_contact=contact.shape == "square",
         reach=np.float32(contact.reach),
-        motor_noise=np.float32(experiment.motor.noise),
+        action_noise=np.float32(experiment.motor.noise),
         inputs=len(experiment.inputs),
         learning_steps=experiment.learning.steps,
         always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
@@ -118,7 +118,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
 def dimensions(experiment: Experiment) -> dict[str, int]:
     """How many there are of what arrays are declared with."""
     regions = item_regions(experiment)
-    items, tiles = sum(region.count for region in regions), sum(math.prod(_grid(region, experiment)) for region in regions)
+    items, cells = sum(region.count for region in regions), sum(math.prod(_grid(region, experiment)) for region in regions)
     return {
         "weights": experiment.weight_count,
         "units": sum(experiment.layer_sizes),
@@ -128,8 +128,8 @@ def dimensions(experiment: Experiment) -> dict[str, int]:
         "regions": max(1, len(regions)),
         "items": items,
         "slots": items + WIDTH * max(1, len(regions)),
-        "tiles": tiles,
-        "tile ends": tiles + max(1, len(regions)),
+        "cells": cells,
+        "cell ends": cells + max(1, len(regions)),
     }
 
 
@@ -138,7 +138,7 @@ def make_state(experiment: Experiment, worlds: int) -> State:
 
     def allocate(array: Array) -> npt.NDArray[Any]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
-        shape = {"agent": (*rows, lanes), "world": (worlds, *rows), "block": rows}[array.owner]
+        shape = {"agent": (*rows, lanes), "world": (worlds, *rows), "batch": rows}[array.owner]
         return _aligned(shape, array.dtype, array.fill)
 
     def made(part: Part) -> Any:
@@ -166,13 +166,13 @@ def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
 
 
 def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
-    """A copy of every array, by name, of so many worlds with so many agents in each, without what fills up a block."""
+    """A copy of every array, by name, of so many worlds with so many agents in each, without what fills up a batch."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
     for name in ("recall", "network", "rule", "body", "senses", "features"):
         part = getattr(state, name)
         for number, each in enumerate(part if name in ("senses", "features") else [part]):
             holders[f"{name}[{number}]."] = each, type(each).part.arrays
-    kept = {"agent": (..., slice(worlds * agents)), "world": (slice(worlds),), "block": ()}
+    kept = {"agent": (..., slice(worlds * agents)), "world": (slice(worlds),), "batch": ()}
     return {
         f"{of}{name}": getattr(holder, name)[kept[array.owner]].copy()
         for of, (holder, arrays) in holders.items()

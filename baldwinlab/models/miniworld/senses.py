@@ -16,7 +16,7 @@ import numpy as np
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.lanes import Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, negated, put
 from baldwinlab.engine.phases import for_each, if_any
-from baldwinlab.models.miniworld.items import image, slots_in_row, tiles_within
+from baldwinlab.models.miniworld.items import cells_within, image, slots_in_row
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.models.miniworld.world import either, shortest
@@ -42,7 +42,7 @@ visible = if_any(_behind_nothing, _as_it_is)
 
 
 @compiled
-def look_out(model: Model, state: State, lane: Lane) -> None:
+def broad_phase(model: Model, state: State, lane: Lane) -> None:
     """Mark the agents that are near any region, for the others sense nothing: most often so, and quickly told."""
     put(state.near, 0, lane, ZERO)
     reach = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
@@ -77,8 +77,8 @@ def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: 
 def _look(model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int) -> int:
     """What an agent at (x, y) gets to know of a region, as bits."""
     farthest = max(model.visual_radius, model.alert_radius)
-    columns = tiles_within(model, region, 0, x, farthest)
-    first_row, last_row = tiles_within(model, region, 1, y, farthest)
+    columns = cells_within(model, region, 0, x, farthest)
+    first_row, last_row = cells_within(model, region, 1, y, farthest)
     bits = 0
     for row in range(first_row, last_row):
         begin, end = slots_in_row(model, state, world, region, row, columns)

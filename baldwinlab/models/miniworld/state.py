@@ -1,6 +1,6 @@
 """What the engine works on: a `Model` that never changes and a `State` that does, both flat and typed.
 
-A block is several worlds of the same experiment, which live through the same generation side by side. Agents are *lanes*:
+A batch is several worlds of the same experiment, which live through the same generation side by side. Agents are *lanes*:
 lane = world * agents + agent, padded to whole bundles; the lanes past the last agent compute, harmlessly, and touch nothing.
 """
 
@@ -34,9 +34,9 @@ class Model(NamedTuple):
     region_kind: Counts  # [region], the number of its items' kind; 0 is food
     regions: Floats  # [region, (left, width, upper, height)]
     region_items: Counts  # [region + 1], the number of each region's first item, and of all items
-    region_tiles: Counts  # [region + 1], the number of each region's first tile, and of all tiles
-    grid: Counts  # [region, (columns, rows)] of its tiles
-    tile_size: Floats  # [region, (width, height)]
+    region_cells: Counts  # [region + 1], the number of each region's first cell, and of all cells
+    grid: Counts  # [region, (columns, rows)] of its cells
+    cell_size: Floats  # [region, (width, height)]
     images: Counts  # [region], from how many images of the torus it may be reached: 1, or 9
     cosine: Floats  # [heading]
     sine: Floats  # [heading]
@@ -45,7 +45,7 @@ class Model(NamedTuple):
     open_boundaries: bool
     square_contact: bool
     reach: np.float32
-    motor_noise: np.float32
+    action_noise: np.float32
     inputs: int
     learning_steps: int
     always_alert: int  # 1 where there are items that no sense looks for
@@ -60,16 +60,16 @@ class State(NamedTuple):
     code: Integers  # [1, lane], which inputs are 1, as bits; -1 before the first look
     alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
     action: Floats  # [1, lane], the number of the action done
-    eaten: Integers  # [region, lane], so far in this life
+    eaten_in_life: Integers  # [region, lane], so far in this life
     item_x: Floats  # [world, item]
     item_y: Floats  # [world, item]
     appearances: Counts  # [world, item], how many places have been drawn for it before
     touched: Integers  # [world, item], the step in which the item was last eaten; -1 for never
-    slot_x: Floats  # [world, slot], the items in the order of their tiles; behind each region's last, NOWHERE
+    slot_x: Floats  # [world, slot], the items in the order of their cells; behind each region's last, NOWHERE
     slot_y: Floats  # [world, slot]
     slot_item: Counts  # [world, slot], which item it is
-    tile_slots: Integers  # [world, tile + region], the first slot of each tile, and behind a region's last the slot after it
-    tile_next: Integers  # [world, tile], scratch: the next slot to fill
+    cell_slots: Integers  # [world, cell + region], the first slot of each cell, and behind a region's last the slot after it
+    cell_next: Integers  # [world, cell], scratch: the next slot to fill
     stale: Integers  # [world, region], whether items have moved and are to be put in order
     weights: Floats  # [weight, lane], the action module's, as they stand
     activations: Floats  # [unit, lane], the action module's; the first rows are the inputs, the last the outputs
@@ -86,14 +86,14 @@ class State(NamedTuple):
 
 ARRAYS: Final[Mapping[str, Array]] = {
     "keys": per_world(2, dtype="uint32"),
-    "generation": Array("block", (1,), "uint32"),
+    "generation": Array("batch", (1,), "uint32"),
     "places": per_agent(2),
     "near": per_agent(1),
     "heading": per_agent(1),
     "code": per_agent(1, dtype="int32"),
     "alert": per_agent(1, dtype="int32"),
     "action": per_agent(1),
-    "eaten": per_agent("regions", dtype="int32"),
+    "eaten_in_life": per_agent("regions", dtype="int32"),
     "item_x": per_world("items"),
     "item_y": per_world("items"),
     "appearances": per_world("items", dtype="int64"),
@@ -101,8 +101,8 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "slot_x": per_world("slots", fill=NOWHERE),
     "slot_y": per_world("slots", fill=NOWHERE),
     "slot_item": per_world("slots", dtype="int64"),
-    "tile_slots": per_world("tile ends", dtype="int32"),
-    "tile_next": per_world("tiles", dtype="int32"),
+    "cell_slots": per_world("cell ends", dtype="int32"),
+    "cell_next": per_world("cells", dtype="int32"),
     "stale": per_world("regions", dtype="int32"),
     "weights": per_agent("weights"),
     "activations": per_agent("units"),

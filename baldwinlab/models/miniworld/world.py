@@ -47,7 +47,7 @@ def shortest(difference: Value, span: np.float32) -> Value:
 
 
 @compiled
-def bear(model: Model, state: State, world: int, agent: int) -> None:
+def spawn(model: Model, state: State, world: int, agent: int) -> None:
     """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
     x, y, attempt = ONE, ONE, 0
@@ -68,10 +68,10 @@ def bear(model: Model, state: State, world: int, agent: int) -> None:
 
 
 @compiled
-def stumble(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
+def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
     """Motor noise: now and then, another action than the chosen one, drawn at random of all there are."""
     words = philox(step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1])
-    if unit(words[0]) < model.motor_noise:
+    if unit(words[0]) < model.action_noise:
         state.action[0, lane] = np.float32(int(np.float32(state.targets.shape[0]) * unit(words[1])))
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import Backend
-from baldwinlab.runs.simulate import live_block
+from baldwinlab.runs.simulate import live_batch
 from baldwinlab.studies.store import Study, write_record
 
 
@@ -51,15 +51,15 @@ def agent_steps_of_run(experiment: Experiment) -> int:
 
 
 def do(task: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
-    """Do a task in blocks of as many worlds as suit the backend; store the runs of a block when it ends.
+    """Do a task in batches of as many worlds as suit the backend; store the runs of a batch when it ends.
 
     `lived` is called with the agent-steps of every generation that has lived; what it raises ends the task.
     """
     for first in range(0, len(task.runs), backend.worlds):
-        _do_block(Task(task.experiment, task.runs[first : first + backend.worlds]), seed, directory, backend, lived)
+        _do_batch(Task(task.experiment, task.runs[first : first + backend.worlds]), seed, directory, backend, lived)
 
 
-def _do_block(block: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
-    share = block.agent_steps // block.experiment.evolution.generations
-    for history in live_block(block.experiment, seed, block.runs, backend, lambda histories: lived(share)):
-        write_record(directory, block.experiment.name, history.run, history.record())
+def _do_batch(batch: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
+    share = batch.agent_steps // batch.experiment.evolution.generations
+    for history in live_batch(batch.experiment, seed, batch.runs, backend, lambda histories: lived(share)):
+        write_record(directory, batch.experiment.name, history.run, history.record())

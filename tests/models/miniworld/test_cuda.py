@@ -21,7 +21,7 @@ from baldwinlab.engine.gpu import uncontracted
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu, cuda, kernels
-from baldwinlab.models.miniworld.backend import GPU_PAYS, Block, choose
+from baldwinlab.models.miniworld.backend import GPU_PAYS, Batch, choose
 from baldwinlab.models.miniworld.make import make_model, make_state, named_arrays
 from baldwinlab.parts import load_file
 from baldwinlab.parts.foreign import load_text
@@ -31,7 +31,7 @@ PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
 STEPS = 20
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
-MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by tiles
+MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by cells
 
 WIND = '''
 """A wind that turns with every step, and moves all items."""
@@ -62,9 +62,9 @@ def experiments() -> list[Experiment]:
         for condition in ("evo", "evo+self-taught")
         for update in ("simultaneous", "sequential")
     ]
-    tiled = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
-    assert make_model(tiled, 1).grid.prod(axis=1).max() > 10
-    found.append(tiled)
+    in_cells = small("evo", **changes, world={"food": MANY}, senses={"visual_radius": 5})
+    assert make_model(in_cells, 1).grid.prod(axis=1).max() > 10
+    found.append(in_cells)
     found.append(small("evo+self-taught", **changes, world={"food": []}))
     wild = {"food": FEW, "start": {"headings": "random"}}
     drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 15}
@@ -91,20 +91,24 @@ def foreign() -> list[Experiment]:
     ]
 
 
-def life(block: Block, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
+def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.generic]]:
     """What there is to see of three worlds after a life in two parts."""
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
     for generation in (0, 1):
-        block.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
-        block.live(0, 7)
-        block.live(7, STEPS)
-    return named_arrays(block.state, *shape[:2]) | {"eaten": block.eaten(), "items": block.items(), "weights": block.weights()}
+        batch.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
+        batch.live(0, 7)
+        batch.live(7, STEPS)
+    return named_arrays(batch.state, *shape[:2]) | {
+        "eaten": batch.eaten_in_life(),
+        "items": batch.items(),
+        "weights": batch.weights(),
+    }
 
 
 def simulate_gpu(path: str) -> None:
     """Live all experiments in the simulator, worlds in pairs, and write down what came of them."""
     cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
-    lives = [life(cuda.Block(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()]
+    lives = [life(cuda.Batch(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()]
     arrays: dict[str, Any] = {f"{number} {name}": array for number, found in enumerate(lives) for name, array in found.items()}
     np.savez(path, **arrays)
 
@@ -113,7 +117,7 @@ def simulate_foreign(number: int) -> None:
     """Live an experiment with parts of one's own in the simulator, worlds in pairs, and in plain Python."""
     cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
     experiment = foreign()[number]
-    found, expected = (life(venue.Block(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu))
+    found, expected = (life(venue.Batch(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu))
     assert expected["eaten"].any()
     for name, array in expected.items():
         assert found[name].tobytes() == array.tobytes(), name
@@ -130,7 +134,7 @@ def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None
     in_the_simulator(f"simulate_gpu({str(tmp_path / 'lives.npz')!r})")
     found = np.load(tmp_path / "lives.npz")
     for number, experiment in enumerate(experiments()):
-        expected = life(cpu.Block(experiment, 5, range(WORLDS)), experiment)
+        expected = life(cpu.Batch(experiment, 5, range(WORLDS)), experiment)
         assert expected["eaten"].any() == bool(experiment.world.food)
         for name, array in expected.items():
             assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
@@ -145,12 +149,12 @@ def test_a_newborn_remembers_nothing() -> None:
     load_file(PARTS / "elman.py")
     experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
     genomes = np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
-    first, second = cpu.Block(experiment, 5, [0]), cpu.Block(experiment, 5, [0])
+    first, second = cpu.Batch(experiment, 5, [0]), cpu.Batch(experiment, 5, [0])
     first.begin(0, genomes)
     first.live(0, STEPS)
-    for block in (first, second):
-        block.begin(1, genomes)
-        block.live(0, 1)
+    for batch in (first, second):
+        batch.begin(1, genomes)
+        batch.live(0, 1)
     assert first.state.activations.tobytes() == second.state.activations.tobytes()
 
 
@@ -215,7 +219,7 @@ def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(ValueError, match=re.escape(extra)):
         choose("cuda")
     with pytest.raises(ValueError, match=re.escape(extra)):
-        cuda.Block(small("evo"), 0, [0])
+        cuda.Batch(small("evo"), 0, [0])
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: SimpleNamespace())
     monkeypatch.setattr("numba.cuda.is_available", lambda: False)
     assert cuda.available() == "backend cuda needs an NVIDIA GPU, and none was found"
@@ -228,11 +232,11 @@ def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
     assert choose("auto", 1).name == "cpu"
     assert choose("auto", GPU_PAYS).name == "cuda"
     assert choose("auto", GPU_PAYS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
-    assert choose("cuda").block is cuda.Block
+    assert choose("cuda").batch is cuda.Batch
     with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
         choose("gpu")
     with pytest.raises(ValueError, match="at most 1024 agents in a world"):
-        cuda.Block(small("evo", population={"size": 1025}), 0, [0])
+        cuda.Batch(small("evo", population={"size": 1025}), 0, [0])
 
 
 @pytest.mark.parametrize(

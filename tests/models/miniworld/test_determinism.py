@@ -1,4 +1,4 @@
-"""Same experiment and seed, same bits: whoever else lives in the block, on whichever thread, and at whatever moment."""
+"""Same experiment and seed, same bits: whoever else lives in the batch, on whichever thread, and at whatever moment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.runs.replay import replay
-from baldwinlab.runs.simulate import simulate, simulate_block
+from baldwinlab.runs.simulate import simulate, simulate_batch
 from tests.worlds import small
 
 RUNS = [0, 1, 2, 3, 7, 1000]
@@ -48,7 +48,7 @@ def test_a_run_has_the_same_bits_in_any_company(experiment: Experiment) -> None:
     assert sum(int(result["food_eaten"].sum()) for result in alone.values()) > 0
     for grouping in GROUPINGS:
         for group in grouping:
-            for run, result in zip(group, simulate_block(experiment, 9, group), strict=True):
+            for run, result in zip(group, simulate_batch(experiment, 9, group), strict=True):
                 assert_same_bits(result, alone[run])
 
 

@@ -143,12 +143,12 @@ class Follower:
             elif self.experiment.lifetime.update == "sequential":
                 doubts.append(True)  # nobody wrote down where others saw it
 
-        def stumble(agent: naive.Agent) -> None:
+        def act_noisily(agent: naive.Agent) -> None:
             if self.experiment.motor.noise:
                 agent.action = int(recorded["action"][time, self.agents.index(agent)])  # only the engine knows what it drew
 
         doubts.append(self._is_close_call_of_sight(time))
-        naive.step(time, self.agents, self.items, self.experiment, reappear, stumble)
+        naive.step(time, self.agents, self.items, self.experiment, reappear, act_noisily)
         doubts.append(self._is_close_call_of_action_or_contact(time))
         if any(doubts):
             biases = self.experiment.network.biases
@@ -238,7 +238,7 @@ def test_every_step_under_a_named_reading_is_the_step_of_the_paper(condition: st
 
 @pytest.mark.parametrize("update", ["simultaneous", "sequential"])
 @pytest.mark.parametrize("region", [{"x": [0, 400], "y": [0, 400]}, {"x": [150, 400], "y": [0, 300]}], ids=["whole map", "part"])
-def test_every_step_among_many_items_sorted_by_tiles_is_the_step_of_the_paper(region: dict[str, Any], update: str) -> None:
+def test_every_step_among_many_items_sorted_by_cells_is_the_step_of_the_paper(region: dict[str, Any], update: str) -> None:
     few = {"x": [0, 30], "y": [380, 400], "count": 5}
     world = {"width": 400, "height": 400, "start": {"x": 390, "y": 5, "radius": 150}, "food": [{**region, "count": 400}, few]}
     changes = {"world": world, "senses": {"visual_radius": 18}, "population": {"size": 12}, "evolution": {"generations": 2}}

@@ -16,7 +16,7 @@ import xarray as xr
 from baldwinlab.evolution import Genome, Moment, fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import living
-from baldwinlab.models.miniworld.cpu import Block
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.foragers import lives_in
 from baldwinlab.parts import models
 from baldwinlab.runs.replay import genome_at
@@ -29,7 +29,7 @@ class Lives(NamedTuple):
     weights: npt.NDArray[np.float32]  # [run, agent, weight], of the first module, at death
 
 
-def relive(experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
+def reevaluate(experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
     """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
 
     A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
@@ -38,16 +38,16 @@ def relive(experiment: BaseExperiment, seed: int, runs: Sequence[int], generatio
     return _lived(experiment, living(experiment, seed, runs).live(generation, genomes), genomes)
 
 
-def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Block:
-    """The block in which such lives begin, before their first step."""
-    block = Block(experiment, seed, runs)
-    block.begin(generation, genomes[:, :, : len(experiment.modules)])
-    return block
+def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Batch:
+    """The batch in which such lives begin, before their first step."""
+    batch = Batch(experiment, seed, runs)
+    batch.begin(generation, genomes[:, :, : len(experiment.modules)])
+    return batch
 
 
-def lived(experiment: Experiment, block: Block, genomes: Genome) -> Lives:
-    """What has become of the lives in a block, which began with `genomes` [run, agent, module, weight]."""
-    return _lived(experiment, lives_in(experiment, block, genomes), genomes)
+def lived(experiment: Experiment, batch: Batch, genomes: Genome) -> Lives:
+    """What has become of the lives in a batch, which began with `genomes` [run, agent, module, weight]."""
+    return _lived(experiment, lives_in(experiment, batch, genomes), genomes)
 
 
 def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> Lives:

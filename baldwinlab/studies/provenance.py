@@ -12,7 +12,7 @@ from baldwinlab.studies.store import Study
 from baldwinlab.version import __version__
 
 
-def facts(study: Study) -> dict[str, Any]:
+def provenance(study: Study) -> dict[str, Any]:
     """For the report: seed, versions, platform, and the agent-steps and seconds of all sessions."""
     sessions = list(study.sessions())
     return {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.relive import relive, stored_genome
+from baldwinlab.runs.reevaluate import reevaluate, stored_genome
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
@@ -29,7 +29,7 @@ def test_a_generation_lived_again_ends_as_it_did(experiment: Experiment) -> None
     records = [simulate(experiment, seed=2, run=run) for run in runs]
     for generation in range(3):
         genomes = np.stack([record.genome.values[generation] for record in records])
-        lives = relive(experiment, 2, runs, generation, genomes)
+        lives = reevaluate(experiment, 2, runs, generation, genomes)
         assert np.array_equal(lives.energy, [record.energy[generation] for record in records])
         trace = replay(experiment, seed=2, generation=generation, run=9)
         assert np.array_equal(lives.weights[2], trace.weight_death[:, 0, : experiment.weight_count])
@@ -40,8 +40,8 @@ def test_agents_with_one_module_use_the_first() -> None:
     learner = small("evo+self-taught")
     without = learner.replace(learning={"rule": "none"})
     genomes = simulate(learner, seed=1).genome.values[None, 2]
-    lives = relive(without, 1, [0], 2, genomes)
-    assert np.array_equal(lives.energy, relive(without, 1, [0], 2, genomes[:, :, :1]).energy)
+    lives = reevaluate(without, 1, [0], 2, genomes)
+    assert np.array_equal(lives.energy, reevaluate(without, 1, [0], 2, genomes[:, :, :1]).energy)
     assert np.array_equal(lives.weights, genomes[:, :, 0])
 
 
