@@ -186,6 +186,7 @@ class Sense(Part):
     inputs: ClassVar[tuple[str, ...]] = ()  # their names
     sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ()  # where each looks, degrees clockwise from the heading
     item_kind: ClassVar[str] = ""  # of items that it looks for by `see`
+    only_items: ClassVar[bool] = False  # tells of items alone, so it need not be asked where none are near
 
     sense: ClassVar[Any] = staticmethod(sense.default)
 

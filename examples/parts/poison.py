@@ -27,6 +27,7 @@ class TastesPoison(Sense, name="poison"):
     inputs = ("poison left", "poison in front", "poison right")
     sectors = ((315, 345), (345, 15), (15, 45))
     item_kind = "poison"
+    only_items = True
     derived = {"number": kind_number("poison")}
 
     @staticmethod

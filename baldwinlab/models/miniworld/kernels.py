@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.items import DIAGONAL, cells_within, grow, imag
 from baldwinlab.models.miniworld.life import One, advance_all, build_all, gather, lane_of, take_step
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
-from baldwinlab.models.miniworld.world import ZERO, spawn
+from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
 from baldwinlab.parts.kinds import advance, hatch, meet
 
 
@@ -173,6 +173,7 @@ def begin_kernel(threads: int) -> Any:
         for unit in range(state.activations.shape[0]):
             state.activations[unit, lane] = ZERO
         state.code[0, lane] = -1
+        state.near[0, lane] = ONE
         if agent == 0:
             build_all(state.features, model, state, world)
         cuda.syncthreads()

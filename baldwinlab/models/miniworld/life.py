@@ -19,7 +19,7 @@ from baldwinlab.models.miniworld.items import eat, grow, settle, tidy
 from baldwinlab.models.miniworld.recall import ready, think
 from baldwinlab.models.miniworld.senses import broad_phase, perceive
 from baldwinlab.models.miniworld.state import Floats, Model, State
-from baldwinlab.models.miniworld.world import ZERO, act_noisily, spawn, travel
+from baldwinlab.models.miniworld.world import ONE, ZERO, act_noisily, spawn, travel
 from baldwinlab.parts.kinds import advance, build, decide, hatch, learn, meet
 
 
@@ -138,6 +138,7 @@ def be_born(model: Model, state: State, fixed: Floats) -> None:
     """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set."""
     state.activations[:] = ZERO  # a newborn remembers nothing
     state.code[:] = -1
+    state.near[:] = ONE
     state.eaten_in_life[:] = 0
     state.touched[:] = -1
     state.appearances[:] = 0

@@ -111,6 +111,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         action_noise=np.float32(experiment.motor.noise),
         inputs=len(experiment.inputs),
         learning_steps=experiment.learning.steps,
+        least_near=np.float32(0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5),
         always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
     )
 

@@ -43,8 +43,11 @@ visible = if_any(_behind_nothing, _as_it_is)
 
 @compiled
 def broad_phase(model: Model, state: State, lane: Lane) -> None:
-    """Mark the agents that are near any region, for the others sense nothing: most often so, and quickly told."""
-    put(state.near, 0, lane, ZERO)
+    """Mark the agents that are near any region, for the others sense no items: most often so, and quickly told.
+
+    Who was near in the last step is asked by its senses once more, so that it forgets what it saw.
+    """
+    put(state.near, 0, lane, choose(get(state.near, 0, lane) > HALF, HALF, model.least_near))
     reach = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
     for region in range(model.regions.shape[0]):
         half_width, half_height = model.regions[region, 1] * HALF, model.regions[region, 3] * HALF
@@ -92,7 +95,7 @@ def see(model: Model, state: State, world: int, agent: int, kind: int) -> int:
     """Which of left, front and right see an item of a kind (its number), as bits; and be alert to those soon touched."""
     lane = world * model.agents + agent
     bits = 0
-    for region in range(model.regions.shape[0] if state.near[0, lane] > ZERO else 0):
+    for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
         if model.region_kind[region] == kind:
             for number in range(model.images[region]):
                 x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
@@ -107,6 +110,7 @@ class Sight(Sense, name="food"):
     inputs: ClassVar[tuple[str, ...]] = ("left", "front", "right")
     sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ((315, 345), (345, 15), (15, 45))
     item_kind: ClassVar[str] = FOOD
+    only_items: ClassVar[bool] = True
 
     @staticmethod
     def sense(part: Any, model: Model, state: State, world: int, agent: int) -> int:
@@ -142,6 +146,8 @@ sense_all = register(_sense_all, _choose_sense_all)
 def perceive(model: Model, state: State, world: int, agent: int) -> None:
     """Set the agent's inputs. What follows from them alone is looked up only when they have changed."""
     lane = world * model.agents + agent
+    if state.near[0, lane] == ZERO:
+        return
     state.alert[0, lane] = model.always_alert
     code = sense_all(state.senses, model, state, world, agent)
     if code == state.code[0, lane]:

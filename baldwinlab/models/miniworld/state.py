@@ -48,6 +48,7 @@ class Model(NamedTuple):
     action_noise: np.float32
     inputs: int
     learning_steps: int
+    least_near: np.float32  # 1/2 where a sense tells of more than items, so that it is always asked, else 0
     always_alert: int  # 1 where there are items that no sense looks for
 
 
@@ -55,7 +56,7 @@ class State(NamedTuple):
     keys: npt.NDArray[np.uint32]  # [world, (seed, run)]
     generation: npt.NDArray[np.uint32]  # [1]
     places: Floats  # [(x, y), lane]
-    near: Floats  # [1, lane], 1 if any region of items is near, else 0
+    near: Floats  # [1, lane], 1 if any region of items is near, 1/2 if senses are asked all the same, else 0
     heading: Floats  # [1, lane], in turns of 9 degrees
     code: Integers  # [1, lane], which inputs are 1, as bits; -1 before the first look
     alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
