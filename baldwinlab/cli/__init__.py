@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
+import warnings
 from pathlib import Path
 
 from baldwinlab import console
@@ -41,6 +42,7 @@ for _name, (_module, _function) in COMMANDS.items():
 
 def main() -> None:
     """Run the command line; every fault is one clear sentence and a non-zero exit."""
+    warnings.showwarning = lambda message, *_: console.complain(str(message))
     try:
         app(sys.argv[1:])
     except ArgumentError as error:

@@ -13,22 +13,20 @@ from __future__ import annotations
 
 import gc
 import hashlib
-import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache, wraps
-from pathlib import Path
+from functools import cache as once
+from functools import wraps
 from threading import Lock
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, Final, TypeVar, cast
 
 import numba
 import numpy as np
-import platformdirs
 from numba.core.errors import NumbaError
 from numba.extending import overload
 
+from baldwinlab.engine import cache
 from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -67,15 +65,12 @@ def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...
         return _kept(function, with_these)
 
 
-@cache
+@once
 def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
-    directory = cache_directory(fingerprint([function, *with_these]))
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(directory)  # Numba reads it when the dispatcher is made, that is, here
-    try:
-        made = numba.njit(cache=True, no_cfunc_wrapper=True, **OPTIONS)(_python(function))
-    finally:
-        numba.config.CACHE_DIR = before
+    made = numba.njit(no_cfunc_wrapper=True, **OPTIONS)(_python(function))
+    directory = cache.cache_directory(fingerprint([function, *with_these]))
+    if directory is not None and hasattr(made, "signatures"):
+        made._cache = cache.Store(directory)
 
     def call(*arguments: Any) -> Any:
         if getattr(made, "signatures", True):  # it is Python's function itself where Numba is told not to compile
@@ -103,7 +98,7 @@ def _nothing_thrown_away() -> Iterator[None]:
 
 def is_kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> bool:
     """Whether `kept` finds this compiled, by an earlier process."""
-    return any(cache_directory(fingerprint([function, *with_these])).rglob("*.nbc"))
+    return cache.is_kept(fingerprint([function, *with_these]))
 
 
 def entry(function: Function) -> Function:
@@ -114,37 +109,6 @@ def entry(function: Function) -> Function:
         return kept(function)(*arguments)
 
     return cast(Function, call)
-
-
-@cache
-def sources_hash() -> str:
-    """Of the sources of all that can be compiled, and of Numba's version: equal where compiled code is."""
-    digest = hashlib.sha256(f"numba {numba.__version__}".encode())
-    package = Path(__file__).parents[1]
-    for room in ("engine", "evolution", "models", "parts"):
-        for source in sorted((package / room).rglob("*.py")):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@cache
-def cache_directory(code: str) -> Path:
-    """Where compiled code with that fingerprint is kept, made where it is missing.
-
-    In `$BALDWINLAB_CACHE`, else the user's cache folder, else (where that cannot be written) a temporary one.
-    """
-    chosen = os.environ.get("BALDWINLAB_CACHE")
-    candidates = [Path(chosen) if chosen else Path(platformdirs.user_cache_dir("baldwinlab"))]
-    candidates.append(Path(tempfile.gettempdir()) / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}")
-    for candidate in candidates:
-        directory = candidate / f"engine-{sources_hash()}" / code
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(directory, os.W_OK):
-            return directory
-    raise OSError(f"no writable place for compiled code: tried {', '.join(map(str, candidates))}")
 
 
 def fingerprint(functions: Iterable[Callable[..., Any]]) -> str:

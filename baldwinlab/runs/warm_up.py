@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from baldwinlab.engine.cache import place
 from baldwinlab.evolution import Moment, draw_genome, fitness, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld import cpu
@@ -38,7 +39,7 @@ def warm_up(experiments: Iterable[BaseExperiment], backend: Backend = CPU) -> fl
     began = time.perf_counter()
     ones = list({_code(experiment): _shortest(experiment) for experiment in experiments}.values())
     absent = [one for one in ones if isinstance(one, Experiment) and not cpu.is_compiled(one)]
-    if backend is CPU and len(absent) > 1 and available_cores() > 1:
+    if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
         _compile_together(absent)
     for one in ones:
         live_batch(one, 0, [0], backend)

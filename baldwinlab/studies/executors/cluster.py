@@ -20,7 +20,7 @@ import dask.config
 from dask_jobqueue import SLURMCluster
 from distributed import Client, Future, KilledWorker, Worker, get_worker
 
-from baldwinlab.engine.jit import sources_hash
+from baldwinlab.engine.cache import sources_hash
 from baldwinlab.errors import PartError, RefusedError
 from baldwinlab.experiment import validate
 from baldwinlab.files import is_local, location

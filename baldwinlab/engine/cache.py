@@ -1,0 +1,130 @@
+"""Where compiled code is kept between starts, and what is believed of what lies there.
+
+Numba keeps compiled code as pickles, and whoever loads one runs what it says. So a folder is used only if it is the user's own
+and nobody else may write there, and a file begins with the SHA-256 of the rest: one that was cut short, or in which a bit has
+flipped, is removed and made anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import stat
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+import numba
+import platformdirs
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+from baldwinlab.files import write_atomically
+
+DIGEST: Final = hashlib.sha256().digest_size
+ENDING: Final = ".compiled"
+
+
+@cache
+def sources_hash() -> str:
+    """Of the sources of all that can be compiled, and of Numba's version: equal where compiled code is."""
+    digest = hashlib.sha256(f"numba {numba.__version__}".encode())
+    package = Path(__file__).parents[1]
+    for room in ("engine", "evolution", "models", "parts"):
+        for source in sorted((package / room).rglob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def cache_directory(code: str) -> Path | None:
+    """Where compiled code with that fingerprint is kept; None, with a warning, where there is no place for any.
+
+    In `$BALDWINLAB_CACHE`, else the user's cache folder, else (where that cannot be used) a temporary one of the user's own.
+    """
+    found = place()
+    return found and found / code
+
+
+@cache
+def place() -> Path | None:
+    """The folder of all compiled code of these sources, as `cache_directory` says."""
+    chosen = os.environ.get("BALDWINLAB_CACHE")
+    candidates = [Path(chosen) if chosen else Path(platformdirs.user_cache_dir("baldwinlab"))]
+    candidates.append(Path(tempfile.gettempdir()) / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}")
+    reasons = []
+    for candidate in candidates:
+        directory = candidate / f"engine-{sources_hash()}"
+        try:
+            directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+            reason = _mistrusted(candidate) or _mistrusted(directory)
+        except OSError as error:
+            reason = f"{candidate} cannot be used ({error.strerror})"
+        if reason is None:
+            return directory
+        reasons.append(reason)
+    warnings.warn(f"compiled code is not kept for the next start: {'; '.join(reasons)}", RuntimeWarning, stacklevel=2)
+    return None
+
+
+def _mistrusted(directory: Path) -> str | None:
+    """Why code in a folder is not to be run, in part of a sentence; None if the folder is the user's alone to write."""
+    if not hasattr(os, "getuid"):
+        return None  # Windows: a user's folders are the user's by inheritance
+    own = directory.stat()
+    if own.st_uid != os.getuid():
+        return f"{directory} belongs to another user"
+    if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return f"others than you may write to {directory} (chmod go-w makes it your own)"
+    parents = directory.absolute().parents
+    trusted = {os.getuid(), parents[-1].stat().st_uid}  # whoever owns the root folder is the machine's administrator
+    for parent in parents:
+        found = parent.stat()
+        if found.st_uid not in trusted or (found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX):
+            return f"others may put another folder in the place of {directory}, for {parent} is theirs to write"
+    return None if os.access(directory, os.W_OK) else f"{directory} cannot be written to"
+
+
+class Store:
+    """What a dispatcher of Numba's finds compiled code in, and leaves it in: a folder with a file for each signature."""
+
+    def __init__(self, directory: Path) -> None:
+        self.cache_path = str(directory)
+        self._directory = directory
+
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """The compiled function of a signature; None where there is none, or none that is what was written."""
+        context.refresh()
+        path = self._path(signature, context.codegen())
+        try:
+            raw = path.read_bytes()
+        except OSError:
+            return None
+        if hashlib.sha256(raw[DIGEST:]).digest() != raw[:DIGEST]:
+            path.unlink(missing_ok=True)
+            return None
+        return CompileResult._rebuild(context, *pickle.loads(raw[DIGEST:]))
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keep a compiled function; where that cannot be, a warning says so."""
+        content = dumps(compiled._reduce())
+        path = self._path(signature, compiled.codegen)
+        try:
+            self._directory.mkdir(mode=0o700, exist_ok=True)
+            write_atomically(path, hashlib.sha256(content).digest() + content)
+        except OSError as error:
+            why = f"compiled code is not kept for the next start: {self._directory}: {error.strerror}"
+            warnings.warn(why, RuntimeWarning, stacklevel=2)
+
+    def _path(self, signature: Any, codegen: Any) -> Path:
+        key = hashlib.sha256(repr((signature, codegen.magic_tuple())).encode())
+        return self._directory / f"{key.hexdigest()[:32]}{ENDING}"
+
+
+def is_kept(code: str) -> bool:
+    """Whether code with that fingerprint has been compiled, by an earlier process."""
+    directory = cache_directory(code)
+    return directory is not None and any(directory.glob(f"*{ENDING}"))

@@ -1,0 +1,105 @@
+"""What lies in the cache of compiled code is believed only where nobody else may have put it there, and where it is whole."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import baldwinlab
+from baldwinlab.engine import cache, rng
+
+DRAW = """
+from baldwinlab.engine import rng
+print(rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist())
+"""
+EXPECTED = f"{rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist()}\n"
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="about owners and modes of folders")
+
+
+def draw(**environment: str) -> subprocess.CompletedProcess[str]:
+    root = Path(baldwinlab.__file__).parents[1]
+    whole = {**os.environ, "PYTHONPATH": str(root), **environment}
+    return subprocess.run([sys.executable, "-c", DRAW], env=whole, cwd=root, capture_output=True, text=True, check=False)
+
+
+def kept(folder: Path) -> list[Path]:
+    return sorted(folder.rglob(f"*{cache.ENDING}"))
+
+
+def test_a_folder_of_one_s_own_is_made_for_nobody_else(tmp_path: Path) -> None:
+    assert draw(BALDWINLAB_CACHE=str(tmp_path / "mine")).stdout == EXPECTED
+    assert kept(tmp_path / "mine")
+    assert (tmp_path / "mine").stat().st_mode & 0o022 == 0
+
+
+def test_where_the_chosen_folder_cannot_be_made_a_temporary_one_of_the_user_s_own_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "a file, not a folder").write_text("")
+    done = draw(BALDWINLAB_CACHE=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
+    assert done.stdout == EXPECTED
+    assert done.stderr == ""
+    assert len(list(tmp_path.glob("baldwinlab-*"))) == 1
+    assert kept(tmp_path)
+
+
+@pytest.mark.parametrize("others", ["may write", "own it", "may put another in its place"])
+def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said(others: str, tmp_path: Path) -> None:
+    shared = tmp_path / "shared"
+    folder = shared / "cache"
+    folder.mkdir(parents=True)
+    assert draw(BALDWINLAB_CACHE=str(folder)).stdout == EXPECTED
+    before = [file.stat() for file in kept(folder)]
+    if others == "may write":
+        folder.chmod(0o777)
+    elif others == "own it":
+        if os.getuid():
+            pytest.skip("only root can give a folder away")
+        os.chown(folder, 12345, -1)
+    else:
+        shared.chmod(0o777)
+    done = draw(BALDWINLAB_CACHE=str(folder), TMPDIR=str(folder))
+    assert done.stdout == EXPECTED
+    assert "compiled code is not kept for the next start" in done.stderr
+    assert str(folder) in done.stderr
+    now = [file.stat() for file in kept(folder)]
+    assert [(each.st_mtime, each.st_ino) for each in now] == [(each.st_mtime, each.st_ino) for each in before]
+    assert [each.st_atime for each in now] == [each.st_atime for each in before]
+
+
+@pytest.mark.parametrize("damage", ["cut short", "emptied", "a bit flipped", "another file's", "a pickle that runs"])
+def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
+    assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
+    (file,) = kept(tmp_path)
+    whole = file.read_bytes()
+    middle = len(whole) // 2
+    file.write_bytes(
+        {
+            "cut short": whole[:middle],
+            "emptied": b"",
+            "a bit flipped": whole[:middle] + bytes([whole[middle] ^ 16]) + whole[middle + 1 :],
+            "another file's": whole[cache.DIGEST :],
+            "a pickle that runs": whole[: cache.DIGEST] + b"cbuiltins\nexit\n(tR.",
+        }[damage]
+    )
+    done = draw(BALDWINLAB_CACHE=str(tmp_path))
+    assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
+    assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.01)
+
+
+def test_a_full_disk_keeps_nothing_and_stops_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, content: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    class Compiled:
+        codegen = type("Codegen", (), {"magic_tuple": staticmethod(lambda: ("here",))})
+
+        def _reduce(self) -> tuple[int, ...]:
+            return (1, 2, 3)
+
+    monkeypatch.setattr(cache, "write_atomically", full)
+    with pytest.warns(RuntimeWarning, match=f"{tmp_path}.*No space left on device"):
+        cache.Store(tmp_path / "code").save_overload("(int64,)", Compiled())
