@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from baldwinlab.presets import load
     from baldwinlab.runs.replay import replay
     from baldwinlab.runs.simulate import simulate
-    from baldwinlab.studies.store import StudyError
+    from baldwinlab.studies.records import StudyError
     from baldwinlab.studies.study import open_study
     from baldwinlab.sweeps.design import open_sweep
 
@@ -55,7 +55,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "ExperimentError": "experiment",
     "Study": "api.study",
     "check_part": "check",
-    "StudyError": "studies.store",
+    "StudyError": "studies.records",
     "experiment_of": "api.records",
     "load": "presets",
     "open": "api.study",

@@ -29,7 +29,8 @@ from baldwinlab.presets import load, paper
 from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, Task, choose, cluster
-from baldwinlab.studies.store import create, encode
+from baldwinlab.studies.records import encode
+from baldwinlab.studies.store import create
 from baldwinlab.studies.study import MOST_TASKS, missing_runs, plan
 from benchmarks.machine import provenance
 from benchmarks.tables import table

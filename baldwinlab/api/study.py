@@ -24,7 +24,7 @@ from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies import store
-from baldwinlab.studies.store import StudyError
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps.design import open_sweep
 

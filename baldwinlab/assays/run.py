@@ -23,7 +23,8 @@ from baldwinlab.files import location, write_atomically
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors.tasks import StoppedError
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress
 from baldwinlab.version import __version__
 

@@ -12,7 +12,8 @@ import xarray as xr
 from baldwinlab.evolution import Genome, Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.runs.reevaluate import Lives, reevaluate, stored_genome
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 
 Energy = npt.NDArray[np.float64]  # [run, agent]
 

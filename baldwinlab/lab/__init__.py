@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from baldwinlab.lab.cache import Cache
-from baldwinlab.studies.store import StudyError
+from baldwinlab.studies.records import StudyError
 
 if TYPE_CHECKING:
     from baldwinlab.lab.live import Live

@@ -28,7 +28,8 @@ from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.live_run import LiveRun, check_size, seconds_in
 from baldwinlab.lab.query import body
 from baldwinlab.runs.simulate import check_seed
-from baldwinlab.studies.store import StudyError, create
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import create
 
 MOST_AT_ONCE: Final = 4  # live runs that live or are paused
 GRACE: Final = 60.0  # seconds that a run waits for a page to come back

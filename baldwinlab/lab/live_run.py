@@ -17,7 +17,7 @@ from baldwinlab.runs.simulate import History, simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.statistics.fitness import MEASURES, interval_of_mean
 from baldwinlab.studies.executors.tasks import StoppedError
-from baldwinlab.studies.store import StudyError
+from baldwinlab.studies.records import StudyError
 
 MOST_RUNS: Final = 50
 MOST_GENERATIONS: Final = 10_000

@@ -19,7 +19,7 @@ from baldwinlab import palette
 from baldwinlab.lab import Lab, MissingError, forms, inside, live, recording, share, studies
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
-from baldwinlab.studies.store import StudyError
+from baldwinlab.studies.records import StudyError
 
 STATIC = Path(__file__).parent / "static"
 

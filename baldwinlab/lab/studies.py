@@ -22,7 +22,8 @@ from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import text
 from baldwinlab.report import typical_run
 from baldwinlab.statistics import fitness
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
 
 

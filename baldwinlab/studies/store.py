@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 import time
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,60 +24,27 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from baldwinlab.errors import BaldwinLabError
-from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
 from baldwinlab.studies import older, trust
-from baldwinlab.variables import from_netcdf, packed, whole
+from baldwinlab.studies.records import (
+    DamagedRecordError,
+    StudyError,
+    decode,
+    record_path,
+    require_place,
+    stored_runs,
+    verify,
+    write_record,
+)
 
 if TYPE_CHECKING:
     from baldwinlab.parts.foreign import Source
 
 FORMAT = 2
-_BLANK = "0" * 64
-_CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
-
-
-class StudyError(BaldwinLabError):
-    """A directory that is not the study it should be, or cannot be read or written."""
-
-
-class DamagedRecordError(StudyError):
-    """A record that is not what was written."""
-
-
-def encode(run: xr.Dataset) -> bytes:
-    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank."""
-    raw = bytes(packed(run).assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
-    return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
-
-
-def verify(raw: bytes) -> None:
-    """Raises DamagedRecordError if a bit of a record has changed."""
-    found = _CHECKSUM.search(raw)
-    if found is None:
-        raise DamagedRecordError("it carries no checksum")
-    blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
-    if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
-        raise DamagedRecordError("its checksum does not fit its content")
-
-
-def decode(raw: bytes) -> xr.Dataset:
-    """The run in a record that has been verified."""
-    record = from_netcdf(raw)
-    del record.attrs["checksum"]
-    return whole(record)
-
-
-def record_path(directory: Path, condition: str, run: int) -> Path:
-    return directory / "runs" / condition / f"{run:04d}.nc"
-
-
-def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
-    """Store a run of the study in `directory`; whoever writes need not have opened the study. Raises OSError."""
-    write_atomically(record_path(directory, condition, run), encode(record))
+_SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
 def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
@@ -96,6 +62,19 @@ def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, 
         if unknown := set(tables[name]) - set(Factors._fields):
             raise ValueError(f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}")
     return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
+
+
+def _sealed(text: str) -> str:
+    """An experiment's text, which says in its last line if it has been changed since."""
+    return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
+
+
+def _unsealed(text: str) -> str:
+    """The text, if it is what was written; of older studies, whatever it is. Raises ValueError."""
+    above, seal, digest = text.rpartition(_SEAL)
+    if seal and hashlib.sha256(above.encode()).hexdigest() != digest.strip():
+        raise ValueError("it has been changed since the study was made, so it is not what its runs were made with; undo that")
+    return text
 
 
 class Study:
@@ -121,9 +100,13 @@ class Study:
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            return from_toml(path.read_text("utf-8"), where=str(path), reading=True)
-        except (OSError, ExperimentError) as error:
+            return from_toml(_unsealed(path.read_text("utf-8")), where=str(path), reading=True)
+        except (OSError, ValueError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
+
+    def exists(self) -> bool:
+        """Whether it is still there: it may have been removed or moved since it was opened."""
+        return (self.directory / "study.toml").exists()
 
     def experiment(self, condition: str) -> Experiment:
         """Raises StudyError for a condition that the study has not."""
@@ -140,8 +123,7 @@ class Study:
 
     def runs(self, condition: str) -> list[int]:
         """The runs that are stored, sound or not."""
-        folder = self.directory / "runs" / condition
-        return sorted(int(entry.stem) for entry in folder.glob("*.nc") if entry.stem.isdecimal())
+        return sorted(stored_runs(self.directory / "runs" / condition))
 
     def require_runs(self) -> None:
         """Raises StudyError where no run is stored yet."""
@@ -161,6 +143,7 @@ class Study:
         try:
             raw = path.read_bytes()
             verify(raw)
+            require_place(raw, self.experiment(condition), self.seed, run)
         except FileNotFoundError:
             count = len(self.runs(condition))
             raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
@@ -227,7 +210,7 @@ def create(
             path = directory / "runs" / experiment.name / "experiment.toml"
             if path.exists() and from_toml(path.read_text("utf-8"), str(path), reading=True) != experiment:
                 raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
-            write_atomically(path, to_toml(experiment).encode())
+            write_atomically(path, _sealed(to_toml(experiment)).encode())
         trust.keep(directory, sources)
         text = _facts(names, seed, kind, factors, paper, sources)
         write_atomically(directory / "study.toml", text.encode())

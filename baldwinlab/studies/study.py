@@ -19,7 +19,8 @@ from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, Task, agent_steps_of_run, available_cores
-from baldwinlab.studies.store import DamagedRecordError, Study
+from baldwinlab.studies.records import DamagedRecordError
+from baldwinlab.studies.store import Study
 from baldwinlab.variables import PARENTS, RUN
 
 __all__ = ["agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
@@ -99,7 +100,7 @@ def run_study(
             "backend": backend.name,
             "agent_steps": done,
         }
-        if done:
+        if done and study.exists():
             study.add_session(session)
 
 

@@ -27,7 +27,8 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location, write_atomically
 from baldwinlab.studies import store
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps.plan import Range, Sweep, read
 

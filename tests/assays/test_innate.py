@@ -11,7 +11,8 @@ from baldwinlab.assays import missing_assays, open_assay, run_assays
 from baldwinlab.assays.innate import distances, drifting, generations, layer_names
 from baldwinlab.presets import load
 from baldwinlab.runs.reevaluate import reevaluate
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from tests.assays.studies import measured
 from tests.small import ignore, silent, small_study
 from tests.worlds import small

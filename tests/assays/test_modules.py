@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from baldwinlab.assays import open_assay
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from tests.assays.studies import measured
 from tests.worlds import small
 

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, open_assay, run_assays
-from baldwinlab.studies.store import Study, StudyError, create
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study, create
 from baldwinlab.variables import ASSAYS as DECLARED
 from tests.assays.studies import conditions, measured
 from tests.small import contents, ignore, silent, small_study

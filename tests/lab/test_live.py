@@ -24,7 +24,8 @@ from baldwinlab.lab.live_run import LiveRun, check_size
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
 from tests.lab.asking import data
 from tests.lab.conftest import LabServer, serving

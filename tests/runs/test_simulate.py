@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.runs.simulate import History, live_batch, simulate, simulate_batch
-from baldwinlab.studies.store import encode
+from baldwinlab.studies.records import encode
 from baldwinlab.variables import RUN
 from tests.small import small
 

@@ -20,7 +20,8 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, cluster
-from baldwinlab.studies.store import Study, StudyError, create
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, plan
 from tests.small import contents, ignore, small, small_study
 

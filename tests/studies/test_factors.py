@@ -10,7 +10,8 @@ import pytest
 from baldwinlab.factors import Factors
 from baldwinlab.presets import load
 from baldwinlab.publish import publish
-from baldwinlab.studies.store import Study, StudyError, create
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import open_study
 from tests.small import ignore, small, small_study
 

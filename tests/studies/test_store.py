@@ -6,43 +6,12 @@ import os
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
-import xarray as xr
-from scipy.io import netcdf_file
 
 from baldwinlab.presets import load
-from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import DamagedRecordError, Study, StudyError, create, decode, encode, verify
+from baldwinlab.studies.records import DamagedRecordError, StudyError
+from baldwinlab.studies.store import Study, create
 from tests.small import small
-
-
-def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
-    for stride in (1, 2, 100):
-        run = simulate(small().replace(record={"genome_every": stride}), seed=2**31 - 1)
-        xr.testing.assert_identical(decode(encode(run)), run)
-
-
-def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
-    path = tmp_path / "run.nc"
-    run = simulate(small(), seed=1)
-    path.write_bytes(encode(run))
-    with netcdf_file(path, mmap=False) as file:
-        assert np.array_equal(file.variables["food_eaten"][:], run.food_eaten.values)
-        assert getattr(file, "condition") == b"evo+self-taught/A"  # noqa: B009
-
-
-def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
-    raw = encode(simulate(small("evo/A"), seed=1))
-    rng = np.random.default_rng(0)
-    for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
-        damaged = bytearray(raw)
-        damaged[position] ^= 1 << rng.integers(8)
-        with pytest.raises(DamagedRecordError):
-            verify(bytes(damaged))
-    for length in (0, 10, len(raw) // 2, len(raw) - 1):
-        with pytest.raises(DamagedRecordError):
-            verify(raw[:length])
 
 
 def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None:

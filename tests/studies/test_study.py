@@ -17,7 +17,8 @@ from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.executors import THREADS
-from baldwinlab.studies.store import DamagedRecordError, StudyError, create
+from baldwinlab.studies.records import DamagedRecordError, StudyError
+from baldwinlab.studies.store import create
 from baldwinlab.studies.study import missing_runs, open_study, plan, run_study
 from tests.small import contents, ignore, silent, small, small_study
 

@@ -12,7 +12,8 @@ from baldwinlab import open_study, open_sweep
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import missing_runs, run_study
 from baldwinlab.sweeps.design import create, experiments
 from baldwinlab.sweeps.plan import read

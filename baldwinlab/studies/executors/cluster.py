@@ -27,7 +27,8 @@ from baldwinlab.files import is_local, location
 from baldwinlab.models.miniworld.backend import Backend, choose
 from baldwinlab.parts.foreign import Source, load_text, sources_of
 from baldwinlab.studies.executors.tasks import ExecutorError, StoppedError, Task, do
-from baldwinlab.studies.store import Study, StudyError
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
 
 PATIENCE: Final = 10  # seconds to wait for a scheduler, also for one that was lost
 EVENTS_A_SECOND: Final = 100  # from all tasks together

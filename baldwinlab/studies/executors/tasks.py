@@ -10,7 +10,8 @@ from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import Backend
 from baldwinlab.runs.simulate import live_batch
-from baldwinlab.studies.store import Study, write_record
+from baldwinlab.studies.records import write_record
+from baldwinlab.studies.store import Study
 
 
 class Task(NamedTuple):

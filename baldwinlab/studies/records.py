@@ -1,0 +1,114 @@
+"""Records: one run in one file, which carries a checksum of itself and says whose it is.
+
+A record is netCDF (version 3). It lies at runs/CONDITION/RUN.nc of a study, the run's number in four digits or more, and is
+believed only there: its own condition, seed, run and experiment must be those of its place.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import xarray as xr
+from scipy.io import netcdf_file
+
+from baldwinlab.errors import BaldwinLabError
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.files import is_local, write_atomically
+from baldwinlab.variables import from_netcdf, packed, whole
+
+MOST_RUNS: Final = 2**31  # a run's number is smaller
+_BLANK = "0" * 64
+_CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
+
+
+class StudyError(BaldwinLabError):
+    """A directory that is not the study it should be, or cannot be read or written."""
+
+
+class DamagedRecordError(StudyError):
+    """A record that is not what was written."""
+
+
+def encode(run: xr.Dataset) -> bytes:
+    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank."""
+    raw = bytes(packed(run).assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
+    return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
+
+
+def verify(raw: bytes) -> None:
+    """Raises DamagedRecordError if a bit of a record has changed."""
+    found = _CHECKSUM.search(raw)
+    if found is None:
+        raise DamagedRecordError("it carries no checksum")
+    blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
+    if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
+        raise DamagedRecordError("its checksum does not fit its content")
+
+
+def decode(raw: bytes) -> xr.Dataset:
+    """The run in a record that has been verified."""
+    record = from_netcdf(raw)
+    del record.attrs["checksum"]
+    return whole(record)
+
+
+def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -> None:
+    """Raises DamagedRecordError where a record is not that of a run of this experiment, of a study with this seed."""
+    try:
+        with netcdf_file(io.BytesIO(raw), mmap=False) as file:
+            own = {name: _text(getattr(file, name, "")) for name in ("condition", "seed", "run", "experiment")}
+    except Exception as error:  # whatever a reader meets in bytes that are no netCDF
+        raise DamagedRecordError(f"it is no netCDF file ({error})") from None
+    if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
+        its = f"run {own['run']} of {own['condition']} with seed {own['seed']}" if own["condition"] else "of no study"
+        raise DamagedRecordError(f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there")
+    if own["experiment"] == to_toml(experiment):
+        return  # nearly always; only records of older versions have other words for it
+    if from_toml(own["experiment"], where="its experiment", reading=True).to_dict() != experiment.to_dict():
+        raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def stored_runs(folder: Path) -> Iterator[int]:
+    """The runs whose records lie in a condition's folder, sound or not.
+
+    Raises StudyError for what has the ending of a record, but cannot be one: it would be passed over, or taken for another.
+    """
+    for entry in folder.glob("*.nc"):
+        number = int(entry.stem) if entry.stem.isdecimal() and entry.stem.isascii() and len(entry.stem) < 11 else -1
+        if entry.name.startswith("."):
+            continue  # being written
+        if not (0 <= number < MOST_RUNS and entry.name == record_name(number)):
+            right = f"; run {number} is stored as {record_name(number)}" if 0 <= number < MOST_RUNS else ""
+            raise StudyError(f"{entry} has no name of a record{right}: remove it, or give it another ending")
+        if is_local(entry) and not entry.is_file():
+            raise StudyError(f"{entry} is no file, though it has the name of a record: remove it")
+        yield number
+
+
+def record_name(run: int) -> str:
+    return f"{run:04d}.nc"
+
+
+def record_path(directory: Path, condition: str, run: int) -> Path:
+    return directory / "runs" / condition / record_name(run)
+
+
+def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:
+    """Store a run of the study in `directory`; whoever writes need not have opened the study.
+
+    Raises OSError, also where the study is there no longer: a record by itself would be lost.
+    """
+    if not (directory / "study.toml").exists():
+        raise FileNotFoundError(errno.ENOENT, "the study has been removed or moved while it ran", str(directory))
+    write_atomically(record_path(directory, condition, run), encode(record))

@@ -1,0 +1,159 @@
+"""A record is believed only where it is whole, and only in the place that it says it belongs to."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import netcdf_file
+
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.records import DamagedRecordError, StudyError, decode, encode, verify, write_record
+from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.study import missing_runs, open_study, run_study
+from tests.small import contents, ignore, silent, small, small_study
+
+
+def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
+    for stride in (1, 2, 100):
+        run = simulate(small().replace(record={"genome_every": stride}), seed=2**31 - 1)
+        xr.testing.assert_identical(decode(encode(run)), run)
+
+
+def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    run = simulate(small(), seed=1)
+    path.write_bytes(encode(run))
+    with netcdf_file(path, mmap=False) as file:
+        assert np.array_equal(file.variables["food_eaten"][:], run.food_eaten.values)
+        assert getattr(file, "condition") == b"evo+self-taught/A"  # noqa: B009
+
+
+def test_a_change_of_any_byte_of_a_record_is_noticed() -> None:
+    raw = encode(simulate(small("evo/A"), seed=1))
+    rng = np.random.default_rng(0)
+    for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
+        damaged = bytearray(raw)
+        damaged[position] ^= 1 << rng.integers(8)
+        with pytest.raises(DamagedRecordError):
+            verify(bytes(damaged))
+    for length in (0, 10, len(raw) // 2, len(raw) - 1):
+        with pytest.raises(DamagedRecordError):
+            verify(raw[:length])
+
+
+Replace = Callable[[Study], Path]
+
+
+def _swapped(study: Study) -> Path:
+    one, other = study.path("evo/A", 1), study.path("evo+self-taught/A", 1)
+    aside = one.with_suffix(".aside")
+    one.rename(aside)
+    other.rename(one)
+    aside.rename(other)
+    return one
+
+
+def _of_another_run(study: Study) -> Path:
+    return Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 1)))
+
+
+def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.01) -> Replace:
+    def put(study: Study) -> Path:
+        experiment = small("evo/A").replace(evolution={"generations": generations}, learning={"rate": rate})
+        path = study.path("evo/A", 1)
+        path.write_bytes(encode(simulate(experiment, seed=seed, run=1)))
+        return path
+
+    return put
+
+
+@pytest.mark.parametrize(
+    ("replace", "why"),
+    [
+        (_swapped, r"it is run 1 of evo\+self-taught/A with seed 5, and run 1 of evo/A with seed 5 belongs there"),
+        (_of_another_run, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
+        (_of_another(seed=6), "it is run 1 of evo/A with seed 6"),
+        (_of_another(generations=2), "the experiment that it was made with is not that of evo/A in this study"),
+        (_of_another(rate=0.5), "the experiment that it was made with is not that of evo/A in this study"),
+    ],
+    ids=["swapped", "another run", "another seed", "another length", "another rate"],
+)
+def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(tmp_path: Path, replace: Replace, why: str) -> None:
+    study = small_study(tmp_path)
+    sound = contents(tmp_path)
+    path = replace(study)
+    with pytest.raises(DamagedRecordError, match=f"{path} is damaged: {why}"):
+        open_study(tmp_path)
+    with pytest.raises(DamagedRecordError, match=why):
+        study.read("evo/A", 1)
+    told: list[str] = []
+    run_study(study, missing_runs(study, 3, told.append), 1, silent, ignore)
+    assert any(str(path) in sentence for sentence in told)
+    assert contents(tmp_path) == sound
+
+
+def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    path = study.path("evo/A", 1)
+    path.write_bytes(encode(simulate(small("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition"))
+    with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged"):
+        open_study(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["1.nc", "00001.nc", "99999999999.nc", "mine.nc", "2147483648.nc"])
+def test_a_file_that_could_be_taken_for_a_record_is_named(tmp_path: Path, name: str) -> None:
+    study = small_study(tmp_path)
+    stranger = Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 0).with_name(name)))
+    with pytest.raises(StudyError, match=f"{stranger} has no name of a record"):
+        open_study(tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["a folder", "a dangling link"])
+def test_what_is_no_file_is_named(tmp_path: Path, kind: str) -> None:
+    study = small_study(tmp_path)
+    path = study.path("evo/A", 7)
+    if kind == "a folder":
+        path.mkdir()
+    else:
+        path.symlink_to(tmp_path / "nowhere")
+    with pytest.raises(StudyError, match=f"{path} is no file, though it has the name of a record"):
+        missing_runs(study, 3, ignore)
+
+
+def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    path = tmp_path / "runs/evo/A/experiment.toml"
+    path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
+    with pytest.raises(StudyError, match=r"experiment\.toml cannot be read: it has been changed since the study was made"):
+        Study(study.directory)
+
+
+def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    path = tmp_path / "runs/evo/A/experiment.toml"
+    path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02").split("# SHA-256")[0])
+    with pytest.raises(DamagedRecordError, match="the experiment that it was made with is not that of evo/A in this study"):
+        open_study(study.directory)
+
+
+@pytest.mark.parametrize("way", ["study.toml deleted", "folder moved", "folder removed"])
+def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) -> None:
+    directory = tmp_path / "study"
+    study = create(directory, [small("evo/A")], seed=5)
+    if way == "study.toml deleted":
+        (directory / "study.toml").unlink()
+    elif way == "folder moved":
+        directory.rename(tmp_path / "elsewhere")
+    else:
+        shutil.rmtree(directory)
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
+        run_study(study, {"evo/A": [0, 1]}, 1, silent, ignore)
+    assert [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".jsonl"] == before
+    with pytest.raises(FileNotFoundError):
+        write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
