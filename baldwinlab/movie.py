@@ -15,6 +15,7 @@ from PIL import Image, ImageDraw
 
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.files import write_atomically
+from baldwinlab.outputs import REPLAY
 from baldwinlab.palette import MOVIE, shade
 
 SIZE = 640  # pixels of the longer side
@@ -64,7 +65,7 @@ def _beside(images: Sequence[Image.Image]) -> Image.Image:
 def _write_gif(frames: Iterator[Image.Image], path: Path) -> None:
     first = next(frames).quantize(64)
     rest = (frame.quantize(palette=first, dither=Image.Dither.NONE) for frame in frames)
-    first.save(path, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0)
+    first.save(path, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0, comment=REPLAY.encode())
 
 
 def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
@@ -75,7 +76,9 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
             "writing .mp4 needs the extra 'video': pip install 'baldwinlab[video]'; .gif and .png need nothing"
         ) from None
     first = next(frames)
-    writer = imageio_ffmpeg.write_frames(str(path), first.size, fps=FRAMES_PER_SECOND, macro_block_size=2)
+    writer = imageio_ffmpeg.write_frames(
+        str(path), first.size, fps=FRAMES_PER_SECOND, macro_block_size=2, output_params=["-metadata", f"comment={REPLAY}"]
+    )
     writer.send(None)
     writer.send(np.ascontiguousarray(first))
     for frame in frames:

@@ -8,20 +8,25 @@ from baldwinlab import console
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table
 from baldwinlab.errors import require_positive
 from baldwinlab.factors import MULTIVERSE
+from baldwinlab.files import is_local
 from baldwinlab.multiverse.publish import publish as publish_multiverse
 from baldwinlab.multiverse.section import combinations, verdict
+from baldwinlab.outputs import require_writable
 from baldwinlab.publish import publish
 from baldwinlab.studies.store import Study
 
 
-def report(study: Study, out: Path | None = None, *, last: int = 10) -> Path:
+def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool = False) -> Path:
     """Write statistics, figures and the page of a study, a sweep or a multiverse, and show its claims; gives the page's path.
 
     `out` is report.html in the study's directory unless given. A run counts with its average over its `last` generations.
-    Raises StudyError where no run is stored yet.
+    Raises StudyError where no run is stored yet, and RefusedError where `out` would be written over a file of a study, or,
+    unless forced, over one that is no report.
     """
     require_positive("last", last)
     out = study.directory / "report.html" if out is None else out
+    if is_local(out):
+        require_writable("--out", out, force)
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)
         console.console.print(readings_table(multiverse))

@@ -78,6 +78,9 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     return 1 / sum_of_squares
 
 
+HEADER = "id,ancestor_list,origin_time,destruction_time"
+
+
 def phylogeny(record: xr.Dataset) -> str:
     """The pedigree of a run as CSV in the ALife data standard: an agent is generation * agents + its number in it.
 
@@ -89,7 +92,7 @@ def phylogeny(record: xr.Dataset) -> str:
 
 
 def _phylogeny_lines(parents: Parents) -> Iterator[str]:
-    yield "id,ancestor_list,origin_time,destruction_time"
+    yield HEADER
     agents = parents.shape[1]
     for generation, couples in enumerate(parents.tolist()):
         for agent, couple in enumerate(couples):

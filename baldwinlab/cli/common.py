@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from difflib import get_close_matches
 from importlib.metadata import entry_points
@@ -12,13 +13,20 @@ from typing import Annotated, Any
 from cyclopts import App, CycloptsError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
 
 from baldwinlab import console
-from baldwinlab.errors import RefusedError
 from baldwinlab.files import location
 from baldwinlab.version import __version__
 
 
 def _location(kind: object, tokens: Sequence[Token]) -> Path:
     return location(tokens[0].value)
+
+
+def _whole(kind: object, tokens: Sequence[Token]) -> int:
+    """A whole number, in digits: 1.5 is not rounded, and 0x10 is not read."""
+    word = tokens[0].value
+    if not re.fullmatch(r"[+-]?[0-9]{1,18}", word):
+        raise ValueError(f"{word!r} must be a whole number of at most 18 digits")
+    return int(word)
 
 
 def _sentence(error: CycloptsError) -> str:
@@ -51,16 +59,19 @@ app = App(
     help_format="plaintext",  # to load Markdown takes a while
 )
 
-Runs = Annotated[int, Parameter(help="independent runs of each condition")]
-Seed = Annotated[int, Parameter(help="the seed that all randomness comes from")]
-Workers = Annotated[int | None, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
+Whole = Annotated[int, Parameter(converter=_whole)]
+PerhapsWhole = Annotated[int | None, Parameter(converter=_whole)]
+Runs = Annotated[Whole, Parameter(help="independent runs of each condition")]
+Seed = Annotated[Whole, Parameter(help="the seed that all randomness comes from")]
+Workers = Annotated[PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
 Directory = Annotated[Any, Parameter(converter=_location)]  # a Path; or what fsspec makes of a URL, which is none by type
 Out = Annotated[Any, Parameter(converter=_location, help="directory of the study, or a URL such as s3://BUCKET/STUDY")]
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
 Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
-Last = Annotated[int, Parameter(help="a run counts with its average over so many last generations")]
+Last = Annotated[Whole, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
+Force = Annotated[bool, Parameter(negative="", help="write over a file that this command has not made")]
 Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help="a file with a part of your own; repeatable")]
 
 
@@ -72,9 +83,3 @@ def load_parts(files: Sequence[Path] | None) -> None:
         load_entry_points()
         for file in files or ():
             load_file(file)
-
-
-def require_folder_of(option: str, path: Path) -> None:
-    """Raises RefusedError where a file is to be written into a folder that there is not."""
-    if not path.parent.is_dir():
-        raise RefusedError(f"{option} {path}: there is no folder {path.parent}")

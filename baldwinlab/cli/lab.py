@@ -14,7 +14,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.cli.common import Directory, Parts, load_parts
+from baldwinlab.cli.common import Directory, Parts, Whole, load_parts
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
@@ -31,7 +31,7 @@ def lab(
     /,
     *,
     part: Parts = None,
-    port: Annotated[int, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
+    port: Annotated[Whole, Parameter(help="of the page's address; 0 for any that is free")] = PORT,
     browser: Annotated[bool, Parameter(help="open the page in the browser")] = True,
 ) -> None:
     """Open the lab in the browser: watch, replay and share the studies in a folder, and start new ones."""

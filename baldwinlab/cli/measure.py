@@ -11,8 +11,9 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.bench import bench as benchmark
 from baldwinlab.bench import machine
-from baldwinlab.cli.common import BackendName, require_folder_of
+from baldwinlab.cli.common import BackendName, Force
 from baldwinlab.files import write_atomically
+from baldwinlab.outputs import require_writable
 
 
 def bench(
@@ -20,10 +21,11 @@ def bench(
     quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
     backend: BackendName = "auto",
     json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
+    force: Force = False,
 ) -> None:
     """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
     if json:
-        require_folder_of("--json", json)
+        require_writable("--json", json, force, b"agent_steps_per_second")
     records = []
     console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
     for record in benchmark(quick, backend):

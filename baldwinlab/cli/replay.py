@@ -6,26 +6,29 @@ from pathlib import Path
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
-from baldwinlab.cli.common import Directory, Parts, load_parts, require_folder_of
+from baldwinlab.cli.common import Directory, Force, Parts, Whole, load_parts
 from baldwinlab.errors import RefusedError
 from baldwinlab.files import write_atomically
+from baldwinlab.outputs import REPLAY, require_writable
 
 
-def replay(directory: Directory, /, *, condition: str, run: int, generation: int, out: Path, part: Parts = None) -> None:
+def replay(
+    directory: Directory, /, *, condition: str, run: Whole, generation: Whole, out: Path, part: Parts = None, force: Force = False
+) -> None:
     """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
     if out.suffix not in (".nc", ".mp4", ".gif", ".png"):
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
-    require_folder_of("--out", out)
+    require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
     study = studies.open(directory)
     trace = study.replay(condition, run=run, generation=generation)
     experiment = study.experiment(condition)
     if out.suffix == ".nc":
-        write_atomically(out, bytes(trace.to_netcdf(engine="scipy")))
+        write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
         from baldwinlab.figures import trajectories  # here, and the movie too, because to load them takes a while
 
-        trajectories(trace).savefig(out, dpi=200)
+        trajectories(trace).savefig(out, dpi=200, metadata={"Software": REPLAY})
     else:
         from baldwinlab.movie import write_movie
 

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.report import report as make_report
-from baldwinlab.cli.common import Directory, Last, Parts, load_parts
+from baldwinlab.cli.common import Directory, Force, Last, Parts, load_parts
 from baldwinlab.errors import require_positive
 from baldwinlab.studies.store import Study
 
@@ -20,6 +20,7 @@ def report(
     out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
     last: Last = 10,
     part: Parts = None,
+    force: Force = False,
 ) -> None:
     """Rebuild statistics, figures and report from stored results.
 
@@ -27,4 +28,4 @@ def report(
     """
     load_parts(part)
     require_positive("last", last)
-    make_report(Study(directory), out, last=last)
+    make_report(Study(directory), out, last=last, force=force)

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import reproduce as papers
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Seed, Workers, load_parts
+from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, PerhapsWhole, Seed, Workers, load_parts
 from baldwinlab.papers import DEFAULT
 
 
@@ -16,9 +16,9 @@ def reproduce(
     /,
     *,
     part: Parts = None,
-    runs: Annotated[int | None, Parameter(help="independent runs of each condition; the paper's own number unless given")] = None,
-    generations: Annotated[int | None, Parameter(help="generations of each run; the paper's own unless given")] = None,
-    steps: Annotated[int | None, Parameter(help="steps of a life; the paper's own unless given")] = None,
+    runs: Annotated[PerhapsWhole, Parameter(help="runs of each condition; the paper's own number unless given")] = None,
+    generations: Annotated[PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")] = None,
+    steps: Annotated[PerhapsWhole, Parameter(help="steps of a life; the paper's own unless given")] = None,
     seed: Seed = 0,
     reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
     workers: Workers = None,

@@ -1,0 +1,43 @@
+"""Where a command may write: never over what makes a study, and over another file only where nothing is lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from baldwinlab.errors import RefusedError
+
+MARK: Final = b"baldwinlab"  # stands in every page, trace, picture and movie that is written
+REPLAY: Final = "baldwinlab replay"  # what stands in every trace, picture and movie that is written
+REPORT: Final = "baldwinlab report"  # and in every page of a study
+_OF_A_STUDY: Final = ("runs", "parts", "assays", "paper", "study.toml", "sessions.jsonl")
+_LOOKED_AT: Final = 65536  # bytes at each end of a file
+
+
+def require_writable(option: str, path: Path, force: bool, mark: bytes = MARK) -> None:
+    """Raises RefusedError where to write a file would lose another.
+
+    That is, where its folder is not there; where it belongs to a study; and, unless forced, where there is a file in which
+    `mark` does not stand, so that another program has made it.
+    """
+    if not path.parent.is_dir():
+        raise RefusedError(f"{option} {path}: there is no folder {path.parent}")
+    real = path.resolve()
+    for folder in real.parents:
+        within = real.relative_to(folder).parts[0]
+        if (folder / "study.toml").exists() and within in _OF_A_STUDY:
+            raise RefusedError(f"{option} {path} belongs to the study in {folder}: choose another name")
+    if path.is_dir():
+        raise RefusedError(f"{option} {path} is a folder: give the name of a file")
+    if path.exists() and not force and not _bears(path, mark):
+        why = "is there already, and not made by this command"
+        raise RefusedError(f"{option} {path} {why}: choose another name, or add --force")
+
+
+def _bears(path: Path, mark: bytes) -> bool:
+    """Whether a file is empty, or a mark stands near one of its ends."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        begin = file.read(_LOOKED_AT)
+        file.seek(max(0, size - _LOOKED_AT))
+        return size == 0 or mark in begin or mark in file.read()
