@@ -281,6 +281,7 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
         (["run", "evo/A", "--runs", "many"], "many"),
         (["run", "evo/A", "--set", "learning.teacher=shuffled"], 'learning.teacher: does nothing with learning.rule = "none"'),
         (["assay", "innate", "mine"], "'mine' is too much; write: baldwinlab assay DIRECTORY [--only ONLY] [--workers WORKERS]"),
+        (["assay", "study", "--executor", "cloud"], "--executor cloud must be threads, dask:tcp://HOST:PORT or slurm"),
         (["report"], "requires an argument"),
         (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
         (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),

@@ -81,6 +81,32 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
     write_atomically(record_path(directory, condition, run), encode(record))
 
 
+def stored_runs(directory: Path, condition: str) -> list[int]:
+    """The runs of the study in `directory` that are stored, sound or not."""
+    return sorted(int(entry.stem) for entry in (directory / "runs" / condition).glob("*.nc") if entry.stem.isdecimal())
+
+
+def read_record(directory: Path, condition: str, run: int) -> xr.Dataset:
+    """One run, whole; whoever reads need not have opened the study. Raises as `verified` does."""
+    return decode(verified(directory, condition, run))
+
+
+def verified(directory: Path, condition: str, run: int) -> bytes:
+    """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
+    path = record_path(directory, condition, run)
+    try:
+        raw = path.read_bytes()
+        verify(raw)
+    except FileNotFoundError:
+        count = len(stored_runs(directory, condition))
+        raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
+    except DamagedRecordError as error:
+        raise DamagedRecordError(f"{path} is damaged: {error}") from None
+    except OSError as error:
+        raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+    return raw
+
+
 def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
     """What `study.toml` says of them. Raises KeyError or ValueError where it is not what `create` writes."""
     match facts.get("format"):
@@ -140,8 +166,7 @@ class Study:
 
     def runs(self, condition: str) -> list[int]:
         """The runs that are stored, sound or not."""
-        folder = self.directory / "runs" / condition
-        return sorted(int(entry.stem) for entry in folder.glob("*.nc") if entry.stem.isdecimal())
+        return stored_runs(self.directory, condition)
 
     def require_runs(self) -> None:
         """Raises StudyError where no run is stored yet."""
@@ -153,22 +178,11 @@ class Study:
 
     def read(self, condition: str, run: int) -> xr.Dataset:
         """One run, whole. Raises as `verified` does."""
-        return decode(self.verified(condition, run))
+        return read_record(self.directory, condition, run)
 
     def verified(self, condition: str, run: int) -> bytes:
-        """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
-        path = self.path(condition, run)
-        try:
-            raw = path.read_bytes()
-            verify(raw)
-        except FileNotFoundError:
-            count = len(self.runs(condition))
-            raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
-        except DamagedRecordError as error:
-            raise DamagedRecordError(f"{path} is damaged: {error}") from None
-        except OSError as error:
-            raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
-        return raw
+        """The record of one run. Raises as `verified` of this file does."""
+        return verified(self.directory, condition, run)
 
     def set_aside(self, condition: str, run: int) -> Path:
         """Move a damaged record out of the way, keeping it."""

@@ -142,8 +142,9 @@ def test_dask_workers_are_sent_the_part(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     load_file(FILE)
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as local:
-        bl.run("bit-strings", runs=2, out=tmp_path / "dask", set=SMALL, executor=f"dask:{local.scheduler_address}")
-    bl.run("bit-strings", runs=2, out=tmp_path / "threads", set=SMALL)
+        there = f"dask:{local.scheduler_address}"
+        bl.run("bit-strings", runs=2, out=tmp_path / "dask", set=SMALL, executor=there).assay("innate", executor=there)
+    bl.run("bit-strings", runs=2, out=tmp_path / "threads", set=SMALL).assay("innate")
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads")
 
 
