@@ -272,7 +272,10 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
         ),
         (["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "no/x.gif"], "no/x.gif"),
         (["assay", "nowhere"], "nowhere holds no study"),
-        (["assay", "study", "--only", "innate,instinct"], "there is no assay 'instinct'; there are innate, within-life, modules"),
+        (
+            ["assay", "study", "--only", "innate,instinct"],
+            "there is no assay 'instinct'; there are innate, neutral, within-life, modules",
+        ),
         (["assay", "study", "--workers", "0"], "--workers 0 must be at least 1"),
         (["phylogeny", "study", "--condition", "evo/B", "--run", "0", "--out", "x.csv"], "has no condition 'evo/B'"),
         (["phylogeny", "study", "--condition", "evo/A", "--run", "7", "--out", "x.csv"], "0007.nc does not exist"),

@@ -1,4 +1,4 @@
-"""Assays: what is measured on a stored study by living its genomes again. Nothing is evolved; docs/assays.md."""
+"""Assays: what is measured on a stored study by living its genomes again; docs/assays.md."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
-from baldwinlab.assays import descent, innate, modules, reaction, within_life
+from baldwinlab.assays import descent, innate, modules, neutral, reaction, within_life
 from baldwinlab.assays.sample import OnMap, Sample
 from baldwinlab.assays.stored import in_words_of_today
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -45,6 +45,7 @@ class Assay(Protocol):
 
 ASSAYS: Mapping[str, Assay] = {
     "innate": innate,
+    "neutral": neutral,
     "within-life": within_life,
     "modules": modules,
     "reaction": reaction,
@@ -75,7 +76,12 @@ class Measure(NamedTuple):
 def misfit(name: str, experiment: BaseExperiment) -> str:
     """Why an assay has nothing to measure of an experiment, in a sentence; empty where it has."""
     if name in ("innate", "descent"):
-        return ""  # which ask through a model's switches, or through its pedigree, alone
+        return ""  # which ask through a model's switch, or through its pedigree, alone
+    if name == "neutral":  # and this through both switches
+        if experiment.evolution.inheritance == "none":
+            return "the assay neutral is of what selection builds, and where nothing is inherited it builds nothing"
+        drawn = experiment.evolution.selection == "neutral"
+        return "the assay neutral is of what selection builds, and parents at random are their own neutral twin" if drawn else ""
     if not isinstance(experiment, Experiment):
         return f"the assay {name} is of foragers and what they eat, so the model {experiment.model} has none"
     if name == "modules" and len(experiment.modules) == 1:
@@ -84,10 +90,10 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
 
 
 def misfits(study: Study, names: Sequence[str]) -> list[str]:
-    """Why assays have nothing to measure of conditions of other models, a sentence each."""
+    """Why assays have nothing to measure of some conditions, each sentence once."""
     _require_known(names)
-    others = {one.model: one for one in study.experiments.values() if not isinstance(one, Experiment)}
-    return [sentence for one in others.values() for name in names if (sentence := misfit(name, one))]
+    found = (misfit(name, experiment) for experiment in study.experiments.values() for name in names)
+    return [sentence for sentence in dict.fromkeys(found) if sentence]
 
 
 def is_stored(name: str, study: Study, condition: str) -> bool:
@@ -140,12 +146,14 @@ def _agent_steps_of_run(study: Study, condition: str, names: Sequence[str]) -> i
     return lives * experiment.steps * experiment.population.size
 
 
-def _ways_of_living(study: Study) -> Iterator[BaseExperiment]:
-    """The conditions as they evolved, and with the learner off."""
-    for experiment in study.experiments.values():
+def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Iterator[BaseExperiment]:
+    """The conditions as they evolved, with the learner off, and as their neutral twins."""
+    for experiment in (study.experiments[condition] for condition, names in missing.items() if names):
         yield experiment
         if experiment.learns:
             yield experiment.without_learner()
+        if "neutral" in missing[experiment.name]:
+            yield experiment.neutral_twin()
 
 
 def run_assays(
@@ -165,7 +173,7 @@ def run_assays(
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = warm_up(_ways_of_living(study))
+    compile_seconds = warm_up(_ways_of_living(study, missing))
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)
