@@ -12,6 +12,7 @@ import queue
 import subprocess
 import time
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import CancelledError
 from pathlib import Path
 from threading import Lock
 from typing import Any, Final, NamedTuple
@@ -142,14 +143,13 @@ def _orders(study: Study, tasks: Sequence[Task], backend: Backend, topic: str) -
 
 def _result(future: Future) -> Any:
     """What a task returned. Raises what it raised, and ExecutorError where it is not to be had any more."""
-    if future.status == "cancelled":
-        raise ExecutorError("the Dask scheduler is gone")
-    if future.status != "error":
+    try:
         return future.result()
-    error = future.exception()
-    if isinstance(error, KilledWorker):
-        raise ExecutorError(f"a task was given up: {error.allowed_failures + 1} workers died, one after the other, doing it")
-    raise error
+    except CancelledError:
+        raise ExecutorError("the Dask scheduler is gone") from None
+    except KilledWorker as error:
+        dead = error.allowed_failures + 1
+        raise ExecutorError(f"a task was given up: {dead} workers died, one after the other, doing it") from None
 
 
 def _work(sent: bytes) -> Any:
