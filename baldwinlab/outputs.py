@@ -7,18 +7,17 @@ from typing import Final
 
 from baldwinlab.errors import RefusedError
 
-MARK: Final = b"baldwinlab"  # stands in every page, trace, picture and movie that is written
 REPLAY: Final = "baldwinlab replay"  # what stands in every trace, picture and movie that is written
 REPORT: Final = "baldwinlab report"  # and in every page of a study
 _OF_A_STUDY: Final = ("runs", "parts", "assays", "paper", "study.toml", "sessions.jsonl")
 _LOOKED_AT: Final = 65536  # bytes at each end of a file
 
 
-def require_writable(option: str, path: Path, force: bool, mark: bytes = MARK) -> None:
+def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
     """Raises RefusedError where to write a file would lose another.
 
     That is, where its folder is not there; where it belongs to a study; and, unless forced, where there is a file in which
-    `mark` does not stand, so that another program has made it.
+    `mark` does not stand, and it does in whatever the command writes.
     """
     if not path.parent.is_dir():
         raise RefusedError(f"{option} {path}: there is no folder {path.parent}")

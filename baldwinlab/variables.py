@@ -73,6 +73,14 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
             ("run", "generation", "layer", "agent"), np.float32, "1", "how far learning moved a layer's weights, birth to death"
         ),
     },
+    "neutral": {
+        "energy": Variable(
+            ("run", "generation", "newborns", "life", "agent"),
+            np.float64,
+            "energy",
+            "fitness of these newborns in a life of this kind",
+        ),
+    },
     "within-life": {
         "eaten_in_window": Variable(
             ("run", "newborns", "window", "agent"), np.int32, "items", "items eaten in this part of life"
@@ -94,6 +102,7 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
         ),
     },
 }
+NEWBORNS = ("evolved", "neutral twin")  # born as they evolved, and had parents been drawn at random
 LIVES = ("off", "on", "frozen", "drift")  # learning off, learning on, weights as at death, drift in place of learning
 
 WEIGHT_ORDER = (

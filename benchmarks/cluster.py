@@ -28,10 +28,10 @@ from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.presets import load, paper
 from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
-from baldwinlab.studies.executors import THREADS, Executor, Task, choose, cluster
+from baldwinlab.studies.executors import THREADS, Executor, choose, cluster
 from baldwinlab.studies.records import encode
 from baldwinlab.studies.store import create
-from baldwinlab.studies.study import MOST_TASKS, missing_runs, plan
+from baldwinlab.studies.study import MOST_TASKS, Evolve, missing_runs, plan
 from benchmarks.machine import provenance
 from benchmarks.tables import table
 
@@ -164,7 +164,7 @@ class Costs(NamedTuple):
     rate: float  # tasks a second that do nothing, with everything on this machine
 
 
-def nothing(order: str) -> None:
+def nothing(order: bytes) -> None:
     """In place of a task's work."""
 
 
@@ -184,7 +184,7 @@ def settle(process: Process) -> None:
 def of_the_scheduler() -> Costs:
     with tempfile.TemporaryDirectory() as folder, scheduler() as (process, address), Client(address) as client:
         study = create(Path(folder), paper(), seed=0)
-        tasks = [Task(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
+        tasks = [Evolve(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
         orders = cluster._orders(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
             client.run(warm_up, paper())

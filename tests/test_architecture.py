@@ -14,7 +14,7 @@ import baldwinlab
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
     {"errors", "factors", "palette", "version"},
-    {"files"},
+    {"files", "outputs"},
     {"experiment"},
     {"engine", "variables", "statistics"},
     {"papers", "parts"},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from baldwinlab.models.miniworld.backend import Backend, choose
 from baldwinlab.papers import Paper, keep
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies import executors, store
-from baldwinlab.studies.executors import Executor, ExecutorError, available_cores
+from baldwinlab.studies.executors import Executor, ExecutorError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 
@@ -58,7 +58,7 @@ def bring(
     stored = wanted - sum(map(len, missing.values()))
     console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
     tasks = place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)  # one lives, another breeds
-    with _saying_what_is_stored(study, runs):
+    with _saying_where_it_stands(study, lambda: _standing(study, runs)):
         run_study(study, missing, tasks, console.progress, console.say, engine, place)
     return study
 
@@ -70,29 +70,10 @@ def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experim
     return choose(chosen, runs * len(experiments), max(experiment.population.size for experiment in experiments))
 
 
-@contextmanager
-def _saying_what_is_stored(study: Study, runs: int) -> Iterator[None]:
-    """Whatever stops the work, its message says where the study stands."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"stopped; {_standing(study, runs)}") from None
-    except ExecutorError as error:
-        raise InterruptedStudyError(f"{error}; {_standing(study, runs)}") from None
-    except OSError as error:
-        fault = f"cannot write {error.filename or study.directory}: {error.strerror or error}"
-        raise InterruptedStudyError(f"{fault}; {_standing(study, runs)}") from None
-
-
-def _standing(study: Study, runs: int) -> str:
-    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
-    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
-
-
-def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | None = None) -> None:
+def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | None = None, executor: str = "threads") -> None:
     """Do these assays of a study, as far as they are not stored; raises as `bring` does."""
-    workers = available_cores() if workers is None else workers
     require_positive("workers", workers)
+    place = executors.choose(executor, workers)
     study.require_parts()
     for sentence in misfits(study, names):
         console.say(sentence)
@@ -102,8 +83,29 @@ def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | 
         console.say(f"{study.directory}: all of these assays are stored already")
         return
     console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
-    try:
-        run_assays(study, missing, workers, console.progress, console.say)
-    except KeyboardInterrupt:
+
+    def standing() -> str:
         done = count - sum(map(len, missing_assays(study, names).values()))
-        raise KeyboardInterrupt(f"stopped; assays done: {done} of {count}; the same command carries on") from None
+        return f"assays done: {done} of {count}; the same command carries on"
+
+    with _saying_where_it_stands(study, standing):
+        run_assays(study, missing, place.workers, console.progress, console.say, place)
+
+
+@contextmanager
+def _saying_where_it_stands(study: Study, standing: Callable[[], str]) -> Iterator[None]:
+    """Whatever stops the work, its message says how much of it is stored."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"stopped; {standing()}") from None
+    except ExecutorError as error:
+        raise InterruptedStudyError(f"{error}; {standing()}") from None
+    except OSError as error:
+        fault = f"cannot write {error.filename or study.directory}: {error.strerror or error}"
+        raise InterruptedStudyError(f"{fault}; {standing()}") from None
+
+
+def _standing(study: Study, runs: int) -> str:
+    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
+    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"

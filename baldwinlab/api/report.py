@@ -11,7 +11,7 @@ from baldwinlab.factors import MULTIVERSE
 from baldwinlab.files import is_local
 from baldwinlab.multiverse.publish import publish as publish_multiverse
 from baldwinlab.multiverse.section import combinations, verdict
-from baldwinlab.outputs import require_writable
+from baldwinlab.outputs import REPORT, require_writable
 from baldwinlab.publish import publish
 from baldwinlab.studies.store import Study
 
@@ -24,9 +24,10 @@ def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool
     unless forced, over one that is no report.
     """
     require_positive("last", last)
-    out = study.directory / "report.html" if out is None else out
-    if is_local(out):
-        require_writable("--out", out, force)
+    if out is None:
+        out = study.directory / "report.html"
+    elif is_local(out):
+        require_writable("--out", out, REPORT.encode(), force=force)
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)
         console.console.print(readings_table(multiverse))

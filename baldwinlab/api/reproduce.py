@@ -47,7 +47,7 @@ def reproduce(
     wanted = chosen.about.runs if runs is None else runs
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
     study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
-    assay(study, workers=None if executor != "threads" else workers)
+    assay(study, workers=workers, executor=executor)
     report(study, last=last)
     return Study(study)
 

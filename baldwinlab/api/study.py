@@ -64,14 +64,16 @@ class Study:
             return open_sweep(self.directory)
         return open_study(self.directory, conditions)
 
-    def assay(self, name: str, condition: str | None = None, *, workers: int | None = None) -> xr.Dataset:
+    def assay(
+        self, name: str, condition: str | None = None, *, workers: int | None = None, executor: str = "threads"
+    ) -> xr.Dataset:
         """What an assay measures of a condition, or of all along the dim `condition`; what is not stored yet is measured first.
 
         The variables are `baldwinlab.variables.ASSAYS[name]`. Raises StudyError for an assay that there is not, and where
         it has nothing to measure.
         """
         if any(missing_assays(self._stored, [name]).values()):
-            assay(self._stored, [name], workers=workers)
+            assay(self._stored, [name], workers=workers, executor=executor)
         if condition is not None:
             return open_assay(self.directory, name, condition)
         measured = [each for each in self.conditions if is_stored(name, self._stored, each)]

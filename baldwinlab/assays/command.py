@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from baldwinlab.api import bring
 from baldwinlab.api.report import report
 from baldwinlab.assays.run import ASSAYS
-from baldwinlab.cli.common import Directory, Parts, Workers, load_parts
+from baldwinlab.cli.common import Directory, Executor, Parts, Workers, load_parts
 from baldwinlab.studies.store import Study
 
 
@@ -20,9 +20,11 @@ def assay(
     only: Annotated[str | None, Parameter(help=f"some of {', '.join(ASSAYS)}, with commas between; all unless given")] = None,
     workers: Workers = None,
     part: Parts = None,
+    executor: Executor = "threads",
 ) -> None:
     """Live the genomes of a stored study again under changed circumstances, measure them, and rebuild the report."""
     load_parts(part)
     study = Study(directory)
-    bring.assay(study, list(ASSAYS) if only is None else [name.strip() for name in only.split(",")], workers=workers)
+    names = list(ASSAYS) if only is None else [name.strip() for name in only.split(",")]
+    bring.assay(study, names, workers=workers, executor=executor)
     report(study)

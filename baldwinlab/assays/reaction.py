@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.assays.sample import Sample
+from baldwinlab.assays.sample import OnMap, Sample
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.store import Study
 
@@ -27,41 +27,44 @@ class Setting(NamedTuple):
 
 
 def coords(study: Study, condition: str) -> Mapping[str, Any]:
-    found = settings(study, condition)
+    found = settings(study.experiments[condition], elsewhere(study, condition))
     named = {name: ("setting", [getattr(setting, name) for setting in found]) for name in ("field", "value")}
     return {"setting": np.arange(len(found), dtype=np.int32), **named}
 
 
 def lives(study: Study, condition: str) -> int:
-    return len(settings(study, condition))
+    return len(settings(study.experiments[condition], elsewhere(study, condition)))
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`energy` [run, setting, agent]."""
     last = sample.experiment.evolution.generations - 1
     genomes = sample.genomes(last)
-    _, *others = settings(sample.study, sample.experiment.name)
+    _, *others = settings(sample.experiment, sample.elsewhere)
     found = [sample.live_as_evolved(last, genomes)]
     found += [sample.live(setting.experiment, last, genomes) for setting in others]
     return {"energy": np.stack([lives.energy for lives in found], axis=1)}
 
 
-def settings(study: Study, condition: str) -> list[Setting]:
+def settings(experiment: Experiment, elsewhere: Sequence[OnMap]) -> list[Setting]:
     """The settings of a condition: first as it evolved, then each that is possible and differs."""
-    experiment = study.experiments[condition]
     found = [Setting(AS_EVOLVED, "", experiment)]
-    for setting in (*_other_maps(study, condition), *_other_values(experiment)):
+    other_maps = (Setting("map", name, there) for name, there in elsewhere)
+    for setting in (*other_maps, *_other_values(experiment)):
         if all(setting.experiment != known.experiment for known in found):
             found.append(setting)
     return found
 
 
-def _other_maps(study: Study, condition: str) -> Iterator[Setting]:
-    """The worlds of the study's conditions of the same learner on other maps."""
-    own = study.factors[condition]
+def elsewhere(study: Study, condition: str) -> tuple[OnMap, ...]:
+    """A condition in the worlds of the study's conditions of the same learner on other maps."""
+    experiment, own = study.experiments[condition], study.factors[condition]
+    found: list[OnMap] = []
     for other, there in study.factors.items():
         if own.map and there.map and there.learner == own.learner:
-            yield Setting("map", there.map, study.experiments[condition].replace(world=study.experiments[other].world))
+            on_map = there.map, experiment.replace(world=study.experiments[other].world)
+            found += [on_map] if on_map[1] != experiment and on_map not in found else []
+    return tuple(found)
 
 
 def _other_values(experiment: Experiment) -> Iterator[Setting]:

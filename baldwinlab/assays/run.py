@@ -1,11 +1,11 @@
-"""Assays: what is measured on a stored study by living its genomes again. Nothing is evolved; docs/assays.md."""
+"""Assays: what is measured on a stored study by living its genomes again; docs/assays.md."""
 
 from __future__ import annotations
 
-import threading
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -14,16 +14,16 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import variables
-from baldwinlab.assays import descent, innate, modules, reaction, within_life
-from baldwinlab.assays.sample import Sample
+from baldwinlab.assays import descent, innate, modules, neutral, reaction, within_life
+from baldwinlab.assays.sample import OnMap, Sample
 from baldwinlab.assays.stored import in_words_of_today
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
-from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.runs.warm_up import warm_up
-from baldwinlab.studies.executors.tasks import StoppedError
-from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.executors import THREADS, Executor
+from baldwinlab.studies.records import StudyError, read_record
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress
 from baldwinlab.version import __version__
@@ -46,6 +46,7 @@ class Assay(Protocol):
 
 ASSAYS: Mapping[str, Assay] = {
     "innate": innate,
+    "neutral": neutral,
     "within-life": within_life,
     "modules": modules,
     "reaction": reaction,
@@ -53,18 +54,35 @@ ASSAYS: Mapping[str, Assay] = {
 }
 
 
-class Task(NamedTuple):
-    """Assays of some runs of a condition."""
+class Measure(NamedTuple):
+    """A task: assays of some runs of one condition, which are given back."""
 
-    condition: str
+    experiment: Experiment
     runs: tuple[int, ...]
     names: tuple[str, ...]
+    elsewhere: tuple[OnMap, ...]
+    agent_steps: int
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        return (self.experiment, *(experiment for _, experiment in self.elsewhere))
+
+    def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> dict[str, Arrays]:
+        """What each assay measured. See `Task`."""
+        records = [read_record(directory, self.experiment, seed, run) for run in self.runs]
+        sample = Sample(directory, seed, self.experiment, self.runs, records, self.elsewhere, lived)
+        return {name: ASSAYS[name].measure(sample) for name in self.names}
 
 
 def misfit(name: str, experiment: BaseExperiment) -> str:
     """Why an assay has nothing to measure of an experiment, in a sentence; empty where it has."""
     if name in ("innate", "descent"):
-        return ""  # which ask through a model's switches, or through its pedigree, alone
+        return ""  # which ask through a model's switch, or through its pedigree, alone
+    if name == "neutral":  # and this through both switches
+        if experiment.evolution.inheritance == "none":
+            return "the assay neutral is of what selection builds, and where nothing is inherited it builds nothing"
+        drawn = experiment.evolution.selection == "neutral"
+        return "the assay neutral is of what selection builds, and parents at random are their own neutral twin" if drawn else ""
     if not isinstance(experiment, Experiment):
         return f"the assay {name} is of foragers and what they eat, so the model {experiment.model} has none"
     if name == "modules" and len(experiment.modules) == 1:
@@ -73,10 +91,10 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
 
 
 def misfits(study: Study, names: Sequence[str]) -> list[str]:
-    """Why assays have nothing to measure of conditions of other models, a sentence each."""
+    """Why assays have nothing to measure of some conditions, each sentence once."""
     _require_known(names)
-    others = {one.model: one for one in study.experiments.values() if not isinstance(one, Experiment)}
-    return [sentence for one in others.values() for name in names if (sentence := misfit(name, one))]
+    found = (misfit(name, experiment) for experiment in study.experiments.values() for name in names)
+    return [sentence for sentence in dict.fromkeys(found) if sentence]
 
 
 def is_stored(name: str, study: Study, condition: str) -> bool:
@@ -120,22 +138,23 @@ def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
 
 def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     """How much is to live for these assays."""
-    return sum(
-        ASSAYS[name].lives(study, condition)
-        * len(study.runs(condition))
-        * study.experiments[condition].steps
-        * study.experiments[condition].population.size
-        for condition, names in missing.items()
-        for name in names
-    )
+    return sum(_agent_steps_of_run(study, condition, names) * len(study.runs(condition)) for condition, names in missing.items())
 
 
-def _ways_of_living(study: Study) -> Iterator[BaseExperiment]:
-    """The conditions as they evolved, and with the learner off."""
-    for experiment in study.experiments.values():
+def _agent_steps_of_run(study: Study, condition: str, names: Sequence[str]) -> int:
+    experiment = study.experiments[condition]
+    lives = sum(ASSAYS[name].lives(study, condition) for name in names)
+    return lives * experiment.steps * experiment.population.size
+
+
+def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Iterator[BaseExperiment]:
+    """The conditions as they evolved, with the learner off, and as their neutral twins."""
+    for experiment in (study.experiments[condition] for condition, names in missing.items() if names):
         yield experiment
         if experiment.learns:
             yield experiment.without_learner()
+        if "neutral" in missing[experiment.name]:
+            yield experiment.neutral_twin()
 
 
 def run_assays(
@@ -144,69 +163,62 @@ def run_assays(
     workers: int,
     progress: Callable[[str, int], Progress],
     tell: Callable[[str], None],
+    executor: Executor = THREADS,
 ) -> None:
-    """Measure the missing assays, batches of runs on threads, and store those of a condition when all its runs are done.
+    """Measure the missing assays, so many batches of runs at a time, and store those of a condition when all its runs are done.
 
     `progress(description, total)` opens what is called with the agent-steps that have been lived.
-    The result does not depend on the number of workers. What is stored when this is stopped stays. Raises DamagedRecordError
-    for a record that is not what was written, and StudyError for one that cannot be lived again to the same bits.
+    The result does not depend on where it is done, nor by how many. What is stored when this is stopped stays. Raises
+    DamagedRecordError for a record that is not what was written, and StudyError for one that cannot be lived again to the same
+    bits.
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = warm_up(_ways_of_living(study))
+    compile_seconds = warm_up(_ways_of_living(study, missing))
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
-    stop, lock = threading.Event(), threading.Lock()
     tasks = _plan(study, missing, workers)
-    with progress("living again", agent_steps(study, missing)) as show, ThreadPoolExecutor(workers) as pool:
+    left = Counter(task.experiment.name for task in tasks)
+    measured: dict[str, list[tuple[Measure, dict[str, Arrays]]]] = {condition: [] for condition in left}
 
-        def lived(amount: int) -> None:
-            if stop.is_set():
-                raise StoppedError
-            with lock:
-                show(amount)
+    def done(task: Measure, found: dict[str, Arrays]) -> None:
+        condition = task.experiment.name
+        measured[condition].append((task, found))
+        left[condition] -= 1
+        if not left[condition]:
+            _store(study, condition, measured.pop(condition))
 
-        futures = {pool.submit(_measure, study, task, lived): task for task in tasks}
-        try:
-            for condition in _complete(futures):
-                done = [(task, future.result()) for future, task in futures.items() if task.condition == condition]
-                _store(study, condition, done)
-        finally:
-            stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
+    with (
+        progress("living again", sum(task.agent_steps for task in tasks)) as show,
+        closing(executor.do(study, tasks, workers, CPU, done)) as amounts,
+    ):
+        for amount in amounts:
+            show(amount)
 
 
-def _plan(study: Study, missing: Mapping[str, Sequence[str]], workers: int) -> list[Task]:
+def _plan(study: Study, missing: Mapping[str, Sequence[str]], workers: int) -> list[Measure]:
     """Batches of runs, those that learn first, because they are slow, so that no worker is left with one at the end."""
     total = sum(len(study.runs(condition)) for condition in missing)
     size = max(1, min(CPU.worlds, total // workers))
     return [
-        Task(condition, tuple(runs[first : first + size]), tuple(missing[condition]))
+        task
         for condition in sorted(missing, key=lambda name: not study.experiments[name].learns)
         if missing[condition]
-        for runs in [study.runs(condition)]
-        for first in range(0, len(runs), size)
+        for task in _batches(study, condition, tuple(missing[condition]), size)
     ]
 
 
-def _measure(study: Study, task: Task, lived: Callable[[int], None]) -> dict[str, Arrays]:
-    records = [study.read(task.condition, run) for run in task.runs]
-    sample = Sample(study, study.experiments[task.condition], task.runs, records, lived)
-    return {name: ASSAYS[name].measure(sample) for name in task.names}
+def _batches(study: Study, condition: str, names: tuple[str, ...], size: int) -> Iterator[Measure]:
+    """All runs of a condition, so many in a task."""
+    runs, of_run = study.runs(condition), _agent_steps_of_run(study, condition, names)
+    elsewhere = reaction.elsewhere(study, condition) if "reaction" in names else ()
+    for first in range(0, len(runs), size):
+        batch = tuple(runs[first : first + size])
+        yield Measure(study.experiments[condition], batch, names, elsewhere, of_run * len(batch))
 
 
-def _complete(futures: Mapping[Future[dict[str, Arrays]], Task]) -> Iterator[str]:
-    """Conditions, as their last task ends. Raises what a task raised."""
-    left = [task.condition for task in futures.values()]
-    for future in as_completed(futures):
-        future.result()
-        condition = futures[future].condition
-        left.remove(condition)
-        if condition not in left:
-            yield condition
-
-
-def _store(study: Study, condition: str, measured: Sequence[tuple[Task, dict[str, Arrays]]]) -> None:
-    """Put the runs of a condition together, and write each assay."""
+def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str, Arrays]]]) -> None:
+    """Put the runs of a condition together, in whatever order they were done, and write each assay."""
+    measured.sort(key=lambda one: one[0].runs)
     names = measured[0][0].names
     runs = np.array([run for task, _ in measured for run in task.runs], np.int32)
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)

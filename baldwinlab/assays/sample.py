@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -12,20 +13,22 @@ import xarray as xr
 from baldwinlab.evolution import Genome, Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.runs.reevaluate import Lives, reevaluate, stored_genome
-from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.records import StudyError, record_path
 
 Energy = npt.NDArray[np.float64]  # [run, agent]
+OnMap = tuple[str, Experiment]  # the name of a map, and the condition there
 
 
 @dataclass(frozen=True)
 class Sample:
     """Some stored runs of a condition. Arrays that are measured on it begin with the dimension `run`, in this order."""
 
-    study: Study
+    directory: Path  # of the study
+    seed: int
     experiment: Experiment
     runs: tuple[int, ...]
     records: Sequence[xr.Dataset]
+    elsewhere: Sequence[OnMap]  # the same condition on the study's other maps
     lived: Callable[[int], None]  # is told the agent-steps that have been lived; what it raises ends the work
 
     def genomes(self, generation: int) -> Genome:
@@ -35,14 +38,14 @@ class Sample:
     def random_genomes(self) -> Genome:
         """Freshly drawn genomes, as those of a generation after the last, so that no draw is shared with one that lived."""
         after = self.experiment.evolution.generations
-        return np.stack([draw_genome(self.experiment, Moment(self.study.seed, run, after)) for run in self.runs])
+        return np.stack([draw_genome(self.experiment, Moment(self.seed, run, after)) for run in self.runs])
 
     def energy(self, generation: int) -> Energy:
         return np.stack([record.energy.values[generation] for record in self.records])
 
     def live(self, experiment: Experiment, generation: int, genomes: Genome) -> Lives:
         """Lives of these genomes in the worlds of that generation, under the circumstances of `experiment`."""
-        lives = reevaluate(experiment, self.study.seed, self.runs, generation, genomes)
+        lives = reevaluate(experiment, self.seed, self.runs, generation, genomes)
         self.tell()
         return lives
 
@@ -51,7 +54,7 @@ class Sample:
         lives = self.live(self.experiment, generation, genomes)
         for run, found, stored in zip(self.runs, lives.energy, self.energy(generation), strict=True):
             if not np.array_equal(found, stored):
-                path = self.study.path(self.experiment.name, run)
+                path = record_path(self.directory, self.experiment.name, run)
                 gain = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
                     f"{path}: generation {generation}, lived again, does not {gain} what is stored; "

@@ -15,7 +15,7 @@ import xarray as xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
-from baldwinlab.variables import ASSAYS, LIVES, from_netcdf
+from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS, from_netcdf
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
 Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
@@ -144,6 +144,15 @@ def _innate(data: xr.Dataset, last: int) -> Iterator[Values]:
             yield (name, when), part.mean("generation")
 
 
+def _neutral(data: xr.Dataset, last: int) -> Iterator[Values]:
+    energy = _windows(data["energy"], last)["last"].mean(("agent", "generation"))
+    for who in NEWBORNS:
+        off, on = (energy.sel(newborns=who, life=life) for life in ("off", "on"))
+        yield ("off, beside the neutral twin", who), off
+        yield ("on, beside the neutral twin", who), on
+        yield ("gain, beside the neutral twin", who), on - off
+
+
 def _within_life(data: xr.Dataset, last: int) -> Iterator[Values]:
     steps = lifetime(data)
     for who, name in ((RANDOM, RANDOM), (EVOLVED, evolved(data))):
@@ -185,6 +194,7 @@ def _descent(data: xr.Dataset, last: int) -> Iterator[Values]:
 
 _QUANTITIES: Mapping[str, Callable[[xr.Dataset, int], Iterator[Values]]] = {
     "innate": _innate,
+    "neutral": _neutral,
     "within-life": _within_life,
     "modules": _modules,
     "reaction": _reaction,

@@ -72,7 +72,7 @@ def beside_the_paper(analysis: Analysis, inference: Inference) -> str:
 def sentences(analysis: Analysis, subject: Subject) -> list[str]:
     """What was found of a condition, a sentence or two for each part of it that was measured."""
     phases = [*_first_phase(analysis, subject), *_second_phase(subject, analysis.last)]
-    return [*phases, *_change_in_life(subject), *_knowledge(analysis, subject)]
+    return [*phases, *_change_in_life(subject), *_selection(subject), *_knowledge(analysis, subject)]
 
 
 def _first_phase(analysis: Analysis, subject: Subject) -> Iterator[str]:
@@ -150,6 +150,22 @@ def _change_in_life(subject: Subject) -> Iterator[str]:
             f"Born with the weights of their own death, and with learning off, they eat {number(cost.numbers.median_a)}: what "
             "they have learned by then does not do the whole of the task. It is the course of learning that does."
         )
+
+
+def _selection(subject: Subject) -> Iterator[str]:
+    innate, learned = subject.answer("built-innate"), subject.answer("built-learned")
+    if innate.numbers and learned.numbers:
+        built = {
+            YES: "selection has built it",
+            NO: "selection has not built it",
+            UNDECIDED: "the runs do not tell what selection did",
+        }
+        parts = [
+            f"{what} {number(answer.numbers.median_a)} against {number(answer.numbers.median_b)} ({built[answer.verdict]})"
+            for what, answer in (("eat without learning", innate), ("gain from learning", learned))
+            if answer.numbers
+        ]
+        yield f"Beside their neutral twin, whose parents were drawn at random, the last generations {' and '.join(parts)}."
 
 
 def _knowledge(analysis: Analysis, subject: Subject) -> Iterator[str]:

@@ -41,7 +41,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
     steps, (runs, agents) = sample.experiment.lifetime.steps, genomes.shape[:2]
-    batch = born(sample.experiment, sample.study.seed, sample.runs, generation, genomes)
+    batch = born(sample.experiment, sample.seed, sample.runs, generation, genomes)
     moments = [*range(0, steps, WINDOW), steps]
     eaten = Series("eaten_in_life", moments, slice(runs * agents))
     fed = First(lambda batch: np.any(batch.eaten_in_life(), axis=-1), moments)

@@ -25,7 +25,7 @@ def bench(
 ) -> None:
     """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
     if json:
-        require_writable("--json", json, force, b"agent_steps_per_second")
+        require_writable("--json", json, b"agent_steps_per_second", force=force)
     records = []
     console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
     for record in benchmark(quick, backend):

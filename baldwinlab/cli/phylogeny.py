@@ -15,7 +15,7 @@ from baldwinlab.studies.store import Study
 
 def phylogeny(directory: Directory, /, *, condition: str, run: Whole, out: Path, force: Force = False) -> None:
     """Write who begot whom in a run as CSV in the ALife data standard for phylogenies."""
-    require_writable("--out", out, force, HEADER.encode())
+    require_writable("--out", out, HEADER.encode(), force=force)
     study = Study(directory)
     study.experiment(condition)
     record = study.read(condition, run)

@@ -75,6 +75,31 @@ def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -
         raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
 
 
+def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
+    """One run, whole; whoever reads need not have opened the study. Raises as `verified` does."""
+    return decode(verified(directory, experiment, seed, run))
+
+
+def verified(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> bytes:
+    """The record of a run of the study in `directory`, whose seed it is.
+
+    Raises DamagedRecordError, naming the file, and StudyError where there is none.
+    """
+    path = record_path(directory, experiment.name, run)
+    try:
+        raw = path.read_bytes()
+        verify(raw)
+        require_place(raw, experiment, seed, run)
+    except FileNotFoundError:
+        count = len(list(stored_runs(path.parent)))
+        raise StudyError(f"{path} does not exist; runs of {experiment.name} that are stored: {count}") from None
+    except DamagedRecordError as error:
+        raise DamagedRecordError(f"{path} is damaged: {error}") from None
+    except OSError as error:
+        raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+    return raw
+
+
 def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 

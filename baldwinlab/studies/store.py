@@ -30,13 +30,11 @@ from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
 from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
-    DamagedRecordError,
     StudyError,
     decode,
     record_path,
-    require_place,
     stored_runs,
-    verify,
+    verified,
     write_record,
 )
 
@@ -139,19 +137,7 @@ class Study:
 
     def verified(self, condition: str, run: int) -> bytes:
         """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
-        path = self.path(condition, run)
-        try:
-            raw = path.read_bytes()
-            verify(raw)
-            require_place(raw, self.experiment(condition), self.seed, run)
-        except FileNotFoundError:
-            count = len(self.runs(condition))
-            raise StudyError(f"{path} does not exist; runs of {condition} that are stored: {count}") from None
-        except DamagedRecordError as error:
-            raise DamagedRecordError(f"{path} is damaged: {error}") from None
-        except OSError as error:
-            raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
-        return raw
+        return verified(self.directory, self.experiment(condition), self.seed, run)
 
     def set_aside(self, condition: str, run: int) -> Path:
         """Move a damaged record out of the way, keeping it."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,17 +17,47 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import coordinates
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU, Backend
+from baldwinlab.runs.simulate import live_batch
 from baldwinlab.runs.warm_up import warm_up
-from baldwinlab.studies.executors import THREADS, Executor, Task, agent_steps_of_run, available_cores
-from baldwinlab.studies.records import DamagedRecordError
+from baldwinlab.studies.executors import THREADS, Executor, available_cores
+from baldwinlab.studies.records import DamagedRecordError, write_record
 from baldwinlab.studies.store import Study
 from baldwinlab.variables import PARENTS, RUN
 
-__all__ = ["agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
+__all__ = ["Evolve", "agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
 
 MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
 
 Progress = AbstractContextManager[Callable[[int], None]]
+
+
+class Evolve(NamedTuple):
+    """A task: runs of one condition, each stored as its batch ends."""
+
+    experiment: Experiment
+    runs: tuple[int, ...]
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        return (self.experiment,)
+
+    @property
+    def agent_steps(self) -> int:
+        return len(self.runs) * agent_steps_of_run(self.experiment)
+
+    def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
+        """In batches of as many worlds as suit the backend. See `Task`."""
+        for first in range(0, len(self.runs), backend.worlds):
+            self._replace(runs=self.runs[first : first + backend.worlds])._do_batch(seed, directory, backend, lived)
+
+    def _do_batch(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
+        share = self.agent_steps // self.experiment.evolution.generations
+        for history in live_batch(self.experiment, seed, self.runs, backend, lambda histories: lived(share)):
+            write_record(directory, self.experiment.name, history.run, history.record())
+
+
+def agent_steps_of_run(experiment: Experiment) -> int:
+    return experiment.evolution.generations * experiment.steps * experiment.population.size
 
 
 def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
@@ -46,7 +76,7 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
     return missing
 
 
-def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Task]:
+def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Evolve]:
     """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
 
     A task is a batch of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
@@ -56,7 +86,7 @@ def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int 
     batches = -(-total // (worlds * MOST_TASKS))
     size = max(1, min(worlds * batches, total // workers))
     tasks = [
-        Task(study.experiments[condition], tuple(runs[first : first + size]))
+        Evolve(study.experiments[condition], tuple(runs[first : first + size]))
         for condition, runs in missing.items()
         for first in range(0, len(runs), size)
     ]

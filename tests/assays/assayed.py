@@ -11,6 +11,7 @@ import xarray as xr
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.presets import factors, load
 from baldwinlab.variables import ASSAYS, LIVES, dataset
+from baldwinlab.variables import NEWBORNS as TWINS
 
 RUNS, GENERATIONS, AGENTS, STEPS = 12, 40, 4, 600
 LAYERS = ("sensors to hidden", "hidden to actions")
@@ -60,6 +61,13 @@ def innate(condition: str, distance: Course | None = None, runs: int = RUNS, **l
     return _made("innate", condition, arrays, coords)
 
 
+def neutral(condition: str, evolved: Sequence[float], twin: Sequence[float], runs: int = RUNS) -> xr.Dataset:
+    """Food of the last ten generations' newborns and of their neutral twins, with learning off and on."""
+    energy = np.array([evolved, twin], float)[:, :, None] * spread(runs, 10, len(TWINS), 2, AGENTS)
+    coords = {"generation": np.arange(GENERATIONS - 10, GENERATIONS), "newborns": list(TWINS), "life": list(LIVES[:2])}
+    return _made("neutral", condition, {"energy": energy}, coords)
+
+
 def within_life(condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS) -> xr.Dataset:
     """Items an agent eats in a window of its life, rising from random genomes to the last generation; 0 is never."""
     amounts = np.linspace(blank, evolved, len(NEWBORNS))
@@ -100,6 +108,11 @@ def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
             a: innate(a, rising(2, 1), runs, off=rising(10, 90), on=on, frozen=rising(55, 110), drift=drift),
             b: innate(b, rising(1, 2), runs, off=constant(0), on=on, frozen=constant(0), drift=drift),
             evo: innate(evo, runs=runs, off=rising(10, 60)),
+        },
+        "neutral": {
+            a: neutral(a, (90, 100), (10, 50), runs),
+            b: neutral(b, (0, 100), (0, 50), runs),
+            evo: neutral(evo, (60, np.nan), (10, np.nan), runs),
         },
         "within-life": {a: within_life(a, 1, 9, runs=runs), b: within_life(b, 0, 5, runs=runs)},
         "modules": {a: modules(a, (100, 40, 90, 20), runs), b: modules(b, (100, 90, 0, 0), runs)},

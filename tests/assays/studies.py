@@ -7,6 +7,7 @@ from pathlib import Path
 
 from baldwinlab.assays import ASSAYS, missing_assays, run_assays
 from baldwinlab.experiment import Experiment
+from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.store import Study
 from tests.small import ignore, silent, small_study
 from tests.worlds import small
@@ -27,8 +28,9 @@ def measured(
     names: Sequence[str] = tuple(ASSAYS),
     runs: int = 3,
     workers: int = 2,
+    executor: Executor = THREADS,
 ) -> Study:
-    """A study with its assays."""
+    """A study with its assays, which an executor does."""
     study = small_study(directory, experiments or conditions(), runs)
-    run_assays(study, missing_assays(study, names), workers, silent, ignore)
+    run_assays(study, missing_assays(study, names), workers, silent, ignore, executor)
     return study

@@ -15,7 +15,7 @@ import xarray as xr
 
 from baldwinlab.assays.analysis import Analysis, Subject, conjunction, criteria, evaluate, write
 from baldwinlab.assays.stored import quantities
-from tests.assays.assayed import constant, innate, modules, rising, whole, within_life
+from tests.assays.assayed import constant, innate, modules, neutral, rising, whole, within_life
 
 A, B = "evo+self-taught/A", "evo+self-taught/B"
 
@@ -76,6 +76,14 @@ def test_chimeras_say_which_module_carries_knowledge() -> None:
     assert verdicts(found, "reinforcement", "action") == ["yes", "no"]
 
 
+def test_selection_built_what_the_neutral_twin_has_not() -> None:
+    data = innate(A, off=constant(1), on=constant(9))
+    built = ("built-innate", "built-learned")
+    assert verdicts(asked(data, neutral=neutral(A, (90, 100), (10, 50))), *built) == ["yes", "no"]  # the gain was greater before
+    assert verdicts(asked(data, neutral=neutral(A, (0, 100), (0, 50))), *built) == ["no", "yes"]
+    assert verdicts(asked(data), *built) == ["not measured"] * 2  # of a study that was assayed before there were twins
+
+
 def test_the_rival_is_the_condition_that_differs_only_in_learning() -> None:
     found = {subject.condition: subject for subject in all_of_it().subjects}
     assert (found[A].rival, found[B].rival) == ("evo/A", "")
@@ -97,7 +105,7 @@ def test_one_run_decides_nothing() -> None:
     assert numbers is not None and math.isnan(numbers.low)
 
 
-@pytest.mark.parametrize("assay", ["within-life", "modules", "reaction", "descent"])
+@pytest.mark.parametrize("assay", ["neutral", "within-life", "modules", "reaction", "descent"])
 def test_a_single_assay_answers_what_it_can(assay: str) -> None:
     found = evaluate({assay: whole()[assay]})
     assert [subject.phase(2) for subject in found.subjects] == ["not measured"] * 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from baldwinlab.assays import open_assay
 from baldwinlab.assays.reaction import settings
 from baldwinlab.experiment import Experiment
 from baldwinlab.runs.reevaluate import reevaluate
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import Study
 from tests.worlds import small
 
 
@@ -53,13 +52,12 @@ def test_fields_are_changed_one_at_a_time(study: Study) -> None:
     assert energy_in(study, condition, "world.food.0.count", "48").sum() > energy_in(study, condition, "as evolved", "").sum()
 
 
-def values(tmp_path: Path, experiment: Experiment) -> list[tuple[str, str]]:
-    study = create(tmp_path, [experiment], seed=1)
-    return [(setting.field, setting.value) for setting in settings(study, experiment.name)]
+def values(experiment: Experiment) -> list[tuple[str, str]]:
+    return [(setting.field, setting.value) for setting in settings(experiment, elsewhere=())]
 
 
-def test_what_the_experiment_refuses_is_left_out(tmp_path: Path) -> None:
-    assert values(tmp_path, small("evo")) == [
+def test_what_the_experiment_refuses_is_left_out() -> None:
+    assert values(small("evo")) == [
         ("as evolved", ""),
         *(("world.food.0.count", count) for count in ("3", "6", "24", "48")),
         *(("senses.visual_radius", radius) for radius in ("10", "20")),  # 80 would be more than half the map
@@ -67,9 +65,9 @@ def test_what_the_experiment_refuses_is_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("count", "others"), [(0, []), (1, ["0", "2", "4"])])
-def test_what_makes_no_difference_is_left_out(tmp_path: Path, count: int, others: list[str]) -> None:
+def test_what_makes_no_difference_is_left_out(count: int, others: list[str]) -> None:
     food = [{"x": [20, 100], "y": [10, 90], "count": count}]
     learner = small("evo+self-taught", world={"food": food}, learning={"rate": 5})
-    found = values(tmp_path, learner)
+    found = values(learner)
     assert [value for field, value in found if field == "world.food.0.count"] == others
     assert [value for field, value in found if field == "learning.rate"] == ["0", "0.5"]  # 50 would be too fast

@@ -148,7 +148,7 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(study: St
     empty = create(tmp_path, [small("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):
         missing_assays(empty, ["innate"])
-    there = "there is no assay 'instinct'; there are innate, within-life, modules, reaction, descent"
+    there = "there is no assay 'instinct'; there are innate, neutral, within-life, modules, reaction, descent"
     with pytest.raises(StudyError, match=there):
         missing_assays(study, ["innate", "instinct"])
     with pytest.raises(StudyError, match=there):

@@ -17,7 +17,7 @@ from baldwinlab.assays.analysis import evaluate
 from baldwinlab.assays.section import numbers_table, section
 from baldwinlab.assays.stored import Assays
 from baldwinlab.report import write_page
-from tests.assays.assayed import constant, innate, modules, rising, whole, within_life
+from tests.assays.assayed import constant, innate, modules, neutral, rising, whole, within_life
 
 A, B = "evo+self-taught/A", "evo+self-taught/B"
 
@@ -75,6 +75,12 @@ def test_what_contradicts_the_paper_is_said() -> None:
     said = words(innate=innate(A, off=constant(1), on=constant(9)), within_life=within_life(A, 9, 2))
     assert f"contradicts the paper here, in {A}" in said
     assert "contradicts" not in words(within_life=LEARNERS)
+
+
+def test_what_selection_built_is_told_beside_the_neutral_twin() -> None:
+    said = words(innate=innate(A, off=constant(1), on=constant(9)), neutral=neutral(A, (5, 50), (5, 20)))
+    assert "the last generations eat without learning 5.28 against 5.28 (selection has not built it)" in said
+    assert "gain from learning 47.5 against 15.8 (selection has built it)" in said
 
 
 def test_what_was_not_measured_is_named_and_not_guessed() -> None:

@@ -8,22 +8,24 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Generator, Iterator
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from baldwinlab import cli
+from baldwinlab.assays import ASSAYS, missing_assays, run_assays
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, cluster
-from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, plan
-from tests.small import contents, ignore, small, small_study
+from tests.assays.studies import conditions, measured
+from tests.small import contents, ignore, silent, small, small_study
 
 distributed = pytest.importorskip("distributed")
 
@@ -127,8 +129,46 @@ def test_workers_end_tasks_that_nobody_waits_for(
 
 def test_workers_refuse_a_study_that_they_do_not_see(on_dask: Executor) -> None:
     study = create(location("memory://unseen"), [small("evo/A")], seed=5)
-    with pytest.raises(StudyError, match=r"does not see memory://unseen: --out must be a place that all workers share"):
+    with pytest.raises(StudyError, match=r"does not see memory://unseen: a study must lie where all workers see it"):
         list(amounts(on_dask, study, runs=2))
+
+
+def test_assays_done_by_worker_processes_hold_the_bits_of_those_done_by_threads(tmp_path: Path, on_dask: Executor) -> None:
+    there, here = measured(tmp_path / "dask", executor=on_dask), measured(tmp_path / "threads")
+    assert contents(there.directory) == contents(here.directory)
+    assert {path.parts[0] for path in map(Path, contents(here.directory / "assays"))} == set(ASSAYS)
+
+
+@pytest.mark.parametrize("first_on_threads", [True, False])
+def test_assays_stopped_in_one_place_are_carried_on_in_another(tmp_path: Path, on_dask: Executor, first_on_threads: bool) -> None:
+    first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
+    study = small_study(tmp_path / "moved", conditions())
+
+    @contextmanager
+    def until_some_are_stored(description: str, total: int) -> Iterator[Callable[[int], None]]:
+        def stop(amount: int) -> None:
+            if (study.directory / "assays").exists():
+                raise KeyboardInterrupt
+
+        yield stop
+
+    with pytest.raises(KeyboardInterrupt):
+        run_assays(study, missing_assays(study, ["innate"]), 1, until_some_are_stored, ignore, first)
+    kept = contents(study.directory / "assays")
+    run_assays(study, missing_assays(study, ["innate"]), 2, silent, ignore, second)
+    whole = contents(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
+    assert 0 < len(kept) < len(whole) == len(conditions())
+    assert contents(study.directory / "assays") == whole
+    assert kept.items() <= whole.items()
+
+
+def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: Executor) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=2)
+    path = study.path("evo/A", 1)
+    path.write_bytes(path.read_bytes()[:-1])
+    for executor in (THREADS, on_dask):
+        with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"):
+            run_assays(study, missing_assays(study, ["descent"]), 2, silent, ignore, executor)
 
 
 def test_workers_refuse_to_mix_engines(tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -203,6 +243,9 @@ def test_the_same_command_runs_on_a_cluster(
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads") != {}
     (session,) = Study(tmp_path / "dask").sessions()
     assert (session["executor"], session["workers"]) == ("dask", 2)
+    assert command(monkeypatch, capsys, tmp_path, "assay", "dask", "--only", "innate,descent", *far[:2])[0] == 0
+    assert command(monkeypatch, capsys, tmp_path, "assay", "threads", "--only", "innate,descent")[0] == 0
+    assert contents(tmp_path / "dask") == contents(tmp_path / "threads")
 
 
 def test_a_study_and_its_report_may_lie_in_an_object_store(

@@ -109,10 +109,13 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(study: Path,
         bl.StudyError, match="the assay reaction is of foragers and what they eat, so the model bit-strings has none"
     ):
         bl.open(study).assay("reaction")
+    neutral = bl.open(study).assay("neutral", "bit-strings").energy.mean(("run", "generation", "agent")).sel(life="on")
+    assert neutral.sel(newborns="evolved") > neutral.sel(newborns="neutral twin")  # selection has built what is learned from
     forget()
     assert bl.open(study).assay("innate", "bit-strings").energy.size  # what is stored is read without the part
     report = bl.open(study).report().read_text()
     assert "the average agent gains" in report and "eats" not in report
+    assert "Did selection build what is innate?" in report and "the last generations gain without learning" in report
 
 
 def test_nothing_that_lies_in_a_study_is_executed(study: Path) -> None:
@@ -142,8 +145,9 @@ def test_dask_workers_are_sent_the_part(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     load_file(FILE)
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as local:
-        bl.run("bit-strings", runs=2, out=tmp_path / "dask", set=SMALL, executor=f"dask:{local.scheduler_address}")
-    bl.run("bit-strings", runs=2, out=tmp_path / "threads", set=SMALL)
+        there = f"dask:{local.scheduler_address}"
+        bl.run("bit-strings", runs=2, out=tmp_path / "dask", set=SMALL, executor=there).assay("neutral", executor=there)
+    bl.run("bit-strings", runs=2, out=tmp_path / "threads", set=SMALL).assay("neutral")
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads")
 
 

@@ -9,10 +9,10 @@ from functools import partial
 from baldwinlab.errors import ArgumentError, RefusedError
 from baldwinlab.files import require_cluster_extra
 from baldwinlab.runs.warm_up import available_cores
-from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task, agent_steps_of_run
+from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task
 from baldwinlab.studies.executors.threads import THREADS
 
-__all__ = ["THREADS", "Executor", "ExecutorError", "Task", "agent_steps_of_run", "available_cores", "choose"]
+__all__ = ["THREADS", "Executor", "ExecutorError", "Task", "available_cores", "choose"]
 
 ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 

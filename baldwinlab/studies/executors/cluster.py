@@ -1,19 +1,21 @@
 """Workers of a Dask cluster: one that is there already, or one whose workers are jobs of Slurm.
 
-A task goes out as plain data and its worker stores the records itself, so nothing large passes through the scheduler. A worker
-says how far it is by events of the scheduler: of all tasks together few a second, however many workers there are.
+A task goes out as plain data, with the foreign parts it needs. Its worker stores records itself, so no record passes through the
+scheduler; what a task returns does. A worker says how far it is by events of the scheduler: of all tasks together few a second,
+however many workers there are.
 """
 
 from __future__ import annotations
 
+import pickle
 import queue
 import subprocess
 import time
 from collections.abc import Callable, Generator, Sequence
-from json import dumps, loads
+from concurrent.futures import CancelledError
 from pathlib import Path
 from threading import Lock
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from uuid import uuid4
 
 import dask.config
@@ -22,11 +24,10 @@ from distributed import Client, Future, KilledWorker, Worker, get_worker
 
 from baldwinlab.engine.cache import sources_hash
 from baldwinlab.errors import PartError, RefusedError
-from baldwinlab.experiment import validate
 from baldwinlab.files import is_local, location
 from baldwinlab.models.miniworld.backend import Backend, choose
 from baldwinlab.parts.foreign import Source, load_text, sources_of
-from baldwinlab.studies.executors.tasks import ExecutorError, StoppedError, Task, do
+from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError, Task
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 
@@ -39,18 +40,35 @@ ENGINE: Final = sources_hash()  # carries a hash of the engine's sources and of 
 LOADING: Final = Lock()  # parts are known by name to the whole process
 
 
-def on_dask(address: str, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
+class Order(NamedTuple):
+    """What a worker is sent, pickled, so that Dask looks for nothing of its own in it."""
+
+    task: bytes  # pickled by itself: what it is made of is known only when the parts are
+    parts: tuple[tuple[Source, str], ...]  # with the SHA-256 of each
+    seed: int
+    directory: str
+    backend: str
+    engine: str
+    topic: str
+    silence: float  # seconds
+
+
+def on_dask(
+    address: str, study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+) -> Generator[int, None, None]:
     """Do the tasks on a Dask cluster, with the workers it has. See `Executor`."""
     with _connect(address) as client:
-        yield from _do_all(client, study, tasks, backend)
+        yield from _do_all(client, study, tasks, backend, done)
 
 
-def on_slurm(jobs: int, study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
+def on_slurm(
+    jobs: int, study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+) -> Generator[int, None, None]:
     """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
     with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
         _require_job(cluster.job_script())
         cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)  # rather than scale: a job that ends early is replaced
-        yield from _do_all(client, study, tasks, backend)
+        yield from _do_all(client, study, tasks, backend, done)
 
 
 def _require_job(script: str) -> None:
@@ -86,7 +104,7 @@ def _connect(address: str) -> Client:
         raise RefusedError(f"no Dask scheduler answers at {address}; one is started by `dask scheduler`") from None
 
 
-def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backend) -> Generator[int, None, None]:
+def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backend, done: Done) -> Generator[int, None, None]:
     """Submit the tasks and yield the agent-steps done: what workers tell, and when a task has ended, the rest of it.
 
     A task that was lost with its worker begins again; nothing is yielded until it is further than it was.
@@ -94,7 +112,8 @@ def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backen
     news: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
     topic = f"baldwinlab-{uuid4().hex}"
     client.subscribe_topic(topic, lambda event: news.put(event[1]))
-    left = {f"{topic}-{number}": task.agent_steps for number, task in enumerate(tasks)}
+    ordered = {f"{topic}-{number}": task for number, task in enumerate(tasks)}
+    left = {key: task.agent_steps for key, task in ordered.items()}
     orders = _orders(study, tasks, backend, topic)
     futures = {future.key: future for future in client.map(_work, orders, key=list(left), pure=False, batch_size=BATCH)}
     try:
@@ -104,7 +123,7 @@ def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backen
             item = news.get()
             key, still_to_do = (item.key, 0) if isinstance(item, Future) else item
             if isinstance(item, Future):
-                _require_done(item)
+                done(ordered[key], _result(item))
                 del futures[key]  # the scheduler forgets it
             if still_to_do < left[key]:
                 yield left[key] - still_to_do
@@ -113,53 +132,53 @@ def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backen
         client.cancel(list(futures.values()))
 
 
-def _orders(study: Study, tasks: Sequence[Task], backend: Backend, topic: str) -> list[str]:
-    """The tasks as text, in which Dask looks for nothing of its own."""
-    directory = study.directory.absolute() if is_local(study.directory) else study.directory
-    common = {"seed": study.seed, "directory": str(directory), "backend": backend.name, "engine": ENGINE, "topic": topic}
-    common["parts"] = [source._asdict() | {"sha256": source.sha256} for source in sources_of(task.experiment for task in tasks)]
-    common["silence"] = max(SILENCE, len(tasks) / EVENTS_A_SECOND)
-    return [dumps({**common, "experiment": task.experiment.to_dict(), "runs": task.runs}) for task in tasks]
+def _orders(study: Study, tasks: Sequence[Task], backend: Backend, topic: str) -> list[bytes]:
+    """The tasks as they are sent."""
+    directory = str(study.directory.absolute() if is_local(study.directory) else study.directory)
+    sources = sources_of(experiment for task in tasks for experiment in task.experiments)
+    parts = tuple((source, source.sha256) for source in sources)
+    silence = max(SILENCE, len(tasks) / EVENTS_A_SECOND)
+    common = (parts, study.seed, directory, backend.name, ENGINE, topic, silence)
+    return [pickle.dumps(Order(pickle.dumps(task), *common)) for task in tasks]
 
 
-def _require_done(future: Future) -> None:
-    """Raises what the task raised, and ExecutorError where it is not to be had any more."""
-    if future.status == "cancelled":
-        raise ExecutorError("the Dask scheduler is gone")
-    if future.status != "error":
-        return
-    error = future.exception()
-    if isinstance(error, KilledWorker):
-        raise ExecutorError(f"a task was given up: {error.allowed_failures + 1} workers died, one after the other, doing it")
-    raise error
+def _result(future: Future) -> Any:
+    """What a task returned. Raises what it raised, and ExecutorError where it is not to be had any more."""
+    try:
+        return future.result()
+    except CancelledError:
+        raise ExecutorError("the Dask scheduler is gone") from None
+    except KilledWorker as error:
+        dead = error.allowed_failures + 1
+        raise ExecutorError(f"a task was given up: {dead} workers died, one after the other, doing it") from None
 
 
-def _work(order: str) -> None:
+def _work(sent: bytes) -> Any:
     """Do a task, on a worker. Raises StudyError where the worker does not see the study, or has another engine."""
-    given = loads(order)
+    order: Order = pickle.loads(sent)
     worker = get_worker()
-    if given["engine"] != ENGINE:
+    if order.engine != ENGINE:
         raise StudyError(f"the worker {worker.address} has another version of baldwinlab or Numba than this process")
-    directory = location(given["directory"])
+    directory = location(order.directory)
     if not (directory / "study.toml").exists():
-        raise StudyError(f"the worker {worker.address} does not see {directory}: --out must be a place that all workers share")
+        raise StudyError(f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it")
     with LOADING:
-        _make_known(given["parts"])
-        task = Task(validate(given["experiment"]), tuple(given["runs"]))
-    tell = _teller(worker, task.agent_steps, given["topic"], given["silence"])
+        _make_known(order.parts)
+        task: Task = pickle.loads(order.task)
+    tell = _teller(worker, task.agent_steps, order.topic, order.silence)
     with dask.config.set(scheduler="synchronous"):  # else xarray, when it writes, opens a client of its own in every worker
-        do(task, given["seed"], directory, choose(given["backend"]), tell)
+        return task.do(order.seed, directory, choose(order.backend), tell)
 
 
-def _make_known(parts: Sequence[dict[str, str]]) -> None:
+def _make_known(parts: Sequence[tuple[Source, str]]) -> None:
     """Load the foreign parts that came with an order from whoever gave their files; nothing is taken from the study.
 
     Raises PartError where a text is not the one that its hash stands for.
     """
-    for part in parts:
-        if Source(**{name: part[name] for name in Source._fields}).sha256 != part["sha256"]:
-            raise PartError(f"the {part['kind']} {part['name']!r} did not arrive as it was sent: its SHA-256 is another")
-    for text, file in {part["text"]: part["file"] for part in parts}.items():
+    for source, sha256 in parts:
+        if source.sha256 != sha256:
+            raise PartError(f"the {source.kind} {source.name!r} did not arrive as it was sent: its SHA-256 is another")
+    for text, file in {source.text: source.file for source, _ in parts}.items():
         load_text(text, Path(file))
 
 

@@ -1,42 +1,63 @@
-"""What every executor does, wherever it does it."""
+"""What is done, wherever it is done: a task knows what there is to do, and an executor knows where."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backend import Backend
-from baldwinlab.runs.simulate import live_batch
-from baldwinlab.studies.records import write_record
 from baldwinlab.studies.store import Study
 
 
-class Task(NamedTuple):
-    """Runs of one condition that one worker does."""
+class Task(Protocol):
+    """Work on a study that one worker does: plain data, because it may be pickled and done elsewhere."""
 
-    experiment: Experiment
-    runs: tuple[int, ...]
+    @property
+    def experiments(self) -> Sequence[BaseExperiment]:
+        """All that it lives: their parts must be where it is done."""
 
     @property
     def agent_steps(self) -> int:
-        return len(self.runs) * agent_steps_of_run(self.experiment)
+        """How much it lives."""
+
+    def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> Any:
+        """Do it, on the study of that seed in `directory`; what it returns is handed to whoever asked for it.
+
+        `lived` is called with the agent-steps of every generation that has lived; what it raises ends the task.
+        """
+
+
+Done = Callable[[Any, Any], None]
+"""Called with a task that has ended, and what it returned."""
+
+Work = Callable[[Study, Sequence[Task], int, Backend, Done], Generator[int, None, None]]
+"""An executor's way: see `Executor.do`."""
+
+
+def nothing_more(task: Task, found: Any) -> None:
+    """For tasks that store all they have to say."""
 
 
 class Executor(NamedTuple):
-    """A place to do tasks.
-
-    `do` does tasks of a study, so many at a time, on a backend, and stores each run as it ends. It yields the agent-steps done
-    as it hears of them, in all as many as the tasks have. When a task raises, or the caller stops asking (ctrl-C), the other
-    tasks end at their next generation, what they had in flight is dropped, and the error is raised; it is an ExecutorError
-    when it is the place that failed.
-    """
+    """A place to do tasks."""
 
     name: str
     workers: int  # tasks at a time
-    do: Callable[[Study, Sequence[Task], int, Backend], Generator[int, None, None]]
+    work: Work
+
+    def do(
+        self, study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done = nothing_more
+    ) -> Generator[int, None, None]:
+        """Do tasks of a study, so many at a time, on a backend, and call `done`, here, with each that ends and what it returns.
+
+        Yields the agent-steps done as it hears of them, in all as many as the tasks have. When a task or `done` raises, or the
+        caller stops asking (ctrl-C), the other tasks end at their next generation, what they had in flight is dropped, and the
+        error is raised; it is an ExecutorError when it is the place that failed.
+        """
+        return self.work(study, tasks, workers, backend, done)
 
 
 class ExecutorError(BaldwinLabError):
@@ -45,22 +66,3 @@ class ExecutorError(BaldwinLabError):
 
 class StoppedError(Exception):
     """Raised in a worker to end it between two generations."""
-
-
-def agent_steps_of_run(experiment: Experiment) -> int:
-    return experiment.evolution.generations * experiment.steps * experiment.population.size
-
-
-def do(task: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
-    """Do a task in batches of as many worlds as suit the backend; store the runs of a batch when it ends.
-
-    `lived` is called with the agent-steps of every generation that has lived; what it raises ends the task.
-    """
-    for first in range(0, len(task.runs), backend.worlds):
-        _do_batch(Task(task.experiment, task.runs[first : first + backend.worlds]), seed, directory, backend, lived)
-
-
-def _do_batch(batch: Task, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
-    share = batch.agent_steps // batch.experiment.evolution.generations
-    for history in live_batch(batch.experiment, seed, batch.runs, backend, lambda histories: lived(share)):
-        write_record(directory, batch.experiment.name, history.run, history.record())

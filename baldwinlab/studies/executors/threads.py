@@ -6,18 +6,18 @@ import queue
 import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Final
+from typing import Any, Final
 
 from baldwinlab.models.miniworld.backend import Backend
 from baldwinlab.runs.warm_up import available_cores
-from baldwinlab.studies.executors.tasks import Executor, StoppedError, Task, do
+from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Task
 from baldwinlab.studies.store import Study
 
 
-def threads(study: Study, tasks: Sequence[Task], workers: int, backend: Backend) -> Generator[int, None, None]:
+def threads(study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done) -> Generator[int, None, None]:
     """Do the tasks on so many threads. See `Executor`."""
     stop = threading.Event()
-    news: queue.SimpleQueue[int | Future[None]] = queue.SimpleQueue()
+    news: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
 
     def lived(agent_steps: int) -> None:
         if stop.is_set():
@@ -25,15 +25,14 @@ def threads(study: Study, tasks: Sequence[Task], workers: int, backend: Backend)
         news.put(agent_steps)
 
     with ThreadPoolExecutor(workers) as pool:
-        left = len(tasks)
-        for task in tasks:
-            pool.submit(do, task, study.seed, study.directory, backend, lived).add_done_callback(news.put)
+        left = {pool.submit(task.do, study.seed, study.directory, backend, lived): task for task in tasks}
+        for future in list(left):
+            future.add_done_callback(news.put)
         try:
             while left:
                 item = news.get()
                 if isinstance(item, Future):
-                    item.result()
-                    left -= 1
+                    done(left.pop(item), item.result())
                 else:
                     yield item
         finally:
