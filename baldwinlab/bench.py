@@ -59,7 +59,7 @@ def bench(quick: bool, backend: str = "auto", parts: Sequence[Path] = ()) -> Ite
     choose(backend)
     for file in parts:
         load_file(file)
-    tasks = [*((measure, case) for case in cases(backend)), *((measure_parts, file) for file in parts)]
+    tasks: list[tuple[Any, Any]] = [*((measure, case) for case in cases(backend)), *((measure_parts, file) for file in parts)]
     for task, what in tasks:
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
             yield process.submit(task, what, quick, backend).result()
