@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
-from baldwinlab.experiment.base import choosing_fields
+from baldwinlab.experiment.classes import choosing_fields
 from baldwinlab.models.miniworld.make import make_state
 from baldwinlab.parts.evolution import breeding_part
 from baldwinlab.parts.kinds import Part

@@ -14,9 +14,9 @@ from baldwinlab import console, presets
 from baldwinlab.multiverse import command as command_multiverse
 from baldwinlab.multiverse.design import Reading
 from baldwinlab.studies.store import Study
+from tests.commands import Command
 from tests.papers.test_papers import folder
 from tests.small import contents, small_paper
-from tests.test_cli import Command, command  # noqa: F401  (a fixture)
 
 READINGS = [Reading(()), Reading(("contact-5",)), Reading(("rank",))]
 MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
@@ -45,7 +45,7 @@ def stopped_half_way(description: str, total: int, unit: str = "") -> Iterator[C
 
 @pytest.mark.usefixtures("tiny")
 def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -64,7 +64,7 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
 
 @pytest.mark.usefixtures("tiny")
 def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE, "--full").code == 0
@@ -83,7 +83,7 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
 
 @pytest.mark.usefixtures("tiny")
 def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_section(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE).code == 0
@@ -97,7 +97,7 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
 
 @pytest.mark.usefixtures("tiny")
 def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE, "--last", "0").code == 2
@@ -110,7 +110,7 @@ def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
 
 
 def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     own = folder(tmp_path / "tiny")
