@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from baldwinlab.version import __version__
 
 if TYPE_CHECKING:
+    from baldwinlab.api.installed import load
     from baldwinlab.api.records import experiment_of
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.study import Study, open, run
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from baldwinlab.check import check_part
     from baldwinlab.errors import BaldwinLabError
     from baldwinlab.experiment import Experiment, ExperimentError
-    from baldwinlab.presets import load
     from baldwinlab.runs.replay import replay
     from baldwinlab.runs.simulate import simulate
     from baldwinlab.studies.records import StudyError
@@ -57,7 +57,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "check_part": "check",
     "StudyError": "studies.records",
     "experiment_of": "api.records",
-    "load": "presets",
+    "load": "api.installed",
     "open": "api.study",
     "open_assay": "assays",
     "open_study": "studies.study",

@@ -10,7 +10,7 @@ import platform
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
@@ -20,9 +20,11 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+from baldwinlab.check.subject import subjects
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU, GPU_PAYS, Backend, choose
+from baldwinlab.parts.foreign import load_file, parts_in
 from baldwinlab.presets import load, paper
 from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
@@ -49,12 +51,18 @@ def cases(backend: str = "auto") -> list[str]:
     return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in crowds)]
 
 
-def bench(quick: bool, backend: str = "auto") -> Iterator[Record]:
-    """Measure every case; `quick` measures less of each, and is less exact. Raises ValueError for a backend not to be had."""
+def bench(quick: bool, backend: str = "auto", parts: Sequence[Path] = ()) -> Iterator[Record]:
+    """Measure every case, and then the parts of each file; `quick` measures less of each, and is less exact.
+
+    Raises ValueError for a backend not to be had, and PartError for a file that does not load.
+    """
     choose(backend)
-    for case in cases(backend):
+    for file in parts:
+        load_file(file)
+    tasks: list[tuple[Any, Any]] = [*((measure, case) for case in cases(backend)), *((measure_parts, file) for file in parts)]
+    for task, what in tasks:
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-            yield process.submit(measure, case, quick, backend).result()
+            yield process.submit(task, what, quick, backend).result()
 
 
 def measure(case: str, quick: bool, backend: str = "auto") -> Record:
@@ -70,6 +78,18 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
         generations = 100 if chosen is CPU else 10  # of many more worlds
         agent_steps, seconds, threads = _condition(chosen, case, generations // 5 if quick else generations)
     return Record(case, agent_steps / seconds, seconds, compile_seconds, peak_mib(), threads)
+
+
+def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
+    """Measure the parts in a file in this process: runs of the worlds in which they are checked, with as many agents as ever."""
+    chosen = choose(backend, GPU_PAYS, CROWDS[0])
+    length = {"population": {"size": CROWDS[0]}, "evolution": {"generations": 4 if quick else 20}}
+    experiments = [subject.experiment.replace(**length) for subject in subjects(parts_in(load_file(file)))]
+    experiments = [each.replace(lifetime={"steps": 5000}) if isinstance(each, Experiment) else each for each in experiments]
+    compile_seconds = warm_up(experiments, chosen)
+    measured = [_runs(chosen, experiment) for experiment in experiments]
+    agent_steps, seconds = (sum(column) for column in zip(*measured, strict=True))
+    return Record(file.stem, agent_steps / seconds, seconds, compile_seconds, peak_mib(), 1)
 
 
 def peak_mib() -> float | None:
@@ -102,10 +122,14 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
 
 def _condition(backend: Backend, name: str, generations: int) -> tuple[int, float, int]:
     """One batch of runs of a condition, on one thread."""
-    experiment = load(name).replace(evolution={"generations": generations})
+    return *_runs(backend, load(name).replace(evolution={"generations": generations})), 1
+
+
+def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
+    """Agent-steps and seconds of one batch of runs, on one thread."""
     began = time.perf_counter()
     simulate_batch(experiment, 0, range(backend.worlds), backend)
-    return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began, 1
+    return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began
 
 
 def crowded(agents: int, steps: int) -> Experiment:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"
-GREY = "#666666"
+GREY, DARK_GREY, MID_GREY, PALE = "#666666", "#444444", "#999999", "#e4e4e4"
 
 SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)  # of curves, in print
 SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")  # black does not show on a dark page
@@ -62,13 +62,21 @@ WORLD: Final[Mapping[str, tuple[str, str]]] = {
     "flash": (ORANGE, "#ffd166"),
 }
 
+# ... of what is said of a claim, under its letters ...
+VERDICTS: Final[Mapping[str, str]] = {
+    "holds": "#a9cfe8",
+    "undecided": "#f3f3f3",
+    "does not hold": "#f2b08a",
+    "not evaluated": "#ffffff",
+}
+
 # ... in a movie ...
 MOVIE: Final[Mapping[str, str]] = {
     "background": "#fbfaf7",
     "agent": BLUE,
     "trail": "#9cc3e0",
     "eater": VERMILION,
-    "text": "#444444",
+    "text": DARK_GREY,
 }
 
 # ... and in a report: on a light screen, on a dark one, and on paper.

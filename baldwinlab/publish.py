@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -11,6 +12,7 @@ from baldwinlab.assays import section as assays
 from baldwinlab.assays import stored
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import SWEEP
+from baldwinlab.models.miniworld.look import look
 from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import read
 from baldwinlab.multiverse.publish import FILE
@@ -42,7 +44,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     tell("drawing the figures")
     traces = _emergence(study, data, paper) if "emergence" in paper.about.figures else []
     sections, made_by = _sections(study, data, last, paper), paper if study.paper else None
-    write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by)
+    write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by, _looks(study))
     return results
 
 
@@ -66,6 +68,11 @@ def _can_be_watched(study: Study, condition: str) -> bool:
     except ValueError:  # as PartError is
         return False
     return isinstance(study.experiments[condition], Experiment)
+
+
+def _looks(study: Study) -> dict[str, dict[str, Any]]:
+    """How the conditions look whose parts are here."""
+    return {name: look(study.experiments[name]).to_dict() for name in study.experiments if _can_be_watched(study, name)}
 
 
 def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]:

@@ -14,16 +14,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.jit import entry, kept
 from baldwinlab.engine.lanes import WIDTH, bundle, get, put
+from baldwinlab.engine.reference import by_reference
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.items import eat
-from baldwinlab.models.miniworld.learning import learn, think
-from baldwinlab.models.miniworld.senses import broad_phase, sense
-from baldwinlab.models.miniworld.world import choose_action, move
+from baldwinlab.models.miniworld.make import phases_of
+from baldwinlab.models.miniworld.recall import think
+from baldwinlab.models.miniworld.senses import broad_phase, perceive
+from baldwinlab.models.miniworld.world import travel
+from baldwinlab.parts.kinds import decide, learn
 from baldwinlab.presets import load
 
 ROUNDS, REPETITIONS = 2000, 9
@@ -34,53 +37,53 @@ BUNDLES_OF_ITEMS = 4  # 50 items
 
 class Phase(NamedTuple):
     name: str
-    run: Callable[[Any, Any, int], None]
+    run: Callable[[Any, Any, int], None]  # so many rounds of it, as Python that is compiled with the parts at hand
     far: float  # vector operations an agent-step, of an agent that is far from food
     near: float  # of one among it
 
 
-@compiled
 def _sense(model: Any, state: Any, rounds: int) -> None:
+    model, state = by_reference(model), by_reference(state)
     for _ in range(rounds):
-        for first in range(0, state.x.size, WIDTH):
+        for first in range(0, state.places.shape[1], WIDTH):
             broad_phase(model, state, bundle(first))
         for world in range(model.worlds):
             for agent in range(model.agents):
-                sense(model, state, world, agent)
+                perceive(model, state, world, agent)
 
 
-@compiled
 def _think(model: Any, state: Any, rounds: int) -> None:
+    model, state = by_reference(model), by_reference(state)
     for _ in range(rounds):
-        for first in range(0, state.x.size, WIDTH):
-            think(model, state, bundle(first))
+        for first in range(0, state.places.shape[1], WIDTH):
+            think(state.recall, model, state, bundle(first))
 
 
-@compiled
 def _act(model: Any, state: Any, rounds: int) -> None:
+    model, state = by_reference(model), by_reference(state)
     for _ in range(rounds):
-        for first in range(0, state.x.size, WIDTH):
-            choose_action(model, state, bundle(first))
-        for first in range(0, state.x.size, WIDTH):
-            move(model, state, bundle(first))
+        for first in range(0, state.places.shape[1], WIDTH):
+            decide(state.body, model, state, bundle(first))
+        for first in range(0, state.places.shape[1], WIDTH):
+            travel(state.features, model, state, bundle(first))
 
 
-@compiled
 def _learn(model: Any, state: Any, rounds: int) -> None:
+    model, state = by_reference(model), by_reference(state)
     for _ in range(rounds):
-        for first in range(0, state.x.size, WIDTH):
-            learn(model, state, 0, bundle(first))
+        for first in range(0, state.places.shape[1], WIDTH):
+            learn(state.rule, model, state, 0, bundle(first))
 
 
-@compiled
 def _eat(model: Any, state: Any, rounds: int) -> None:
+    model, state = by_reference(model), by_reference(state)
     for step in range(rounds):
         for world in range(model.worlds):
             for agent in range(model.agents):
                 eat(model, state, world, agent, step)
 
 
-@compiled
+@entry
 def _peak(rows: Any, rounds: int) -> None:
     a, b, c, d = get(rows, 0, bundle(0)), get(rows, 1, bundle(0)), get(rows, 2, bundle(0)), get(rows, 3, bundle(0))
     e, f, g, h = a, b, c, d
@@ -100,13 +103,14 @@ PHASES = (
 )
 
 
-def nanoseconds(run: Callable[[Any, Any, int], None], model: Any, state: Any, agents: int) -> float:
+def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
     """The median over repetitions, an agent-step."""
-    run(model, state, 1)
+    run = kept(phase.run, phases_of(batch.state))
+    run(batch.model, batch.state, 1)
     times = []
     for _ in range(REPETITIONS):
         began = time.perf_counter()
-        run(model, state, ROUNDS)
+        run(batch.model, batch.state, ROUNDS)
         times.append((time.perf_counter() - began) / ROUNDS / agents * 1e9)
     return float(np.median(times))
 
@@ -142,7 +146,7 @@ def main() -> None:
     for phase in PHASES:
         cells = []
         for batch, operations in ((far, phase.far), (near, phase.near)):
-            cells += [f"{nanoseconds(phase.run, batch.model, batch.state, agents):.1f}", f"{operations * operation:.1f}"]
+            cells += [f"{nanoseconds(phase, batch, agents):.1f}", f"{operations * operation:.1f}"]
         print(f"| {phase.name} | {' | '.join(cells)} |")
 
 

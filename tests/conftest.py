@@ -1,17 +1,20 @@
-"""A browser for all tests of pages, and an extra that is missing."""
+"""A browser for all tests of pages, the command line, and an extra that is missing."""
 
 from __future__ import annotations
 
 import builtins
 import os
 import shutil
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
 from baldwinlab.experiment import choices
+from tests.commands import Command, Outcome
 
 
 @pytest.fixture(scope="session")
@@ -24,6 +27,25 @@ def browser() -> Iterator[Browser]:
         opened = playwright.chromium.launch(executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"])
         yield opened
         opened.close()
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Command:
+    """Run the command line in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    from baldwinlab.cli import main  # here, because most tests need none of it
+
+    def run(*arguments: str) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["baldwinlab", *arguments])
+        try:
+            main()
+            code = 0
+        except SystemExit as end:
+            code = int(end.code or 0)
+        return Outcome(code, *capsys.readouterr())
+
+    return run
 
 
 @pytest.fixture

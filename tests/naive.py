@@ -169,7 +169,8 @@ def learn(layers: Layers, inputs: Sequence[float], target: Sequence[float], rate
 
 def self_teach(time: int, agent: Agent, experiment: Experiment) -> None:
     """The reinforcement module, which is fixed for life, tells the action module what it should have said."""
-    if agent.reinforcement_module is not None and time < experiment.learning.steps:
+    stops = experiment.learning.steps
+    if agent.reinforcement_module is not None and (stops is None or time < stops):
         biases = experiment.network.biases
         target = think(agent.reinforcement_module, agent.inputs, biases)[-1]
         learn(agent.action_module, agent.inputs, target, agent.rate, biases)

@@ -11,6 +11,8 @@ import pytest
 from baldwinlab import bench, cli
 from baldwinlab.presets import paper
 
+EXAMPLES = Path(__file__).parents[1] / "examples" / "parts"
+
 
 @pytest.mark.parametrize("case", ["evo/B", "world-20", "world-10000"])
 def test_a_case_is_measured_with_its_cost(case: str) -> None:
@@ -34,6 +36,13 @@ def test_a_crowd_has_the_density_of_the_paper() -> None:
         area = (region.x[1] - region.x[0]) * (region.y[1] - region.y[0])
         assert region.count / area == pytest.approx(50 / 160**2)
         assert agents / (experiment.world.width * experiment.world.height) == pytest.approx(20 / 640**2)
+
+
+def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench, "cases", lambda backend: [])
+    (record,) = bench.bench(True, "cpu", [EXAMPLES / "bit_strings.py"])
+    assert record.case == "bit_strings"
+    assert record.agent_steps_per_second > 1e4
 
 
 def test_the_command_prints_a_line_a_case_and_writes_the_records(

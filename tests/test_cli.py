@@ -1,4 +1,4 @@
-"""The command line does what it says, and refuses in one clear sentence with a non-zero exit."""
+"""The command line does what it says."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -20,40 +19,14 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.assays import open_assay
-from baldwinlab.cli import main
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.presets import KINDS, load, names
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps.design import open_sweep
+from tests.commands import Command
 from tests.small import contents, small_study
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
-
-
-class Outcome(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
-Command = Callable[..., Outcome]
-
-
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Command:
-    """Run the command line in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["baldwinlab", *arguments])
-        try:
-            main()
-            code = 0
-        except SystemExit as end:
-            code = int(end.code or 0)
-        return Outcome(code, *capsys.readouterr())
-
-    return run
 
 
 @pytest.fixture(scope="module")
@@ -234,83 +207,6 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
     lines = Path("descent.csv").read_text().splitlines()
     assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
     assert len(lines) == 1 + 3 * 20
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["run", "evo/C"], "there is no map 'C'"),
-        (["run", "nothing.toml"], "cannot read nothing.toml: No such file or directory"),
-        (["run", "evo/A", "--set", "lifetime.steps=0"], "lifetime.steps = 0: input should be greater than or equal to 1"),
-        (["run", "evo/A", "--set", "speed=3"], "speed: there is no 'speed' here; there are: name, model, world"),
-        (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
-        (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
-        (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
-        (["reproduce", "--reading", "sloppy"], "there is no reading 'sloppy'"),
-        (["reproduce", "--generations", "0"], "evolution.generations = 0"),
-        (["report", "study", "--last", "0"], "--last 0 must be at least 1"),
-        (["report", "nowhere"], "nowhere holds no study"),
-        (
-            ["replay", "nowhere", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "x.nc"],
-            "nowhere holds no study",
-        ),
-        (
-            ["replay", "x", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "x.avi"],
-            "must end in .nc, .mp4, .gif or .png",
-        ),
-        (
-            ["replay", "study", "--condition", "evo/B", "--run", "0", "--generation", "0", "--out", "x.nc"],
-            "has no condition 'evo/B'",
-        ),
-        (
-            ["replay", "study", "--condition", "evo/A", "--run", "7", "--generation", "0", "--out", "x.nc"],
-            "0007.nc does not exist; runs of evo/A that are stored: 1",
-        ),
-        (
-            ["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "9", "--out", "x.nc"],
-            "generation = 9 must be",
-        ),
-        (["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "no/x.gif"], "no/x.gif"),
-        (["assay", "nowhere"], "nowhere holds no study"),
-        (
-            ["assay", "study", "--only", "innate,instinct"],
-            "there is no assay 'instinct'; there are innate, neutral, within-life, modules",
-        ),
-        (["assay", "study", "--workers", "0"], "--workers 0 must be at least 1"),
-        (["phylogeny", "study", "--condition", "evo/B", "--run", "0", "--out", "x.csv"], "has no condition 'evo/B'"),
-        (["phylogeny", "study", "--condition", "evo/A", "--run", "7", "--out", "x.csv"], "0007.nc does not exist"),
-        (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "no/x.csv"], "there is no folder no"),
-        (["run", "evo/A", "--out", "study"], "study holds another study"),
-        (["run", "evo/A", "--runs", "many"], "many"),
-        (["run", "evo/A", "--set", "learning.teacher=shuffled"], 'learning.teacher: does nothing with learning.rule = "none"'),
-        (["assay", "innate", "mine"], "'mine' is too much; write: baldwinlab assay DIRECTORY [--only ONLY] [--workers WORKERS]"),
-        (["assay", "study", "--executor", "cloud"], "--executor cloud must be threads, dask:tcp://HOST:PORT or slurm"),
-        (["report"], "requires an argument"),
-        (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
-        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
-        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, lab"),
-    ],
-)
-def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
-    command: Command, tmp_path: Path, stored: Path, arguments: list[str], sentence: str
-) -> None:
-    shutil.copytree(stored, tmp_path / "study")
-    before = contents(tmp_path)
-    done = command(*arguments)
-    assert done.code != 0
-    assert sentence in done.err + done.out
-    assert "Traceback" not in done.err
-    assert len(done.err.strip().splitlines()) == 1
-    assert contents(tmp_path) == before
-
-
-def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path: Path) -> None:
-    study = small_study(tmp_path / "study", runs=1)
-    for condition in study.experiments:
-        study.path(condition, 0).unlink()
-    done = command("report", "study")
-    assert done.code != 0
-    assert "holds no finished run yet" in done.err
 
 
 def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Path) -> None:

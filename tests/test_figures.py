@@ -22,6 +22,7 @@ from baldwinlab.experiment import World
 from baldwinlab.figures.emergence import unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
+from baldwinlab.models.miniworld.look import look
 from baldwinlab.multiverse.figures import readings, readings_shares
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import load
@@ -43,7 +44,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
-    "senses": lambda: figures.agent_senses(load("evo/A")),
+    "senses": lambda: figures.agent_senses(look(load("evo/A")).to_dict()),
     "readings": lambda: readings(MULTIVERSE),
     "readings-shares": lambda: readings_shares(MULTIVERSE),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
+from baldwinlab.api.installed import load_installed
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
@@ -14,6 +15,7 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
 
     Raises RefusedError for a dataset that carries none, or several of which `condition` does not pick one.
     """
+    load_installed()
     if "experiment" in record.attrs:
         return from_toml(record.attrs["experiment"], where="the record's experiment", reading=True)
     if "experiment" not in record:

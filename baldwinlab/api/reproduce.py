@@ -8,6 +8,7 @@ from typing import Any
 
 from baldwinlab import papers
 from baldwinlab.api.bring import assay, bring
+from baldwinlab.api.installed import load_installed
 from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
 from baldwinlab.errors import require_positive
@@ -34,6 +35,7 @@ def reproduce(
     `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
     reading, and as `run` does.
     """
+    load_installed()
     chosen = papers.load(paper)
     changes: dict[str, Any] = {}
     if generations is not None:

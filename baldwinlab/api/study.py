@@ -16,6 +16,7 @@ import xarray as xr
 
 from baldwinlab import presets
 from baldwinlab.api.bring import assay, bring
+from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
@@ -113,6 +114,7 @@ class Study:
 
 def open(directory: str | Path) -> Study:
     """The study in a directory, or at any location that fsspec reaches. Raises StudyError where there is none."""
+    load_installed()
     return Study(store.Study(location(directory)))
 
 
@@ -135,6 +137,7 @@ def run(
     given = [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
     if not given:
         raise RefusedError("a study needs at least one experiment")
+    load_installed()
     assignments = list(_assignments(set or {}))
     loaded = [assign(each if isinstance(each, BaseExperiment) else presets.load(each), assignments) for each in given]
     require_effect(loaded)

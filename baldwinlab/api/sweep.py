@@ -9,6 +9,7 @@ from typing import Any
 import tomlkit
 
 from baldwinlab.api.bring import bring
+from baldwinlab.api.installed import load_installed
 from baldwinlab.api.study import Study
 from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.factors import SWEEP
@@ -32,6 +33,7 @@ def sweep(
     ExperimentError with a line for every fault, and StudyError where `out` holds anything else.
     """
     require_positive("workers", workers)
+    load_installed()
     if isinstance(plan, Mapping):
         if out is None:
             raise RefusedError("a sweep that is no file needs out, the directory of its study")

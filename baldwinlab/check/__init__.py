@@ -27,10 +27,11 @@ from baldwinlab.check.lives import (
 from baldwinlab.check.machine_code import arithmetic_is_portable
 from baldwinlab.check.oracles import the_oracle_agrees
 from baldwinlab.check.speed import speed
-from baldwinlab.check.subject import Subject, subjects
+from baldwinlab.check.subject import SEED, Subject, subjects
 from baldwinlab.errors import ArgumentError, BaldwinLabError
 from baldwinlab.parts.foreign import load_file, parts_in
 from baldwinlab.parts.kinds import Part
+from baldwinlab.runs.simulate import check_seed
 
 Given = str | Path | type[Part] | Sequence[type[Part]]
 REQUIREMENTS: Final[Mapping[str, tuple[str, Callable[[Subject], str]]]] = {
@@ -51,28 +52,30 @@ REQUIREMENTS: Final[Mapping[str, tuple[str, Callable[[Subject], str]]]] = {
 }
 
 
-def check_part(part: Given, *, only: Sequence[str] = ()) -> list[Finding]:
+def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> list[Finding]:
     """What holds of a part: a file with one or more, or a class, or several. `only` names some of `REQUIREMENTS`.
 
-    A part is sound where no finding's `holds` is False. Raises ArgumentError for a requirement that there is not.
+    It is tried in random worlds that follow from `seed`. A part is sound where no finding's `holds` is False. Raises
+    ArgumentError for a requirement that there is not, and for a seed beyond its limits.
     """
-    return list(findings(part, only))
+    return list(findings(part, only, seed))
 
 
-def findings(part: Given, only: Sequence[str] = ()) -> Iterator[Finding]:
+def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterator[Finding]:
     """As `check_part`, each as soon as it is there. Where it does not load or compile, nothing else is tried."""
     if unknown := [name for name in only if name not in REQUIREMENTS]:
         raise ArgumentError("only", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
+    check_seed(seed)
     try:
         parts = _parts(part)
-        together = list(subjects(parts))
+        together = list(subjects(parts, seed))
     except BaldwinLabError as error:
-        yield Finding("it loads", False, _sentence(error), _again(part, ""))
+        yield Finding("it loads", False, _sentence(error), _again(part, "", SEED))
         return
     yield Finding("it loads", True, ", ".join(f"{each.kind} {each.name!r}" for each in parts), "")
     for name, (words, requirement) in REQUIREMENTS.items():
         if not only or name in only:
-            found = _found(words, requirement, together, _again(part, name))
+            found = _found(words, requirement, together, _again(part, name, seed))
             yield found
             if name == "compiles" and not found.holds:
                 return
@@ -105,11 +108,14 @@ def _sentence(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _again(part: Given, name: str) -> str:
+def _again(part: Given, name: str, seed: int) -> str:
+    """How to try a requirement again; the seed is said where it is another than ever."""
     if isinstance(part, str | Path):
-        return f"baldwinlab check {part}" + (f" --only {name}" if name else "")
+        options = [f"--only {name}"] * bool(name) + [f"--seed {seed}"] * (seed != SEED)
+        return " ".join([f"baldwinlab check {part}", *options])
     named = ", ".join(each.__name__ for each in _parts(part))
-    return f"baldwinlab.check_part([{named}]" + (f", only=[{name!r}])" if name else ")")
+    keywords = [f"only=[{name!r}]"] * bool(name) + [f"seed={seed}"] * (seed != SEED)
+    return f"baldwinlab.check_part({', '.join([f'[{named}]', *keywords])})"
 
 
 __all__ = ["REQUIREMENTS", "Finding", "check_part", "findings"]

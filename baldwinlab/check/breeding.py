@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.check.findings import FailsError
-from baldwinlab.check.lives import SEED
 from baldwinlab.check.subject import Subject, breeding_arguments, values_of
 from baldwinlab.engine.jit import kept
 from baldwinlab.evolution.fitness import evaluate_all
@@ -22,7 +21,7 @@ CLOSE: Final = 1e-5
 
 def _rounds(subject: Subject, part: Any) -> Iterator[tuple[int, Any, dict[str, Any], dict[str, Any]]]:
     """Number, the part's values, arguments as arrays, and as plain lists."""
-    random, values = np.random.default_rng(SEED), values_of(subject.experiment, part)
+    random, values = np.random.default_rng(subject.seed), values_of(subject.experiment, part)
     for number in range(ROUNDS):
         arrays = breeding_arguments(random, len(subject.experiment.modules))
         yield number, values, arrays, {name: np.asarray(each).tolist() for name, each in arrays.items()}

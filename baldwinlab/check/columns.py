@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.check.findings import FailsError
-from baldwinlab.check.lives import SEED
 from baldwinlab.check.subject import Subject, is_of_miniworld, values_of
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.models.miniworld.cpu import Batch
@@ -28,24 +27,24 @@ def nobody_looks_at_others(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment) or not phases:
         return "it has no phase per agent"
     experiment = subject.experiment
-    batch = Batch(experiment, SEED, [0])
-    batch.begin(0, draw_genome(experiment, Moment(SEED, 0, 0))[None])
+    batch = Batch(experiment, subject.seed, [0])
+    batch.begin(0, draw_genome(experiment, Moment(subject.seed, 0, 0))[None])
     batch.live(0, STEPS)
     for part, name in phases:
         for garbage in (np.nan, None):
-            _try(experiment, batch, part, name, garbage)
+            _try(subject, batch, part, name, garbage)
     return ""
 
 
-def _try(experiment: Any, batch: Batch, part: Any, name: str, garbage: float | None) -> None:
+def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | None) -> None:
     clean, dirty = _copied(batch.state), _copied(batch.state)
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(subject.seed)
     for _, owner, array in _owned(dirty):
         if owner == "agent":
             others = np.arange(array.shape[-1]) != AGENT
             array[..., others] = _garbage(array, random, garbage)[..., others]
     before = _copied(dirty)
-    answers = [_call(experiment, batch, state, part, name) for state in (clean, dirty)]
+    answers = [_call(subject.experiment, batch, state, part, name) for state in (clean, dirty)]
     if answers[0] != answers[1]:
         raise FailsError(f"{part.__name__}.{name} answers otherwise when other agents are otherwise")
     for (what, owner, one), (_, _, other), (_, _, old) in zip(*map(_owned, (clean, dirty, before)), strict=True):

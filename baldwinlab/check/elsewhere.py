@@ -21,7 +21,7 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
         backend = backend_of(request["backend"])
     except ValueError as error:
         return {"problem": str(error)}
-    return {"bits": [lived(validate(each), range(2), backend=backend) for each in request["experiments"]]}
+    return {"bits": [lived(validate(each), request["seed"], range(2), backend=backend) for each in request["experiments"]]}
 
 
 if __name__ == "__main__":

@@ -25,20 +25,19 @@ from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 
-SEED: Final = 11
 UPDATES: Final = ("simultaneous", "sequential")
 Bits = list[str]  # of each run
 
 
-def lived(experiment: Any, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU) -> Bits:
+def lived(experiment: Any, seed: int, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU) -> Bits:
     """A hash, for each run, of all that is recorded of it, and (of foragers) of where a life ends that is lived in pieces."""
     found = [hashlib.sha256() for _ in runs]
-    for digest, record in zip(found, simulate_batch(experiment, SEED, runs, backend), strict=True):
+    for digest, record in zip(found, simulate_batch(experiment, seed, runs, backend), strict=True):
         for name in sorted(map(str, record.data_vars)):
             digest.update(name.encode() + record[name].values.tobytes())
     if is_of_miniworld(experiment):
-        batch = backend.batch(experiment, SEED, runs)
-        batch.begin(0, np.stack([draw_genome(experiment, Moment(SEED, run, 0)) for run in runs]))
+        batch = backend.batch(experiment, seed, runs)
+        batch.begin(0, np.stack([draw_genome(experiment, Moment(seed, run, 0)) for run in runs]))
         pieces = [0, *cuts, experiment.lifetime.steps]
         for first, last in pairwise(pieces):
             batch.live(first, last)
@@ -70,36 +69,43 @@ def alone_and_in_a_bundle(subject: Subject) -> str:
     """In a world with one agent both updates are the same: one works on a lane, the other on bundles of sixteen."""
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("a model has bundles of its own, or none")
-    one_by_one, together = (lived(each.replace(population={"size": 1}), range(17)) for each in reversed(both_updates(subject)))
+    one_by_one, together = (
+        lived(each.replace(population={"size": 1}), subject.seed, range(17)) for each in reversed(both_updates(subject))
+    )
     if differing := [run for run in range(17) if one_by_one[run] != together[run]]:
-        raise FailsError(f"an agent alone has other bits than in a bundle of sixteen (seed {SEED}, run {differing[0]})")
+        raise FailsError(f"an agent alone has other bits than in a bundle of sixteen (seed {subject.seed}, run {differing[0]})")
     return ""
 
 
 def in_any_batch(subject: Subject) -> str:
     for experiment in both_updates(subject):
-        together = lived(experiment, range(5))
+        together = lived(experiment, subject.seed, range(5))
         for run in (0, 3):
-            if lived(experiment, [run])[0] != together[run]:
-                raise FailsError(f"{named(experiment)}run {run} of seed {SEED} has other bits alone than beside four others")
+            if lived(experiment, subject.seed, [run])[0] != together[run]:
+                raise FailsError(
+                    f"{named(experiment)}run {run} of seed {subject.seed} has other bits alone than beside four others"
+                )
     return ""
 
 
 def a_second_time(subject: Subject) -> str:
     for experiment in both_updates(subject):
-        if lived(experiment, range(2)) != lived(experiment, range(2)):
-            raise FailsError(f"{named(experiment)}the same runs (0 and 1 of seed {SEED}) have other bits a second time")
+        first, second = (lived(experiment, subject.seed, range(2)) for _ in range(2))
+        if first != second:
+            raise FailsError(f"{named(experiment)}the same runs (0 and 1 of seed {subject.seed}) have other bits a second time")
     return ""
 
 
 def resumed(subject: Subject) -> str:
     for experiment in both_updates(subject):
         short = experiment.replace(evolution={"generations": 1})
-        begun, whole = (simulate_batch(each, SEED, [1])[0] for each in (short, experiment))
+        begun, whole = (simulate_batch(each, subject.seed, [1])[0] for each in (short, experiment))
         for name in begun.data_vars:
             if begun[name].values.tobytes() != whole[name].values[:1].tobytes():
                 raise FailsError(f"{named(experiment)}a run of one generation does not begin a longer one: {name} differs")
-        if is_of_miniworld(experiment) and lived(experiment, [1], cuts=(7, 8)) != lived(experiment, [1]):
+        if is_of_miniworld(experiment) and lived(experiment, subject.seed, [1], cuts=(7, 8)) != lived(
+            experiment, subject.seed, [1]
+        ):
             raise FailsError(f"{named(experiment)}a life in three pieces ends otherwise than one in a single piece")
     return ""
 
@@ -108,9 +114,9 @@ def replayed(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("the lives of such a model are not traced")
     for experiment in both_updates(subject):
-        record, last = simulate_batch(experiment, SEED, [2])[0], experiment.evolution.generations - 1
+        record, last = simulate_batch(experiment, subject.seed, [2])[0], experiment.evolution.generations - 1
         eaten = sum(record[name].values[last] for name in map(str, record.data_vars) if name.endswith("_eaten"))
-        traced = replay(experiment, seed=SEED, run=2, generation=last).eaten.sum("step").values
+        traced = replay(experiment, seed=subject.seed, run=2, generation=last).eaten.sum("step").values
         if np.any(eaten != traced):
             raise FailsError(f"{named(experiment)}agents ate {np.asarray(eaten).tolist()}, and replayed {traced.tolist()}")
     return ""
@@ -131,7 +137,7 @@ def in_the_simulator(subject: Subject) -> str:
 def _require_the_same_elsewhere(subject: Subject, backend: str, *switches: str) -> None:
     experiments = both_updates(subject)
     for experiment, found in zip(experiments, _elsewhere(subject, experiments, backend, switches), strict=True):
-        if found != lived(experiment, range(2)):
+        if found != lived(experiment, subject.seed, range(2)):
             raise FailsError(f"{named(experiment)}lives have other bits with {' and '.join(f'{each}=1' for each in switches)}")
 
 
@@ -142,6 +148,7 @@ def _elsewhere(subject: Subject, experiments: Sequence[Any], backend: str, switc
         "files": [str(sys.modules[each].__file__) for each in modules if each.startswith(PREFIX)],
         "imports": [each for each in modules if not each.startswith(PREFIX)],
         "experiments": [each.to_dict() for each in experiments],
+        "seed": subject.seed,
         "backend": backend,
     }
     paths = os.pathsep.join([str(Path(baldwinlab.__file__).parents[1]), *filter(None, sys.path)])

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from baldwinlab.check.breeding import ORACLES_THAT_BREED
 from baldwinlab.check.findings import FailsError
-from baldwinlab.check.lives import SEED
 from baldwinlab.check.naive import Agent, Item, Naive
 from baldwinlab.check.subject import BREEDS, Subject, values_of
 from baldwinlab.evolution import Moment, draw_genome
@@ -54,10 +53,11 @@ def naive_of(experiment: Any) -> Naive:
     return Naive(experiment.layer_sizes, experiment.network.biases, world.width, world.height, experiment.senses.visual_radius)
 
 
-def steps_of(experiment: Any, part: Any) -> Iterator[Step]:
+def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
     """A life, step by step, as oracles see it. `part` is the one whose arrays the agents begin with."""
-    naive, batch = naive_of(experiment), Batch(experiment, SEED, [0])
-    genome = draw_genome(experiment, Moment(SEED, 0, 0))
+    experiment, seed = subject.experiment, subject.seed
+    naive, batch = naive_of(experiment), Batch(experiment, seed, [0])
+    genome = draw_genome(experiment, Moment(seed, 0, 0))
     batch.begin(0, genome[None])
     agents, values = range(experiment.population.size), values_of(experiment, part, batch.state)
     arrays = {name: getattr(values, name) for name, array in part.arrays.items() if array.owner == "agent"}
@@ -104,13 +104,13 @@ def _require_close(found: Sequence[float], expected: Sequence[float], what: str,
     pairs = list(zip(found, expected, strict=True))
     worst = max(range(len(pairs)), key=lambda k: abs(pairs[k][0] - pairs[k][1]), default=0)
     if pairs and not abs(pairs[worst][0] - pairs[worst][1]) <= tolerance * (1 + abs(pairs[worst][1])):
-        raise FailsError(f"{what} {worst} is {pairs[worst][0]:.7g}, and by the oracle {pairs[worst][1]:.7g} (seed {SEED}, run 0)")
+        raise FailsError(f"{what} {worst} is {pairs[worst][0]:.7g}, and by the oracle {pairs[worst][1]:.7g}")
 
 
 def _compare_rule(subject: Subject, part: Any) -> str:
     experiment, learned = subject.experiment, False
     naive, values = naive_of(experiment), values_of(experiment, part)
-    for step in steps_of(experiment, part):
+    for step in steps_of(subject, part):
         for number in range(len(step.learning)):
             agents = deepcopy(step.learning)
             part.oracle(values, agents, agents[number], naive)
@@ -123,7 +123,7 @@ def _compare_rule(subject: Subject, part: Any) -> str:
 
 def _compare_network(subject: Subject, part: Any) -> str:
     naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
-    for step in steps_of(subject.experiment, part):
+    for step in steps_of(subject, part):
         for number, agent in enumerate(step.learning):
             expected = part.oracle(values, agent, naive)
             _require_close(agent.outputs, expected, f"in step {step.number}, agent {number}: output")
@@ -132,7 +132,7 @@ def _compare_network(subject: Subject, part: Any) -> str:
 
 def _compare_body(subject: Subject, part: Any) -> str:
     naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
-    for step in steps_of(subject.experiment, part):
+    for step in steps_of(subject, part):
         for number, (agent, after) in enumerate(zip(step.sensing, step.learning, strict=True)):
             part.oracle(values, agent, naive)
             turned = math.remainder(agent.heading - after.heading, 360)
@@ -146,7 +146,7 @@ def _compare_sense(subject: Subject, part: Any) -> str:
     senses = subject.experiment.parts("senses.kinds")
     first = sum(len(each.inputs) for each in senses[: [type(each) for each in senses].index(part)])
     naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
-    for step in steps_of(subject.experiment, part):
+    for step in steps_of(subject, part):
         for number, agent in enumerate(step.sensing):
             found = [bool(each) for each in agent.inputs[first : first + len(part.inputs)]]
             _require_same(
@@ -169,14 +169,14 @@ def _require_same(oracle: Callable[[float, float], Any], found: Any, what: str) 
     """Yes and no are the same, but on an edge, where they are what they are a little beside it."""
     nudges = ((0.0, 0.0), (NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
     if not any(oracle(*nudge) == found for nudge in nudges):
-        raise FailsError(f"{what} are {found}, and by the oracle {oracle(0.0, 0.0)} (seed {SEED}, run 0)")
+        raise FailsError(f"{what} are {found}, and by the oracle {oracle(0.0, 0.0)}")
 
 
 def _compare_feature(subject: Subject, part: Any) -> str:
     """The oracle answers, of a place and of a way from it, what each of the feature's own phases does: {"stops": True}."""
-    experiment, random, values = subject.experiment, np.random.default_rng(SEED), values_of(subject.experiment, part)
+    experiment, random, values = subject.experiment, np.random.default_rng(subject.seed), values_of(subject.experiment, part)
     phases = [name for name in own_phases(part) if name in ("forbids", "hides", "stops")]
-    model = Batch(experiment, SEED, [0]).model
+    model = Batch(experiment, subject.seed, [0]).model
     low, high = _around(experiment)
     true = 0
     for x, y, dx, dy in np.column_stack([random.uniform(low, high, (PLACES, 2)), random.uniform(-40, 40, (PLACES, 2))]).tolist():

@@ -6,8 +6,7 @@ import time
 from typing import Any, Final
 
 from baldwinlab.check.findings import NotCheckedError
-from baldwinlab.check.lives import SEED
-from baldwinlab.check.subject import BREEDS, PATHS, Subject, is_of_miniworld
+from baldwinlab.check.subject import BREEDS, PATHS, SEED, Subject, is_of_miniworld
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.choices import BUILT_IN
 from baldwinlab.runs.simulate import simulate_batch

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
-from baldwinlab.experiment.base import choosing_fields
+from baldwinlab.experiment.classes import choosing_fields
 from baldwinlab.models.miniworld.make import make_state
 from baldwinlab.parts.evolution import breeding_part
 from baldwinlab.parts.kinds import Part
@@ -27,17 +27,19 @@ WORLD: Final[Mapping[str, Any]] = {
     "lifetime": {"steps": 40},
 }
 OF_ALL: Final[Mapping[str, Any]] = {"population": {"size": 5}, "evolution": {"generations": 2}}
+SEED: Final = 11  # of the random worlds, unless another is given
 RATE: Final = 0.5  # of learning: so high that a wrong rule cannot hide in rounding
 
 
 class Subject(NamedTuple):
-    """Parts that are checked together, and the experiment that chooses them."""
+    """Parts that are checked together, the experiment that chooses them, and the seed of its worlds."""
 
     parts: tuple[type[Part], ...]
     experiment: Any
+    seed: int = SEED
 
 
-def subjects(parts: Iterable[type[Part]]) -> Iterator[Subject]:
+def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]:
     """The parts of a file, as few at a time as can be together in an experiment."""
     of_kind: dict[str, list[type[Part]]] = {}
     for part in parts:
@@ -46,11 +48,11 @@ def subjects(parts: Iterable[type[Part]]) -> Iterator[Subject]:
     for model in models:  # what breeds beside a model is made for its genomes
         bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
         evolution = {"generations": 2} | {part.kind: part.name for part in bred}
-        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution}))
+        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution}), seed)
     always = tuple(part for kind in MANY for part in of_kind.pop(kind, []))
     for group in zip_longest(*of_kind.values()) if of_kind else [()] if always else []:
         chosen = (*always, *(part for part in group if part))
-        yield Subject(chosen, _experiment(chosen))
+        yield Subject(chosen, _experiment(chosen), seed)
 
 
 def _experiment(parts: tuple[type[Part], ...]) -> Any:

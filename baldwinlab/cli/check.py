@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.check import REQUIREMENTS, findings
+from baldwinlab.check.subject import SEED
 
 
 def check(
@@ -18,6 +19,7 @@ def check(
     only: Annotated[
         list[str] | None, Parameter(help=f"try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True)
     ] = None,
+    seed: Annotated[int, Parameter(help="of the random worlds in which it is tried; another seed tries others")] = SEED,
 ) -> None:
     """Check a part of your own: does it keep the contract? One line a requirement, and how to try it again where it fails.
 
@@ -27,7 +29,7 @@ def check(
     its kind.
     """
     failed = False
-    for finding in findings(file, only or ()):
+    for finding in findings(file, only or (), seed):
         console.say(str(finding))
         failed |= finding.holds is False
     if failed:

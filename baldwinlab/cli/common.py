@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from difflib import get_close_matches
-from importlib.metadata import entry_points
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +12,7 @@ from typing import Annotated, Any
 from cyclopts import App, CycloptsError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
 
 from baldwinlab import console
+from baldwinlab.api.installed import load_installed
 from baldwinlab.files import location
 from baldwinlab.version import __version__
 
@@ -77,9 +77,9 @@ Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help=
 
 def load_parts(files: Sequence[Path] | None) -> None:
     """Make known the parts that installed packages bring, and those in files, before any experiment is read."""
-    if files or entry_points(group="baldwinlab.parts"):
-        from baldwinlab.parts import load_entry_points, load_file  # here, because to load the engine takes a while
+    load_installed()
+    if files:
+        from baldwinlab.parts import load_file  # here, because to load the engine takes a while
 
-        load_entry_points()
-        for file in files or ():
+        for file in files:
             load_file(file)

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.bench import bench as benchmark
 from baldwinlab.bench import machine
-from baldwinlab.cli.common import BackendName, Force
+from baldwinlab.cli.common import BackendName, Force, Parts
 from baldwinlab.files import write_atomically
 from baldwinlab.outputs import require_writable
 
@@ -20,15 +20,19 @@ def bench(
     *,
     quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
     backend: BackendName = "auto",
+    part: Parts = None,
     json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
     force: Force = False,
 ) -> None:
-    """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds."""
+    """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds.
+
+    With --part, also of the parts in each file, in the small worlds in which `check` tries them.
+    """
     if json:
         require_writable("--json", json, b"agent_steps_per_second", force=force)
     records = []
     console.say(f"{'case':<18} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
-    for record in benchmark(quick, backend):
+    for record in benchmark(quick, backend, part or ()):
         records.append(record._asdict())
         rate = record.agent_steps_per_second / 1e6
         peak = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"

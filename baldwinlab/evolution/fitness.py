@@ -68,7 +68,7 @@ def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | N
     """
     cost = np.zeros(len(genome))
     if experiment.learns:
-        cost += experiment.learning.cost_per_step * min(experiment.learning.steps, experiment.lifetime.steps)
+        cost += experiment.learning.cost_per_step * experiment.learning_steps
         if learned is not None:
             charge(float(experiment.learning.cost_per_change), genome, learned, cost)
     return cost

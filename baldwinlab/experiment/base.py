@@ -1,29 +1,36 @@
 """What the experiments of all models share, and how one is made of a tree of values.
 
 The class of an experiment depends on the parts that it chooses: each part's own fields stand in a table of its name beside the
-field that chooses it. Classes are made once for each choice of parts.
+field that chooses it (`classes`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from copy import copy
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field, ValidationError, create_model
+from pydantic import Field, ValidationError, create_model
 
 from baldwinlab.experiment import choices, paths
 from baldwinlab.experiment.choices import Choice, key_of
+from baldwinlab.experiment.classes import (
+    choosing_fields as choosing_fields,
+)
+from baldwinlab.experiment.classes import (
+    choosing_fields_of,
+    chosen_parts,
+    class_for,
+    kind_of,
+    with_defaults,
+    with_its_default,
+)
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, sentences
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
 ModelName = Annotated[str, Choice("model")]
-
-Chosen = tuple[tuple[str, type[Fields] | None], ...]
-"""Dotted path of a part's table, and the part's class; None for one that is not here, whose table is read as it stands."""
 
 
 class Population(Fields):
@@ -73,7 +80,7 @@ class BaseExperiment(Fields):
 
     def __new__(cls, **values: Any) -> Self:
         """An experiment made in Python has the tables of the parts that it chooses, too."""
-        made: Self = object.__new__(_class_for(cls, _chosen(cls, values)))
+        made: Self = object.__new__(class_for(cls, chosen_parts(cls, values)))
         return made
 
     def __reduce__(self) -> Any:
@@ -137,7 +144,7 @@ class BaseExperiment(Fields):
         table, _, field = path.rpartition(".")
         section: Any = paths.look_up(self, table)[0] if table else self
         of_section: Any = type(section)
-        kind = _kind(of_section, field)
+        kind = kind_of(of_section, field)
         assert kind is not None, path
         found = getattr(section, field)
         return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
@@ -151,23 +158,6 @@ class BaseExperiment(Fields):
         return choices.find(kind, name)()
 
 
-@cache
-def _kind(section: type[BaseModel], field: str) -> str | None:
-    """The kind of part that a field chooses, if it does."""
-    info = section.model_fields[field]
-    inside = [part for argument in get_args(info.annotation) for part in getattr(argument, "__metadata__", ())]
-    return next((mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, Choice)), None)
-
-
-def choosing_fields(section: type[BaseModel], path: str = "") -> Iterator[tuple[str, str, Any]]:
-    """Path, kind and default of every field that chooses parts."""
-    for name, info in section.model_fields.items():
-        if kind := _kind(section, name):
-            yield f"{path}{name}", kind, info.default
-        elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
-            yield from choosing_fields(info.annotation, f"{path}{name}.")
-
-
 def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
     """Kind and name of every part that an experiment chooses and that is not built in."""
     for path, kind, _ in choosing_fields(type(experiment)):
@@ -177,65 +167,11 @@ def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
                 yield kind, name
 
 
-def _chosen(base: type[BaseExperiment], tree: dict[str, Any], reading: bool = False, foreign: bool = True) -> Chosen:
-    """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
-    found: list[tuple[str, type[Fields] | None]] = []
-    for path, kind, default in _choosing_fields_of(base):
-        *steps, last = path.split(".")
-        table: Any = tree
-        for step in steps:
-            table = plain(table.get(step, {})) if isinstance(table, dict) else {}
-        names = table.get(last, default) if isinstance(table, dict) else default
-        for name in (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ():
-            where = ".".join([*steps, key_of(str(name))])
-            if reading and name not in (choices.names(kind) if foreign else choices.BUILT_IN[kind]):
-                if isinstance(table, dict) and key_of(str(name)) in table:
-                    found.append((where, None))
-            elif kind != "model" and (part := choices.own_fields(kind, str(name))):
-                found.append((where, part))
-    return tuple(found)
-
-
-@cache
-def _choosing_fields_of(base: Any) -> tuple[tuple[str, str, Any], ...]:
-    return tuple(choosing_fields(base))
-
-
-@cache
-def _class_for(base: Any, chosen: Chosen) -> Any:
-    """`base` with the tables of the chosen parts."""
-    for path, part in chosen:
-        base = _with_table(base, path.split("."), part)
-    return base
-
-
-def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] | None) -> Any:
-    below: Any
-    if len(steps) > 1:
-        inside = _with_table(section.model_fields[steps[0]].annotation, steps[1:], part)  # type: ignore[arg-type]
-        below = (inside, _default(inside))
-    elif part is None:
-        below = (dict[str, Any], ...)
-    else:
-        below = (part, _default(part))
-    return create_model(section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below})
-
-
-def _default(table: type[BaseModel]) -> Any:
-    """The table as it is where nothing is given; required where it has a field without a default."""
-    required = any(info.is_required() for info in table.model_fields.values())
-    return Field(description=_meaning(table)) if required else Field(default_factory=table, description=_meaning(table))
-
-
-def _meaning(table: type[BaseModel]) -> str:
-    return (table.__doc__ or "").strip().split("\n")[0]
-
-
 def _without_idle_tables(before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """A tree without the tables of parts that are no longer chosen, unless the changes name them."""
     base = _base_of(tree)
-    kept = {path for path, _ in _chosen(base, tree)}
-    for path, _ in _chosen(_base_of(before.to_dict()), before.to_dict(), reading=True):
+    kept = {path for path, _ in chosen_parts(base, tree)}
+    for path, _ in chosen_parts(_base_of(before.to_dict()), before.to_dict(), reading=True):
         *steps, last = path.split(".")
         table, given = tree, changes
         for step in steps:
@@ -258,24 +194,14 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
 @cache
 def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
     tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
-    made = {key: _with_defaults(table, getattr(model, "defaults", {}).get(key, {})) for key, table in tables.items()}
+    made = {key: with_defaults(table, getattr(model, "defaults", {}).get(key, {})) for key, table in tables.items()}
     fields: dict[str, Any] = {
         "name": (Name, name),
         "model": (ModelName, Field(name, description="the kind of life")),
-        key_of(name): (model, _default(model)),
-        **{key: (table, _default(table)) for key, table in made.items()},
+        key_of(name): (model, with_its_default(model)),
+        **{key: (table, with_its_default(table)) for key, table in made.items()},
     }
     return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
-
-
-def _with_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
-    """The table with other defaults of its fields."""
-    fields: dict[str, Any] = {}
-    for name, value in values.items():
-        info = copy(table.model_fields[name])
-        info.default = value
-        fields[name] = (info.annotation, info)
-    return create_model(table.__name__, __base__=table, __module__=table.__module__, **fields) if fields else table
 
 
 class _Unread(BaseExperiment, extra="allow"):
@@ -331,7 +257,7 @@ def _class_of(tree: dict[str, Any], reading: bool, foreign: bool = True) -> Any:
     """What a tree is to be made; `reading` as in `validate`, and without foreign parts as if none were here."""
     there = choices.names("model") if foreign else choices.BUILT_IN["model"]
     base = _Unread if reading and tree.get("model", "miniworld") not in there else _base_of(tree)
-    return _class_for(base, _chosen(base, tree, reading, foreign))
+    return class_for(base, chosen_parts(base, tree, reading, foreign))
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
@@ -341,7 +267,7 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     the fields of those parts can be assigned too. Raises ExperimentError.
     """
     given = [paths.parse(assignment) for assignment in assignments]
-    choosing = {path for path, _, _ in _choosing_fields_of(_base_of(experiment.to_dict()))}
+    choosing = {path for path, _, _ in choosing_fields_of(_base_of(experiment.to_dict()))}
     tree = experiment.to_dict()
     first = [(path, value) for path, value in given if path in choosing]
     for path, value in first:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from baldwinlab.experiment.base import BaseExperiment
+from baldwinlab.experiment.base import BaseExperiment, validate
 from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.paths import look_up
@@ -16,8 +16,19 @@ from baldwinlab.experiment.paths import look_up
 
 def idle_settings(experiment: BaseExperiment) -> dict[str, str]:
     """The fields that are set otherwise than by default and change nothing, each with why: {"learning.teacher": ...}."""
-    if not isinstance(experiment, Experiment):
-        return {}
+    found = _of_variation(experiment) | (_of_foragers(experiment) if isinstance(experiment, Experiment) else {})
+    standard = validate({"model": experiment.model})
+    return {path: why for path, why in found.items() if look_up(experiment, path)[0] != look_up(standard, path)[0]}
+
+
+def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
+    """The fields of mutation that the chosen variation does not heed."""
+    name, part = experiment.evolution.variation, experiment.part("evolution.variation")
+    fields = [field for field in type(experiment.evolution).model_fields if field.startswith("mutation_")]
+    return {f"evolution.{field}": f'evolution.variation = "{name}"' for field in fields if field not in part.settings}
+
+
+def _of_foragers(experiment: Experiment) -> dict[str, str]:
     found: dict[str, str] = {}
     rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
@@ -27,8 +38,7 @@ def idle_settings(experiment: BaseExperiment) -> dict[str, str]:
         found["learning.teacher"] = rule
     if experiment.evolution.inheritance == "none":
         found |= dict.fromkeys(("learning.teacher", "evolution.lamarckian_share"), 'evolution.inheritance = "none"')
-    standard = Experiment()
-    return {path: why for path, why in found.items() if look_up(experiment, path)[0] != look_up(standard, path)[0]}
+    return found
 
 
 def require_effect(experiments: Sequence[BaseExperiment]) -> None:

@@ -10,9 +10,9 @@ leaves open, see docs/model.md.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
 from baldwinlab.experiment.choices import Choice
@@ -24,6 +24,7 @@ BodyName = Annotated[str, Choice("body")]
 NetworkName = Annotated[str, Choice("network")]
 RuleName = Annotated[str, Choice("learning rule")]
 FeatureName = Annotated[str, Choice("world feature")]
+LONGEST_LIFE: Final = 100_000_000  # steps
 
 
 class Start(Fields):
@@ -124,7 +125,9 @@ class Learning(Fields):
     evolved_rate: bool = Field(
         False, description="every agent inherits a gene g, like a weight, and learns at rate * 10^g, but at most at 10"
     )
-    steps: int = Field(100_000_000, ge=0, le=100_000_000, description="steps of a life after which learning stops")
+    steps: int | None = Field(
+        None, ge=0, le=LONGEST_LIFE, description="steps of a life after which learning stops; where it is not set, it never does"
+    )
     teacher: Literal["inherited", "shuffled", "fresh"] = Field(
         "inherited",
         description="reinforcement modules of the children; shuffled: dealt anew among them; fresh: drawn from N(0, 1)",
@@ -137,9 +140,15 @@ class Learning(Fields):
         description="energy per unit of distance between an agent's weights at birth and at death",
     )
 
+    @field_validator("steps")
+    @classmethod
+    def _for_life(cls, steps: int | None) -> int | None:
+        """As many as the longest life has are for life: so it was written once, and is where TOML has no word for nothing."""
+        return None if steps == LONGEST_LIFE else steps
+
 
 class Lifetime(Fields):
-    steps: int = Field(5000, ge=1, le=100_000_000, description="time steps in a life")
+    steps: int = Field(5000, ge=1, le=LONGEST_LIFE, description="time steps in a life")
     update: Literal["simultaneous", "sequential"] = Field(
         "simultaneous", description="sequential: agent after agent, each finds what the last one left (R7)"
     )
@@ -181,6 +190,12 @@ class Experiment(BaseExperiment):
     @property
     def steps(self) -> int:
         return self.lifetime.steps
+
+    @property
+    def learning_steps(self) -> int:
+        """Steps of a life in which an agent that learns may do so."""
+        stops = self.learning.steps
+        return self.steps if stops is None else min(stops, self.steps)
 
     def without_learner(self) -> Self:
         return self.replace(learning={"rule": "none"})

@@ -25,8 +25,11 @@ def _fill(table: Any, part: BaseModel) -> None:
         if isinstance(value, BaseModel | dict) or (isinstance(value, tuple) and value and isinstance(value[0], BaseModel)):
             below.append((name, value))  # tables follow plain fields, as TOML wants it
             continue
-        item = tomlkit.item(list(value) if isinstance(value, tuple) else value)
         meaning = meanings.get(name)
+        if value is None:  # for which TOML has no word
+            table.add(tomlkit.comment(f"{name} is not set: {meaning}"))
+            continue
+        item = tomlkit.item(list(value) if isinstance(value, tuple) else value)
         table.add(name, item.comment(meaning) if meaning else item)
     for name, value in below:
         if isinstance(value, BaseModel):

@@ -3,15 +3,17 @@
 from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.style import png, save, svg
-from baldwinlab.figures.world import agent_senses, world_maps
+from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
 __all__ = [
+    "Look",
     "agent_senses",
     "emergence",
     "fitness_boxes",
     "fitness_curves",
     "png",
     "save",
+    "sectors",
     "svg",
     "trajectories",
     "world_maps",

@@ -5,6 +5,7 @@ Source: the paper, "The Emergence of Intelligent Foraging", and its last figure.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -63,7 +64,7 @@ def _legend(figure: Figure | SubFigure) -> None:
 
 def _trajectories(axes: Axes, trace: xr.Dataset) -> None:
     world = from_toml(trace.attrs["experiment"], where="the trace", reading=True).world
-    lay_out(axes, world)
+    lay_out(axes, world, json.loads(trace.attrs["look"]))
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)
     ate = trace["eaten"].sum("step").values > 0

@@ -17,7 +17,7 @@ from matplotlib import style
 from matplotlib.figure import Figure
 
 from baldwinlab.files import write_atomically
-from baldwinlab.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SERIES, SKY, VERMILION
+from baldwinlab.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, SERIES, SKY, VERMILION
 
 __all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION"]
 
@@ -32,7 +32,7 @@ SETTINGS: dict[str, Any] = {
     "figure.constrained_layout.use": True,
     "font.family": "DejaVu Sans",  # comes with Matplotlib: the same shapes everywhere
     "font.size": 8.5,
-    "grid.color": "#e4e4e4",
+    "grid.color": PALE,
     "grid.linewidth": 0.6,
     "legend.frameon": False,
     "svg.fonttype": "path",

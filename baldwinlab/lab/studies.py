@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab import presets
+from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.forms import schema_of
@@ -41,7 +41,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return Response(raw, media_type="application/json")
 
     def all_presets(request: Request) -> JSONResponse:
-        return JSONResponse({"presets": _presets(), "schema": schema_of(Experiment)})
+        return JSONResponse({"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)})
 
     def preset(request: Request) -> JSONResponse:
         return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
@@ -118,9 +118,11 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
         study = find(lab, name)
     except StudyError as error:
         return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
+    shown = _shown(study)
     conditions = [
         {
             "name": experiment.name,
+            "shown": experiment.name == shown,
             **study.factors[experiment.name]._asdict(),
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
@@ -133,6 +135,20 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
     return {"id": name, "seed": study.seed, "conditions": conditions, "report": report, "problem": None}
 
 
+def _shown(study: Study) -> str:
+    """The condition that a page begins with: the one that the study's paper shows, if it has one."""
+    try:
+        return papers.of_study(study.directory, study.paper).about.emergence
+    except papers.PaperError:
+        return ""
+
+
+def _default() -> str:
+    """What a live run is unless another preset is chosen: what the first paper shows, on its first map."""
+    paper = papers.load()
+    return f"{paper.factors()[paper.about.emergence].learner}/{paper.names('maps')[0]}"
+
+
 def _presets() -> list[dict[str, Any]]:
     """Those of the papers, and the models that are parts, each as it is by default."""
     built_in = [
@@ -141,7 +157,8 @@ def _presets() -> list[dict[str, Any]]:
             "learner": name,
             "map": place,
             "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}",
-            "world": True,  # which can be watched
+            "shown": f"{name}/{place}" == papers.load().about.emergence,
+            "world": _length(presets.load(f"{name}/{place}")),  # which can be watched
         }
         for kind in ("conditions", "controls")
         for name in presets.names(kind)
@@ -149,9 +166,15 @@ def _presets() -> list[dict[str, Any]]:
     ]
     models = [(name, part) for (kind, name), part in choices.foreign().items() if kind == "model"]
     return built_in + [
-        {"name": name, "learner": name, "map": "", "description": (part.__doc__ or "").split("\n")[0], "world": False}
+        {"name": name, "learner": name, "map": "", "description": (part.__doc__ or "").split("\n")[0], "world": None}
         for name, part in models
     ]
+
+
+def _length(experiment: Experiment) -> dict[str, int]:
+    """How much there is to watch."""
+    agents, steps = experiment.population.size, experiment.lifetime.steps
+    return {"generations": experiment.evolution.generations, "agents": agents, "steps": steps}
 
 
 def load_preset(name: str) -> Experiment:

@@ -19,7 +19,7 @@ import xarray as xr
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from baldwinlab.files import write_atomically
-from baldwinlab.papers import load
+from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
@@ -69,6 +69,7 @@ class Multiverse(_Record):
     last: int  # a run counts with its average over so many last generations
     claims: tuple[Claim, ...]
     readings: tuple[Reading, ...]
+    source: str = ""  # authors, title and place of the paper
 
     @property
     def singles(self) -> Multiverse:
@@ -79,20 +80,32 @@ class Multiverse(_Record):
     def combined(self) -> bool:
         return len(self.singles.readings) < len(self.readings)
 
+    @property
+    def choices(self) -> list[str]:
+        """The choices that are left open, by name."""
+        return sorted({choice for reading in self.readings for choice in reading.choices})
 
-def paper_claims() -> tuple[Claim, ...]:
-    return tuple(Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure) for claim in load().claims)
+
+def paper_claims(paper: Paper | None = None) -> tuple[Claim, ...]:
+    claims = (paper or load()).claims
+    return tuple(Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure) for claim in claims)
 
 
 def reading(
-    study: xr.Dataset, name: str, description: str, choices: Mapping[str, str], fields: Mapping[str, Any], last: int = 10
+    study: xr.Dataset,
+    name: str,
+    description: str,
+    choices: Mapping[str, str],
+    fields: Mapping[str, Any],
+    last: int = 10,
+    paper: Paper | None = None,
 ) -> Reading:
-    """The claims decided for one reading.
+    """The claims of a paper (the default unless given) decided for one reading.
 
     `study` has the dimensions (condition, run, generation, agent), its conditions named as the paper's: evo/A. Raises ValueError
     unless `last` is at least 1.
     """
-    outcomes = {result.claim.id: _outcome(result.record()) for result in evaluate(study, last)}
+    outcomes = {result.claim.id: _outcome(result.record()) for result in evaluate(study, last, paper)}
     counts = study["energy"].notnull().any(("generation", "agent")).sum("run").values
     return Reading(
         name=name,
@@ -101,7 +114,7 @@ def reading(
         fields=dict(fields),
         runs=(int(counts.min()), int(counts.max())),
         held=sum(outcome.verdict == HOLDS for outcome in outcomes.values()),
-        distance=distance(outcomes),
+        distance=distance(outcomes, paper),
         outcomes=outcomes,
     )
 
@@ -110,12 +123,15 @@ def _outcome(record: Mapping[str, Any]) -> Outcome:
     return Outcome(**{name: record[name] for name in Outcome.model_fields})
 
 
-def distance(outcomes: Mapping[str, Outcome]) -> float | None:
-    """The mean of |effect - figure| / figure over the claims for which the paper gives a size; None where one lacks an effect."""
-    sizes = {claim.id: claim.figure for claim in load().claims if claim.figure}
+def distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> float | None:
+    """The mean of |effect - figure| / figure over the claims for which the paper gives a size.
+
+    None where it gives none, or one of them lacks an effect.
+    """
+    sizes = {claim.id: claim.figure for claim in (paper or load()).claims if claim.figure}
     effects = {claim: outcomes[claim].effect for claim in sizes if claim in outcomes}
     found = [abs(effect - sizes[claim]) / sizes[claim] for claim, effect in effects.items() if effect is not None]
-    return float(np.mean(found)) if len(found) == len(sizes) else None
+    return float(np.mean(found)) if sizes and len(found) == len(sizes) else None
 
 
 def by_verdict(multiverse: Multiverse, claim: str) -> dict[Verdict, tuple[Reading, ...]]:

@@ -12,10 +12,10 @@ from matplotlib.patches import Patch
 
 from baldwinlab.figures.style import BLUE, WIDTH, styled
 from baldwinlab.multiverse.analysis import Multiverse, Outcome, Reading, Share, shares
-from baldwinlab.statistics.rules import FAILS, HOLDS, MARKS, NOT_EVALUATED, UNDECIDED, Verdict
+from baldwinlab.palette import DARK_GREY, MID_GREY, VERDICTS
+from baldwinlab.statistics.rules import MARKS
 
-TINTS: dict[Verdict, str] = {HOLDS: "#a9cfe8", UNDECIDED: "#f3f3f3", FAILS: "#f2b08a", NOT_EVALUATED: "#ffffff"}
-WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["#ffffff", BLUE])
+WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
 DARK = 0.9  # from this share on, white letters are the more legible
 
 
@@ -28,12 +28,14 @@ def readings(multiverse: Multiverse) -> Figure:
     for row, reading in enumerate(rows):
         for column, name in enumerate(names):
             outcome = reading.outcomes[name]
-            axes.axhspan(row - 0.5, row + 0.5, column / len(names), (column + 1) / len(names), color=TINTS[outcome.verdict], lw=0)
+            axes.axhspan(
+                row - 0.5, row + 0.5, column / len(names), (column + 1) / len(names), color=VERDICTS[outcome.verdict], lw=0
+            )
             axes.text(column, row, _cell(outcome), ha="center", va="center")
     _lines(axes, len(names), [min(reading.choices, default="") for reading in rows])
     seen = {reading.outcomes[name].verdict for reading in rows for name in names}
     keys = [
-        Patch(facecolor=TINTS[verdict], edgecolor="#999999", label=f"{mark} {verdict}")
+        Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GREY, label=f"{mark} {verdict}")
         for verdict, mark in MARKS.items()
         if verdict in seen
     ]
@@ -93,4 +95,4 @@ def _lines(axes: Axes, columns: int, choices: list[str]) -> None:
     for column in range(1, columns):
         axes.axvline(column - 0.5, color="white", lw=1.5)
     for row, (above, below) in enumerate(pairwise(choices)):
-        axes.axhline(row + 0.5, color="white" if above == below else "#444444", lw=1.0)
+        axes.axhline(row + 0.5, color="white" if above == below else DARK_GREY, lw=1.0)

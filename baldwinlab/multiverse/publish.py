@@ -8,6 +8,7 @@ from pathlib import Path
 from baldwinlab.multiverse import analysis
 from baldwinlab.multiverse.design import by_reading
 from baldwinlab.multiverse.section import lead, section
+from baldwinlab.papers import of_study
 from baldwinlab.report import write_page
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions
@@ -24,16 +25,18 @@ def publish(
     """
     study.require_runs()
     found = []
-    wanted = by_reading(study.factors)
+    paper = of_study(study.directory, study.paper)
+    wanted = by_reading(study.factors, paper)
     with progress("deciding the claims", len(wanted), "readings") as show:
         for reading, conditions in wanted.items():
             data = open_conditions(study, list(conditions))
             if data.sizes["run"]:
                 data = data.assign_coords(condition=list(conditions.values()))
                 about = (reading.name, reading.description, reading.choices, reading.fields)
-                found.append(analysis.reading(data, *about, last))
+                found.append(analysis.reading(data, *about, last, paper))
             show(1)
-    multiverse = analysis.Multiverse(seed=study.seed, last=last, claims=analysis.paper_claims(), readings=tuple(found))
+    claims = analysis.paper_claims(paper)
+    multiverse = analysis.Multiverse(seed=study.seed, last=last, claims=claims, readings=tuple(found), source=paper.about.source)
     analysis.write(multiverse, study.directory / FILE)
     tell("drawing the figures")
     shown = section(multiverse, study.directory / "figures")

@@ -25,6 +25,8 @@ def section(multiverse: Multiverse, folder: Path) -> Section:
     body = render(
         "multiverse/section.html",
         readings=len(singles.readings),
+        choices=_listed(singles.choices),
+        open=len(singles.choices),
         combinations=len(multiverse.readings),
         runs=span(count for reading in multiverse.readings for count in reading.runs),
         sentences=verdict(singles),
@@ -40,7 +42,8 @@ def section(multiverse: Multiverse, folder: Path) -> Section:
 def lead(multiverse: Multiverse) -> str:
     """What a page of its own begins with."""
     return (
-        f"{load().about.source} leaves choices open. Here they are made otherwise, to see which of its claims depend on them. "
+        f"{multiverse.source or load().about.source} leaves choices open. "
+        "Here they are made otherwise, to see which of its claims depend on them. "
         f"Seed {multiverse.seed}; each run counts with its average over the last {multiverse.last} generations."
     )
 
@@ -79,8 +82,8 @@ def _pictures(multiverse: Multiverse) -> Iterator[Picture]:
         "readings",
         "The claims under each reading",
         "A row for each reading, with the choice that it makes otherwise; a column for each claim. The number is the effect in "
-        "the comparison that decides: with a sign, a difference of medians (items an agent; in C9 a share of agents); without, a "
-        "level (C3: the most that any agent ate; C9: the share of agents that eat at last).",
+        "the comparison that decides: with a sign, a difference of medians (items an agent, or a share of agents); "
+        "without, a level.",
         f"A table of verdicts. Claims that hold, by reading: {'; '.join(held)}.",
         figures.readings(multiverse),
     )

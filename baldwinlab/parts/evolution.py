@@ -56,6 +56,7 @@ class Variation(Part):
     """What children have of their parents, and what is new."""
 
     kind: ClassVar[str] = "variation"
+    settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")  # of `evolution`, that it heeds
 
     vary: ClassVar[Any] = staticmethod(vary.default)
 

@@ -100,7 +100,11 @@ def _restore(before: dict[tuple[str, str], type]) -> None:
 
 
 def load_entry_points() -> None:
-    """Import the modules that installed packages name in the group `baldwinlab.parts`. Raises PartError for one that fails."""
+    """Import the modules that installed packages name in the group `baldwinlab.parts`. Raises PartError for one that fails.
+
+    A part that is there already, because somebody gave its file, keeps its place.
+    """
+    before = choices.foreign()
     for entry in entry_points(group=GROUP):
         try:
             entry.load()
@@ -108,6 +112,8 @@ def load_entry_points() -> None:
             raise PartError(
                 f"the part {entry.name!r} ({entry.value}) cannot be loaded: {type(error).__name__}: {error}"
             ) from None
+    for (kind, name), part in before.items():
+        choices.add(kind, name, part)
 
 
 def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:

@@ -222,7 +222,7 @@ class LearningRule(Part):
     kind: ClassVar[str] = "learning rule"
     modules: ClassVar[tuple[str, ...]] = ("action",)  # networks in a genome; with "reinforcement", its answer is in state.targets
     learns: ClassVar[bool] = True
-    color: ClassVar[str] = "#0072B2"
+    color: ClassVar[str] = "blue"  # of `baldwinlab.palette`
 
     hatch: ClassVar[Any] = staticmethod(hatch.default)
     meet: ClassVar[Any] = staticmethod(meet.default)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import xarray as xr
@@ -13,7 +14,7 @@ from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.report import content
 from baldwinlab.report.content import typical_run
-from baldwinlab.report.pictures import embed, pictures
+from baldwinlab.report.pictures import Looks, embed, pictures
 from baldwinlab.report.sections import Section, render, write_page
 from baldwinlab.report.words import measures
 from baldwinlab.statistics.summary import by_condition
@@ -39,20 +40,23 @@ def write_report(
     last: int = 10,
     sections: Sequence[Section] = (),
     paper: Paper | None = None,
+    looks: Looks = MappingProxyType({}),
 ) -> Path:
     """Write the report to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
 
     `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
     population at `emergence_generations`, or none. Of `provenance`, the report shows what it finds: seed, versions, platform,
     seconds, agent_steps, workers, compile_seconds. `sections` come after the claims. `paper` is the one that the study was made
-    by; without, it is held against the default.
+    by; without, it is held against the default. `looks` say how conditions of foragers look, as far as their parts are here.
     Each file appears whole or not at all. Raises OSError.
     """
     about = paper or load()
     texts = content.experiment_texts(study)
     conditions = content.experiments(texts)
     differing = content.differing(results)
-    shown = [embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, about)]
+    shown = [
+        embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, about, looks)
+    ]
     page = render(
         "report/report.html",
         sections=sections,

@@ -93,8 +93,8 @@ def _leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]
             yield f"{path}{key}", value
 
 
-def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, World]:
-    """Each different world once, titled by its map where that tells them apart, else by its conditions."""
+def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
+    """The first condition of each different world, by a title: its map where that tells them apart, else its conditions."""
     names: dict[World, list[str]] = {}
     for name, experiment in conditions.items():
         alike = experiment.world.start.model_copy(update={"headings": "equal"})  # a map shows where, not whereto
@@ -102,9 +102,9 @@ def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str,
     maps = {world: sorted({factors[name].map for name in shared} - {""}) for world, shared in names.items()}
     single = {found[0] for found in maps.values() if len(found) == 1}
     if len(single) == len(names):
-        return {f"Map {found[0]}": world for world, found in maps.items()}
+        return {f"Map {found[0]}": names[world][0] for world, found in maps.items()}
     others = {world: f" and {len(shared) - 1} more" if len(shared) > 1 else "" for world, shared in names.items()}
-    return {f"{shared[0]}{others[world]}": world for world, shared in names.items()}
+    return {f"{shared[0]}{others[world]}": shared[0] for world, shared in names.items()}
 
 
 def verdict_counts(results: Sequence[ClaimResult]) -> str:

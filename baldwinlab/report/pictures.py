@@ -19,6 +19,8 @@ from baldwinlab.report.content import Experiments, foragers, typical_run, worlds
 from baldwinlab.report.words import number
 from baldwinlab.statistics import fitness
 
+Looks = Mapping[str, figures.Look]  # of conditions of foragers, by name, as far as their parts are here
+
 
 class Picture(NamedTuple):
     name: str
@@ -35,18 +37,20 @@ def pictures(
     conditions: Experiments,
     last: int,
     paper: Paper,
+    looks: Looks,
 ) -> Iterator[Picture]:
-    """Those that the paper has, in its order; without traces there is no picture of emergence, without foragers none of them."""
+    """Those that the paper has, in its order, as far as there is something to draw: traces, foragers, and how they look."""
     foraging = foragers(conditions)
+    there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "fitness": lambda: _fitness(study, last),
         "final-fitness": lambda: _final_fitness(study, results, last),
         "emergence": lambda: _emergence(study, traces),
-        "maps": lambda: _maps(study, foraging),
-        "senses": lambda: _senses(foraging),
+        "maps": lambda: _maps(study, foraging, looks),
+        "senses": lambda: _senses(looks),
     }
     for name in paper.about.figures:
-        if traces if name == "emergence" else foraging or name not in ("maps", "senses"):
+        if there.get(name, True):
             picture = draw[name]()
             beside = paper.words.captions.get(name) if foraging else None
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
@@ -81,15 +85,17 @@ def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int)
     )
 
 
-def _maps(study: xr.Dataset, conditions: Experiments) -> Picture:
-    found = worlds(conditions, of_study(study))
+def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
+    named = worlds(conditions, of_study(study))
+    found = {title: conditions[name].world for title, name in named.items()}
+    known = {title: looks[name] for title, name in named.items() if name in looks}
     return Picture(
         "maps",
         "The maps",
         "To scale, in units of length, y pointing down; what leaves the map at one edge enters at the opposite one. Places of "
-        "agents (blue, with a line in the direction of their heading) and items (orange) are examples.",
+        "agents (blue, with a line in the direction of their heading) and items are examples.",
         "; ".join(f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})" for title, world in found.items()) + ".",
-        figures.world_maps(found, min(experiment.population.size for experiment in conditions.values())),
+        figures.world_maps(found, min(experiment.population.size for experiment in conditions.values()), known),
     )
 
 
@@ -104,23 +110,27 @@ def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
         "emergence",
         "The emergence of foraging",
         f"{condition}, run {run}{why}. Above: the ways of all agents through a whole life, fading towards birth, a dot where it "
-        "ends; the circle is where they are born, the square is where food lies. Below: the share of agents that ate at least "
+        "ends; the circle is where they are born, rectangles are where items lie. Below: the share of agents that ate at least "
         "one item, mean over runs with its 95 % interval.",
         f"Trajectories on the map at several generations. Agents that ate: {counts}.",
         figures.emergence(study, traces),
     )
 
 
-def _senses(conditions: Experiments) -> Picture:
-    name, first = next(iter(conditions.items()))
+def _senses(looks: Looks) -> Picture:
+    name, look = next(iter(looks.items()))
+    found = [(" and ".join(names), *place) for place, names in figures.sectors(look).items()]
+    looking = [f"{names} from {first:g} to {past:g} degrees, to {radius:g} units" for names, first, past, radius in found]
+    elsewhere = [each for each, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector]
+    others = f" Inputs that look nowhere: {', '.join(elsewhere)}." if elsewhere else ""
+    shown = f" The item lies where {found[-1][0]} looks." if found else ""
     return Picture(
         "senses",
         "What an agent senses",
-        f"To scale, as in {name}. Each of three sensors is 1 if any item lies in its sector. The agent heads to the right of the "
-        "page, its right hand is below. Here the right sensor is 1 and the other two are 0.",
-        f"An agent with a field of view of radius {first.senses.visual_radius:g}: front to 15 degrees on either side, "
-        "left and right from 15 to 45 degrees.",
-        figures.agent_senses(first),
+        f"To scale, as in {name}: the sectors in which inputs look. The agent heads to the right of the page, its right hand is "
+        f"below.{shown}{others}",
+        f"An agent and its sectors, clockwise from where it heads: {'; '.join(looking) or 'none'}.",
+        figures.agent_senses(look),
     )
 
 

@@ -24,6 +24,7 @@ from scipy.stats import qmc
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
+from baldwinlab.experiment.miniworld import LONGEST_LIFE
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location, write_atomically
 from baldwinlab.studies import store
@@ -107,9 +108,13 @@ def _assignments(values: Mapping[str, Any]) -> list[str]:
 
 
 def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
-    """The value of a swept field, and what it means. Raises ExperimentError for a field that there is not."""
+    """The value of a swept field, and what it means. Raises ExperimentError for a field that there is not.
+
+    A number of steps that is not set, for life, is on an axis as many as the longest life has, as in the sweep's file.
+    """
     try:
-        return look_up(experiment, path)
+        value, meaning = look_up(experiment, path)
+        return LONGEST_LIFE if value is None else value, meaning
     except ExperimentError as error:
         raise ExperimentError(f"fields.{error}") from None
 

@@ -59,6 +59,7 @@ class BitStrings(Model, name="bit-strings"):
 class OnePoint(Variation, name="one-point"):
     """One parent's alleles up to a cut between two loci, the other's from there; a mutation draws an allele anew."""
 
+    settings = ("mutation_rate",)
     derived = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
 
     @staticmethod

@@ -130,6 +130,16 @@ def test_an_oracle_that_disagrees_is_found(write: Any) -> None:
     assert "--only oracle" in found
 
 
+def test_another_seed_tries_other_worlds(write: Any) -> None:
+    path = write(oracle="agent.action_module[0][0][0] += 0.25")
+    found = {seed: str(bl.check_part(path, only=["oracle"], seed=seed)[-1]) for seed in (11, 12)}
+    assert found[11] == str(bl.check_part(path, only=["oracle"])[-1])
+    assert found[11].partition("weight 0 is")[2] != found[12].partition("weight 0 is")[2]
+    assert found[12].endswith(f"again: baldwinlab check {path} --only oracle --seed 12")
+    with pytest.raises(ArgumentError, match="seed = -1 must be at least 0"):
+        bl.check_part(path, seed=-1)
+
+
 def test_a_missing_oracle_is_found(write: Any) -> None:
     path = write()
     path.write_text(path.read_text().replace("def oracle", "def something_else"))
@@ -186,7 +196,7 @@ def test_numbers_without_limits_or_meaning_are_found(write: Any) -> None:
 def test_the_command_says_what_fails_and_ends_with_1(write: Any, capsys: pytest.CaptureFixture[str]) -> None:
     for fields, status in (("", 0), ("share: float = 0.1", 1)):
         with pytest.raises(SystemExit) as end:
-            main_with(["check", str(write(fields=fields)), "--only", "fields"])
+            main_with(["check", str(write(fields=fields)), "--only", "fields", "--seed", "3"])
         assert end.value.code == status
     told = capsys.readouterr()
     assert "does not hold: its fields have limits and a meaning: Liar.share" in told.out + told.err

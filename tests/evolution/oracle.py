@@ -81,7 +81,8 @@ def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | N
     """
     cost = np.zeros(len(genome))
     if experiment.learns:
-        cost += experiment.learning.cost_per_step * min(experiment.learning.steps, experiment.lifetime.steps)
+        lived, stops = experiment.lifetime.steps, experiment.learning.steps
+        cost += experiment.learning.cost_per_step * (lived if stops is None else min(stops, lived))
         if learned is not None:
             born = genome[:, 0, : experiment.weight_count].astype(np.float64)
             cost += experiment.learning.cost_per_change * np.sqrt(((learned - born) ** 2).sum(axis=1))

@@ -131,6 +131,8 @@ def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_s
     page.get_by_test_id("field-network.biases").check()
     page.get_by_test_id("field-evolution.selection").select_option("rank")
     page.get_by_label("rate, slider", exact=True).fill("0.03")
+    expect(page.get_by_test_id("field-learning.steps")).to_have_value("")  # for life
+    page.get_by_test_id("field-learning.steps").fill("250")
     page.get_by_test_id("add-world.food").click()
     page.get_by_test_id("field-world.food.1.count").fill("3")
     page.get_by_test_id("remove-world.food.0").click()
@@ -140,7 +142,7 @@ def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_s
     assert found["name"] == "mine"
     assert found["network"] == {"kind": "feed-forward", "hidden": [7], "biases": True}
     assert found["evolution"]["selection"] == "rank"
-    assert found["learning"]["rate"] == 0.03
+    assert (found["learning"]["rate"], found["learning"]["steps"]) == (0.03, 250)
     assert [region["count"] for region in found["world"]["food"]] == [3]
     page.reload()  # the address says it all
     expect(page.get_by_test_id("field-network.hidden.0")).to_have_value("7")

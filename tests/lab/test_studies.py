@@ -12,6 +12,8 @@ import pytest
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
+from baldwinlab.lab.share import STATIC
+from baldwinlab.papers import built_in
 from baldwinlab.papers.verdicts import evaluate, write
 from baldwinlab.report import typical_run
 from baldwinlab.runs.simulate import simulate
@@ -27,7 +29,7 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
     (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300}
     learners = ("evo", "evo+self-taught")
-    conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", **sizes} for name in learners]
+    conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", "shown": False, **sizes} for name in learners]
     assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}
 
 
@@ -83,9 +85,18 @@ def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> 
     names = [preset["name"] for preset in found["presets"]]
     assert {"evo/A", "self-taught/B"} <= set(names)
     assert all(preset["description"] for preset in found["presets"])
+    assert found["default"] == "evo+self-taught/A"
+    (shown,) = (preset for preset in found["presets"] if preset["shown"])
+    assert (shown["name"], shown["world"]) == ("evo+self-taught/B", {"generations": 100, "agents": 20, "steps": 5000})
     assert found["schema"]["properties"].keys() == Experiment.model_fields.keys()
     assert data(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
     assert refusal(lab_server.address, "preset", 404, name="evo/C").startswith("there is no preset 'evo/C'; there are evo/A,")
+
+
+def test_the_page_names_no_preset_of_its_own() -> None:
+    names = {preset for one in built_in().values() for preset in one.experiment_names()}
+    for path in STATIC.glob("*.js"):
+        assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name
 
 
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])

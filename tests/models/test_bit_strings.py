@@ -12,6 +12,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import assign, choices, validate
+from baldwinlab.experiment.idle import idle_settings
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import load_file
 from baldwinlab.runs.simulate import live_batch
@@ -134,3 +135,13 @@ def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
 def test_it_has_no_world_to_replay() -> None:
     with pytest.raises(bl.BaldwinLabError, match="bit-strings is of the model bit-strings, whose lives have no world to replay"):
         bl.replay(small())
+
+
+def test_a_setting_of_mutation_that_its_variation_does_not_heed_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        bl.ExperimentError, match=r'^evolution.mutation_size: does nothing with evolution.variation = "one-point"'
+    ):
+        bl.run("bit-strings", runs=1, out=tmp_path / "out", set={"evolution.mutation_size": 0.5})
+    assert not idle_settings(small().replace(evolution={"mutation_rate": 0.5}))
+    crossed = small().replace(evolution={"variation": "crossover", "mutation_rate": 0.1, "mutation_gate": "child"})
+    assert not idle_settings(crossed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,8 +14,9 @@ from baldwinlab import console, presets
 from baldwinlab.multiverse import command as command_multiverse
 from baldwinlab.multiverse.design import Reading
 from baldwinlab.studies.store import Study
+from tests.commands import Command
+from tests.papers.test_papers import folder
 from tests.small import contents, small_paper
-from tests.test_cli import Command, command  # noqa: F401  (a fixture)
 
 READINGS = [Reading(()), Reading(("contact-5",)), Reading(("rank",))]
 MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
@@ -25,8 +27,8 @@ def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three readings, or four with --full, of lives of 40 steps."""
     conditions = [condition.replace(evolution={"generations": 2}, lifetime={"steps": 40}) for condition in small_paper()]
     monkeypatch.setattr(presets, "paper", lambda reading="standard": conditions)
-    monkeypatch.setattr(command_multiverse, "one_at_a_time", lambda: READINGS)
-    monkeypatch.setattr(command_multiverse, "combinations", lambda: [*READINGS, Reading(("contact-5", "rank"))])
+    monkeypatch.setattr(command_multiverse, "one_at_a_time", lambda paper: READINGS)
+    monkeypatch.setattr(command_multiverse, "combinations", lambda paper: [*READINGS, Reading(("contact-5", "rank"))])
 
 
 @contextmanager
@@ -43,7 +45,7 @@ def stopped_half_way(description: str, total: int, unit: str = "") -> Iterator[C
 
 @pytest.mark.usefixtures("tiny")
 def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -62,7 +64,7 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
 
 @pytest.mark.usefixtures("tiny")
 def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE, "--full").code == 0
@@ -81,7 +83,7 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
 
 @pytest.mark.usefixtures("tiny")
 def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_section(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE).code == 0
@@ -95,7 +97,7 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
 
 @pytest.mark.usefixtures("tiny")
 def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE, "--last", "0").code == 2
@@ -105,3 +107,25 @@ def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
     assert done.code == 2
     assert "paper/multiverse holds another study: its conditions are standard/evo/A" in done.err and "and 14 more" in done.err
     assert len(done.err.splitlines()) == 1
+
+
+def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
+    command: Command,
+    tmp_path: Path,
+) -> None:
+    own = folder(tmp_path / "tiny")
+    refused = command("multiverse", str(folder(tmp_path / "bare")), "--out", "there")
+    assert refused.code == 2 and "a multiverse needs claims.toml, and a reading beside the standard in readings/" in refused.err
+    (own / "readings" / "short-sighted.toml").write_text('description = "sight: seeing less far"\n[senses]\nvisual_radius = 20\n')
+    done = command("multiverse", str(own), "--runs", "2", "--out", "there")
+    assert done.code == 0, done.err
+    shutil.rmtree(own)
+    assert command("report", "there").code == 0  # what is kept of the paper does
+    written = json.loads((tmp_path / "there/multiverse.json").read_text())
+    assert [(reading["name"], reading["choices"]) for reading in written["readings"]] == [
+        ("standard", {}),
+        ("short-sighted", {"sight": "short-sighted"}),
+    ]
+    assert [claim["id"] for claim in written["claims"]] == ["T1", "T2"]
+    page = (tmp_path / "there/report.html").read_text()
+    assert "The paper leaves a choice open: sight." in page and "tiny" in page.lower()

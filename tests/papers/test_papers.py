@@ -19,7 +19,7 @@ from baldwinlab.papers.words import Inference
 from baldwinlab.statistics.fitness import MEASURES
 from baldwinlab.statistics.rules import RULES
 from baldwinlab.studies.store import Study
-from tests.test_cli import Command, command  # noqa: F401  (a fixture)
+from tests.commands import Command
 
 PAPER = """
 name = "tiny"
@@ -182,7 +182,7 @@ def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
     assert len(str(refusal.value).splitlines()) == 1
 
 
-def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command: Command, tmp_path: Path) -> None:  # noqa: F811
+def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command: Command, tmp_path: Path) -> None:
     done = command("reproduce", "le-2091")
     said = "there is no paper 'le-2091' (did you mean 'le-2019'?); there are le-2019, and any folder with a paper.toml"
     assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
@@ -191,14 +191,14 @@ def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command:
     assert not (tmp_path / "results").exists()
 
 
-def test_papers_lists_each_with_what_it_is(command: Command) -> None:  # noqa: F811
+def test_papers_lists_each_with_what_it_is(command: Command) -> None:
     done = command("papers")
     assert done.code == 0
     assert "le-2019      Nam Le, Evolving Self-taught" in done.out and "conditions: 6, claims: 9" in done.out
 
 
 def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
-    command: Command,  # noqa: F811
+    command: Command,
     tmp_path: Path,
 ) -> None:
     place = folder(tmp_path / "tiny")
@@ -224,7 +224,7 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     assert (out / "report.html").read_text() == page
 
 
-def test_without_claims_the_report_compares_the_conditions(command: Command, tmp_path: Path) -> None:  # noqa: F811
+def test_without_claims_the_report_compares_the_conditions(command: Command, tmp_path: Path) -> None:
     folder(tmp_path / "tiny", "maps", "claims", "words", paper=PAPER + 'figures = ["final-fitness", "fitness"]\n')
     done = command("reproduce", "tiny", "--runs", "1", "--out", "mine")
     assert done.code == 0, done.err
@@ -235,7 +235,7 @@ def test_without_claims_the_report_compares_the_conditions(command: Command, tmp
     assert json.loads((tmp_path / "mine/claims.json").read_text()) == []
 
 
-def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) -> None:  # noqa: F811
+def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) -> None:
     folder(tmp_path / "tiny", "claims")
     folder(tmp_path / "other", "claims", paper=PAPER.replace("tiny", "other"))
     assert command("reproduce", "tiny", "--runs", "1", "--out", "mine").code == 0

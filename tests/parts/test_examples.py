@@ -8,9 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex, to_rgba_array
 
+from baldwinlab import figures
 from baldwinlab.experiment import ExperimentError, assign, choices
+from baldwinlab.models.miniworld.look import look
+from baldwinlab.palette import GREEN, PURPLE
 from baldwinlab.parts import PartError, load_file, sources_of
+from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
@@ -53,6 +58,20 @@ def test_who_learns_from_others_moves_towards_the_best_one_s_answers_and_nobody_
     assert learning.eaten.sum() > 0
     moved = (learning.weight_birth != learning.weight_death).any(("module", "weight"))
     assert moved.sum() == moved.size
+
+
+def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
+    chosen = ['world.features=["poison", "obstacles"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
+    experiment = assign(load("evo/A"), chosen)
+    seen = look(experiment).to_dict()
+    axes = figures.world_maps({"A": experiment.world}, 20, {"A": seen}).axes[0]
+    assert {text.get_text() for text in axes.texts} >= {"50 items, 20 poison", "wall"}
+    assert "#555555" in {to_hex(to_rgba_array(patch.get_facecolor())[0]) for patch in axes.patches}
+    assert {to_hex(colour) for each in axes.collections for colour in np.asarray(each.get_facecolor())[:1]} >= {GREEN, PURPLE}
+    labels = [text.get_text() for text in figures.agent_senses(seen).axes[0].texts]
+    assert "left\npoison left" in labels and labels.count("15°") == 2
+    trace = replay(experiment.replace(lifetime={"steps": 5}), seed=1)
+    assert "wall" in {text.get_text() for text in figures.trajectories(trace).axes[0].texts}
 
 
 def test_poison_costs_energy_and_is_told_from_food() -> None:

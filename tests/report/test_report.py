@@ -12,6 +12,7 @@ from playwright.sync_api import Browser
 
 from baldwinlab import papers
 from baldwinlab.factors import Factors
+from baldwinlab.models.miniworld.look import look
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, typical_run, write_report
@@ -21,6 +22,7 @@ from tests.report.browsing import complaints_and_width
 from tests.statistics.studies import AS_THE_PAPER, study, trace
 
 PAPER = papers.load()
+LOOKS = {"evo/A": look(load("evo/A")).to_dict()}
 FORAGERS = "evo+self-taught/B"
 FACTS = {
     "seed": 7,
@@ -35,7 +37,7 @@ FACTS = {
 def report_of(
     data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, provenance: dict[str, Any] | None = None
 ) -> Path:
-    return write_report(folder, data, evaluate(data), traces or [], provenance or {}, folder / "report.html")
+    return write_report(folder, data, evaluate(data), traces or [], provenance or {}, folder / "report.html", looks=LOOKS)
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +122,12 @@ def test_the_reading_is_named_or_spelt_out() -> None:
     assert reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER) == "evo/A is standard but for lifetime.steps = 9"
     assert reading(load("evo/A").replace(name="mine"), PAPER) == "mine is an experiment of its own"
     assert setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")}) == "40 or 4"
+
+
+def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
+    data = study(AS_THE_PAPER)
+    write_report(tmp_path, data, evaluate(data), [], {}, tmp_path / "report.html")
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"fitness", "final-fitness", "maps"}
 
 
 def test_maps_are_titled_by_what_tells_them_apart() -> None:

@@ -10,6 +10,7 @@ import xarray as xr
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors, coordinates
+from baldwinlab.models.miniworld.look import as_text
 from baldwinlab.presets import load
 
 RUNS = 8
@@ -60,6 +61,7 @@ def trace(condition: str, generation: int, run: int = 0, steps: int = 60, agents
     dims = ("step", "agent")
     provenance = {
         "experiment": to_toml(experiment(condition, 12, agents)),
+        "look": as_text(experiment(condition, 12, agents)),
         "condition": condition,
         "run": run,
         "generation": generation,

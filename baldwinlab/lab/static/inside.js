@@ -27,7 +27,7 @@ export class Inspector {
     this.traces = {
       error: new Trace("error between the modules", tell.seek),
       weights: new Trace("weights, from birth on", tell.seek, 110),
-      eaten: new Trace("food eaten", tell.seek),
+      eaten: new Trace("items eaten", tell.seek),
     };
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
     this.traces.weights.root.append(hint(["lit", "of the first layer"], ["agent", "of those after it"]));

@@ -33,11 +33,11 @@ export class Setup {
 
   /** Fill `root`, when the presets are there. */
   async show(root) {
-    const { presets } = await getJSON("/api/presets", this.signal);
+    const { presets, default: usual } = await getJSON("/api/presets", this.signal);
     this.presets = presets;
     const { preset } = this.state;
     this.preset = el("select", { "data-testid": "preset" }, ...presets.map(({ name }) => el("option", { value: name }, name)));
-    this.preset.value = presets.some(({ name }) => name === preset) ? preset : "evo+self-taught/A";
+    this.preset.value = presets.some(({ name }) => name === preset) ? preset : usual;
     this.preset.addEventListener("change", () => this.take());
     this.reset.addEventListener("click", () => this.take());
     await this.load(parsed(this.state.set));

@@ -19,7 +19,7 @@ export function nearest(studies, { study, condition, run, generation }, strict =
   const inside = found.conditions.find(({ name }) => name === condition);
   if (strict && condition !== undefined && !inside)
     throw new Error(`The study ${found.id} has no finished runs of ${condition}.`);
-  const one = inside ?? found.conditions.find(({ name }) => name === "evo+self-taught/B") ?? found.conditions[0];
+  const one = inside ?? found.conditions.find(({ shown }) => shown) ?? found.conditions[0];
   const [last, asked] = [one.generations - 1, Number(generation ?? one.generations - 1)];
   if (strict && !(Number.isInteger(asked) && asked >= 0 && asked <= last))
     throw new Error(`${one.name} has no generation ${generation}: its generations are 0 to ${last}.`);
@@ -33,12 +33,13 @@ export function nearest(studies, { study, condition, run, generation }, strict =
   };
 }
 
-/** What to set beside a life: the next condition on the same map, or else the first generation. */
+/** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
 export function rival({ source, conditions }) {
   const own = conditions.find(({ name }) => name === source.condition);
   const there = conditions.filter(({ map, reading }) => map === own?.map && reading === own?.reading);
-  const other = ["evo", "evo+self-taught"]
-    .flatMap((name) => there.filter(({ learner }) => learner === name))
+  const first = conditions.find(({ shown }) => shown)?.learner;
+  const other = there
+    .filter(({ learner }) => learner === first)
     .concat(there)
     .find((one) => one !== own && one.runs.includes(source.run) && one.generations > source.generation);
   return other
@@ -50,5 +51,5 @@ export function rival({ source, conditions }) {
 export async function presetsAsStudy() {
   const { presets } = await getJSON("api/presets");
   const runs = Array.from({ length: 10 }, (_, run) => run);
-  return { id: PRESETS, conditions: presets.filter(({ world }) => world).map(({ name, learner, map }) => ({ name, learner, map, runs, generations: 100, agents: 20, steps: 5000 })) };
+  return { id: PRESETS, conditions: presets.filter(({ world }) => world).map(({ world, ...preset }) => ({ ...preset, ...world, runs })) };
 }

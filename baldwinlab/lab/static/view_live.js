@@ -61,7 +61,7 @@ export function mount(root, state, navigate) {
 /** Where no run is shown: why, and which ones live. */
 async function empty(stage, title, sentence, signal) {
   const others = el("ul", { class: "live-others" });
-  const map = el("canvas", { class: "live-preview", hidden: true, role: "img", "aria-label": "The map: where agents are born, and where food lies" });
+  const map = el("canvas", { class: "live-preview", hidden: true, role: "img", "aria-label": "The map: where agents are born, and what lies in it" });
   stage.replaceChildren(el("section", { class: "card empty", "data-testid": "live-empty" }, el("h1", {}, title), el("p", {}, sentence), map, others));
   const { runs } = await getJSON("/api/live", signal);
   others.replaceChildren(...runs.map((run) => el("li", {}, el("a", { href: `#/live?id=${run.id}` },

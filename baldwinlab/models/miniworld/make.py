@@ -110,7 +110,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         reach=np.float32(contact.reach),
         action_noise=np.float32(experiment.motor.noise),
         inputs=len(experiment.inputs),
-        learning_steps=experiment.learning.steps,
+        learning_steps=experiment.learning_steps,
         least_near=np.float32(0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5),
         always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
     )

@@ -1,0 +1,16 @@
+"""Every phase that the table of phases has can be measured, of lives far from food and among it."""
+
+from __future__ import annotations
+
+import pytest
+
+from baldwinlab.models.miniworld.backend import CPU
+from baldwinlab.presets import load
+from benchmarks import phases
+
+
+@pytest.mark.parametrize("phase", phases.PHASES, ids=lambda phase: str(phase.name))
+def test_a_phase_is_measured(phase: phases.Phase, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(phases, "ROUNDS", 1)
+    monkeypatch.setattr(phases, "REPETITIONS", 1)
+    assert phases.nanoseconds(phase, phases.lived(load("evo+self-taught/A")), CPU.worlds * 20) > 0
