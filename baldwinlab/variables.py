@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -110,12 +109,6 @@ WEIGHT_ORDER = (
     "with biases, a layer's biases follow its weights, as if from one more unit that is always 1; "
     "where the learning rate evolves, the last entry is its gene, log10 of the rate over learning.rate, in the action module"
 )
-
-
-def from_netcdf(raw: bytes) -> xr.Dataset:
-    """A dataset in netCDF 3, whose coordinates of text are text again. Raises what xarray does for other bytes."""
-    found = xr.load_dataset(io.BytesIO(raw), engine="scipy")
-    return found.assign_coords({name: found[name].astype(str) for name in found.coords if found[name].dtype.kind in "OS"})
 
 
 def packed(run: xr.Dataset) -> xr.Dataset:

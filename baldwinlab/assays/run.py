@@ -16,11 +16,12 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, neutral, reaction, within_life
 from baldwinlab.assays.sample import OnMap, Sample
-from baldwinlab.assays.stored import in_words_of_today
+from baldwinlab.assays.stored import FORMAT, read_one
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location, write_atomically
 from baldwinlab.models.miniworld.backend import CPU, Backend
+from baldwinlab.netcdf import sealed
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import StudyError, read_record
@@ -117,9 +118,11 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         why = misfit(assay, study.experiment(condition))
         raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
     try:
-        return in_words_of_today(variables.from_netcdf(path.read_bytes()))
-    except (OSError, ValueError, TypeError) as error:
-        raise StudyError(f"{path} cannot be read: {error}") from None
+        return read_one(path, assay, condition)
+    except OSError as error:
+        raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise StudyError(str(error)) from None
 
 
 def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
@@ -229,7 +232,7 @@ def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str,
         found = found.assign_coords(ASSAYS[name].coords(study, condition))
         if "agent" in found.dims:
             found = found.assign_coords(agent=agents)
-        write_atomically(_path(study, name, condition), bytes(found.to_netcdf(engine="scipy")))
+        write_atomically(_path(study, name, condition), sealed(found.assign_attrs(format=FORMAT)))
 
 
 def _provenance(study: Study, condition: str) -> dict[str, Any]:

@@ -15,12 +15,14 @@ import xarray as xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
-from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS, from_netcdf
+from baldwinlab.netcdf import DamagedError, opened, verify
+from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
 Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
 Values = tuple[Quantity, xr.DataArray]  # a quantity, one value a run
 
+FORMAT = 2  # of the file of an assay
 RANDOM, EVOLVED = "random genome", "evolved"
 AS_EVOLVED = "as evolved"
 
@@ -38,23 +40,30 @@ def read(directory: Path, factors: Mapping[str, Factors] = MappingProxyType({}))
             condition = path.relative_to(folder).with_suffix("").as_posix()
             known = factors.get(condition, Factors())
             named = known._replace(learner=known.learner or condition)  # of a sweep's points, nothing is written down
-            found.setdefault(assay, {})[condition] = _read(path, assay).assign_attrs(named._asdict())
+            found.setdefault(assay, {})[condition] = read_one(path, assay, condition).assign_attrs(named._asdict())
     return found
 
 
-def _read(path: Path, assay: str) -> xr.Dataset:
+def read_one(path: Path, assay: str, condition: str) -> xr.Dataset:
+    """An assay of a condition. Raises ValueError, naming the file, where it is another, or not what was written."""
     again = "remove it, and `baldwinlab assay` makes it again"
     try:
-        data = in_words_of_today(from_netcdf(path.read_bytes()))
-    except Exception:  # whatever a reader meets in bytes that are no netCDF
-        raise ValueError(f"{path} is damaged: it is no netCDF file; {again}") from None
+        raw = path.read_bytes()
+        data = opened(raw)
+        if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:  # the first format had none
+            verify(raw)
+    except DamagedError as error:
+        raise ValueError(f"{path} is damaged: {error}; {again}") from None
+    data = _in_words_of_today(data)
     lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]
     if lacking or not set(ASSAYS[assay]) & set(data.data_vars) or "experiment" not in data.attrs:
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
+    if data.attrs.get("condition") != condition:
+        raise ValueError(f"{path} is of the condition {data.attrs.get('condition')!r}, not of {condition!r}; {again}")
     return data
 
 
-def in_words_of_today(data: xr.Dataset) -> xr.Dataset:
+def _in_words_of_today(data: xr.Dataset) -> xr.Dataset:
     """An assay that was stored when random genomes were called blank slates, and what is eaten in a window just eaten."""
     if "newborns" in data.coords:
         data = data.assign_coords(

@@ -9,6 +9,7 @@ which the paper gives a size (C1 and C2, 40 items each). 0 is the paper's own re
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -262,14 +263,24 @@ def summary(multiverse: Multiverse) -> dict[str, Any]:
 
 def write(multiverse: Multiverse, path: Path) -> Path:
     """Write all of it as JSON, whole or not at all; null where a number does not exist. Raises OSError."""
-    record = {"summary": summary(multiverse), **multiverse.model_dump(mode="json")}
+    record = {"checksum": _checksum(multiverse), "summary": summary(multiverse), **multiverse.model_dump(mode="json")}
     return write_atomically(path, (json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode())
 
 
 def read(path: Path) -> Multiverse:
     """What `write` wrote. Raises ValueError for a file of another kind, OSError for one that cannot be read."""
     try:
-        return Multiverse.model_validate_json(path.read_bytes())
+        raw = path.read_bytes()
+        found = Multiverse.model_validate_json(raw)
     except ValidationError as error:
         place = ".".join(str(step) for step in error.errors()[0]["loc"])
         raise ValueError(f"{path} is not what `baldwinlab multiverse` writes: {place or 'it is no JSON'}") from None
+    record = json.loads(raw)
+    if "checksum" in record and (record["checksum"] != _checksum(found) or record["summary"] != summary(found)):
+        raise ValueError(f"{path} has been changed since `baldwinlab multiverse` wrote it; that command makes it again")
+    return found
+
+
+def _checksum(multiverse: Multiverse) -> str:
+    """The SHA-256 of all but the summary, which follows from it."""
+    return hashlib.sha256(multiverse.model_dump_json().encode()).hexdigest()

@@ -7,9 +7,7 @@ believed only there: its own condition, seed, run and experiment must be those o
 from __future__ import annotations
 
 import errno
-import hashlib
 import io
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -21,11 +19,10 @@ from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.files import is_local, write_atomically
-from baldwinlab.variables import from_netcdf, packed, whole
+from baldwinlab.netcdf import DamagedError, opened, sealed, verify
+from baldwinlab.variables import packed, whole
 
 MOST_RUNS: Final = 2**31  # a run's number is smaller
-_BLANK = "0" * 64
-_CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
 
 class StudyError(BaldwinLabError):
@@ -37,26 +34,13 @@ class DamagedRecordError(StudyError):
 
 
 def encode(run: xr.Dataset) -> bytes:
-    """A run as netCDF with a checksum: the SHA-256 of itself with the checksum blank."""
-    raw = bytes(packed(run).assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
-    return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
-
-
-def verify(raw: bytes) -> None:
-    """Raises DamagedRecordError if a bit of a record has changed."""
-    found = _CHECKSUM.search(raw)
-    if found is None:
-        raise DamagedRecordError("it carries no checksum")
-    blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
-    if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
-        raise DamagedRecordError("its checksum does not fit its content")
+    """A run as it is stored."""
+    return sealed(packed(run))
 
 
 def decode(raw: bytes) -> xr.Dataset:
     """The run in a record that has been verified."""
-    record = from_netcdf(raw)
-    del record.attrs["checksum"]
-    return whole(record)
+    return whole(opened(raw))
 
 
 def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -> None:
@@ -93,7 +77,7 @@ def verified(directory: Path, experiment: BaseExperiment, seed: int, run: int) -
     except FileNotFoundError:
         count = len(list(stored_runs(path.parent)))
         raise StudyError(f"{path} does not exist; runs of {experiment.name} that are stored: {count}") from None
-    except DamagedRecordError as error:
+    except (DamagedError, DamagedRecordError) as error:
         raise DamagedRecordError(f"{path} is damaged: {error}") from None
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.assays import missing_assays
 from baldwinlab.assays.stored import distances, factors_of, quantities, read
 from baldwinlab.factors import Factors
 from tests.assays.assayed import RUNS, STEPS, constant, innate, rising, spread, whole, within_life
+from tests.assays.studies import measured
 
 A = "evo+self-taught/A"
 
@@ -107,3 +109,26 @@ def test_settings_are_given_relative_to_the_one_that_was_evolved_in() -> None:
 def test_a_window_has_at_least_one_generation() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         quantities(whole(), A, 0)
+
+
+def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_path: Path) -> None:
+    study = measured(tmp_path, names=["innate"])
+    path = next(iter(sorted((study.directory / "assays" / "innate").rglob("*.nc"))))
+    condition = path.relative_to(study.directory / "assays" / "innate").with_suffix("").as_posix()
+    sound = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for position in [0, len(sound) - 1, *rng.integers(0, len(sound), 60)]:
+        damaged = bytearray(sound)
+        damaged[position] ^= 1 << rng.integers(8)
+        path.write_bytes(bytes(damaged))
+        with pytest.raises(ValueError, match=str(path)):
+            read(study.directory)
+    assert missing_assays(study, ["innate"])[condition] == ["innate"]
+
+
+def test_an_assay_in_another_s_place_is_named(tmp_path: Path) -> None:
+    study = measured(tmp_path, names=["innate"])
+    first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
+    second.write_bytes(first.read_bytes())
+    with pytest.raises(ValueError, match=f"{second} is of the condition"):
+        read(study.directory)
