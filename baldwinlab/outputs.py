@@ -21,16 +21,22 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
     """
     if not path.parent.is_dir():
         raise RefusedError(f"{option} {path}: there is no folder {path.parent}")
-    real = path.resolve()
-    for folder in real.parents:
-        within = real.relative_to(folder).parts[0]
-        if (folder / "study.toml").exists() and within in _OF_A_STUDY:
-            raise RefusedError(f"{option} {path} belongs to the study in {folder}: choose another name")
+    if folder := owner(path):
+        raise RefusedError(f"{option} {path} belongs to the study in {folder}: choose another name")
     if path.is_dir():
         raise RefusedError(f"{option} {path} is a folder: give the name of a file")
     if path.exists() and not force and not _bears(path, mark):
         why = "is there already, and not made by this command"
         raise RefusedError(f"{option} {path} {why}: choose another name, or add --force")
+
+
+def owner(path: Path) -> Path | None:
+    """The folder of the study that a file or folder is a part of, links followed; None where it is of none."""
+    real = path.resolve()
+    for folder in real.parents:
+        if real.relative_to(folder).parts[0] in _OF_A_STUDY and (folder / "study.toml").exists():
+            return folder
+    return None
 
 
 def _bears(path: Path, mark: bytes) -> bool:

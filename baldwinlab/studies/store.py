@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import time
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,12 +25,14 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import NAME_PATTERN, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
+from baldwinlab.outputs import owner
 from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
+    MOST_RUNS,
     StudyError,
     decode,
     record_path,
@@ -42,6 +45,7 @@ if TYPE_CHECKING:
     from baldwinlab.parts.foreign import Source
 
 FORMAT = 2
+SESSION = ("seconds", "compile_seconds", "workers", "agent_steps")  # the numbers that a session has
 _SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
@@ -75,6 +79,27 @@ def _unsealed(text: str) -> str:
     return text
 
 
+def _text_of(path: Path) -> str:
+    """Raises ValueError for what is no file, which could not be read to its end, and for a link to another folder."""
+    if is_local(path) and path.exists():
+        if not path.is_file():
+            raise ValueError("it is no file")
+        if path.resolve().parent != path.parent.resolve():
+            raise ValueError("it is a link to a file elsewhere")
+    return path.read_text("utf-8")
+
+
+def _require_sense(seed: Any, names: Any) -> None:
+    """Raises ValueError unless these are a study's seed and the names of its conditions, each of which is a folder's below it."""
+    if type(seed) is not int or not 0 <= seed < MOST_RUNS:
+        raise ValueError(f"seed = {seed!r} must be a whole number, at least 0 and less than {MOST_RUNS}")
+    if not isinstance(names, list):
+        raise ValueError(f"conditions = {names!r} must be a list of names")
+    for name in names:
+        if not isinstance(name, str) or not re.match(NAME_PATTERN, name):
+            raise ValueError(f"conditions: {name!r} is no name of a condition")
+
+
 class Study:
     """An existing study directory. Make one with `create`, open one with `Study(directory)`."""
 
@@ -83,22 +108,23 @@ class Study:
         self.directory = directory
         path = directory / "study.toml"
         try:
-            facts = tomllib.loads(path.read_text("utf-8"))
+            facts = tomllib.loads(_text_of(path))
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
+            _require_sense(self.seed, names)
             self.kind, self.factors = _kind_and_factors(facts, directory)
             self.parts = trust.read(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
         self.experiments = {name: self._experiment(name) for name in names}
 
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            return from_toml(_unsealed(path.read_text("utf-8")), where=str(path), reading=True)
+            return from_toml(_unsealed(_text_of(path)), where=str(path), reading=True)
         except (OSError, ValueError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
@@ -157,13 +183,15 @@ class Study:
         append_line(self.directory / "sessions.jsonl", json.dumps(facts))
 
     def sessions(self) -> Iterator[dict[str, Any]]:
-        """The sessions in which the study was worked on. A line torn by a kill is passed over."""
+        """The sessions in which the study was worked on. A line torn by a kill, or of another kind, is passed over."""
         path = self.directory / "sessions.jsonl"
         for line in path.read_text("utf-8").splitlines() if path.exists() else []:
             try:
-                yield json.loads(line)
-            except json.JSONDecodeError:
+                session = json.loads(line)
+            except (json.JSONDecodeError, RecursionError):
                 continue
+            if isinstance(session, dict) and all(isinstance(session.get(name), int | float) for name in SESSION):
+                yield session
 
 
 def create(
@@ -183,6 +211,11 @@ def create(
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
         raise StudyError(f"two conditions have the same name: {', '.join(names)}")
+    for name in names:
+        if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
+            raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")
+    if is_local(directory) and (folder := owner(directory)):
+        raise StudyError(f"{directory} belongs to the study in {folder}; choose another --out")
     if (directory / "study.toml").exists():
         study = Study(directory)
         study.require_parts()

@@ -54,6 +54,11 @@ def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
         ("seed = ", "cannot be read"),
         ("seed = 1", "cannot be read"),
         ("format = 9\nseed = 1\nconditions = []", "format 9"),
+        ('format = 2\nseed = "0"\nconditions = []', "seed = '0' must be a whole number"),
+        ("format = 2\nseed = 1\nconditions = 5", "conditions = 5 must be a list of names"),
+        ('format = 2\nseed = 1\nconditions = ["../../etc"]', "'../../etc' is no name of a condition"),
+        ('format = 2\nseed = 1\nconditions = ["/etc"]', "'/etc' is no name of a condition"),
+        (f"seed = {'[' * 5000}{']' * 5000}", "cannot be read"),
     ],
 )
 def test_a_directory_that_is_no_study_is_refused_with_the_reason(tmp_path: Path, content: str | None, message: str) -> None:
@@ -95,7 +100,48 @@ def test_what_a_killed_writer_left_is_swept_but_not_what_one_at_work_holds(tmp_p
 def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
     study = create(tmp_path, [small("evo/A")], seed=1)
     assert list(study.sessions()) == []
-    study.add_session({"seconds": 1.0})
+    session = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
+    study.add_session(session)
     with (tmp_path / "sessions.jsonl").open("a") as file:
         file.write('{"seconds": 2')
-    assert list(study.sessions()) == [{"seconds": 1.0}]
+    assert list(study.sessions()) == [session]
+
+
+@pytest.mark.parametrize("name", ["study.toml", "runs/evo/A/experiment.toml"])
+@pytest.mark.parametrize("kind", ["a link", "a pipe", "a folder"])
+def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(tmp_path: Path, name: str, kind: str) -> None:
+    create(tmp_path / "study", [small("evo/A")], seed=1)
+    path = tmp_path / "study" / name
+    path.rename(tmp_path / "elsewhere.toml")
+    if kind == "a link":
+        path.symlink_to(tmp_path / "elsewhere.toml")
+    elif kind == "a pipe":
+        os.mkfifo(path)
+    else:
+        path.mkdir()
+    with pytest.raises(StudyError, match=f"{path.name} cannot be read: it is"):
+        Study(tmp_path / "study")
+
+
+def test_sessions_of_another_kind_are_passed_over(tmp_path: Path) -> None:
+    study = create(tmp_path, [small("evo/A")], seed=1)
+    session = {"seconds": 1.5, "compile_seconds": 0, "workers": 2, "agent_steps": 7}
+    study.add_session(session)
+    with (tmp_path / "sessions.jsonl").open("a") as file:
+        file.write('5\n{}\n[1]\n{"seconds": "long"}\n{"torn": \n' + "[" * 100_000 + "\n")
+    assert list(study.sessions()) == [session]
+
+
+def test_no_condition_is_called_like_a_file_of_a_study(tmp_path: Path) -> None:
+    for name in ("a/0000.nc", "a/experiment.toml"):
+        with pytest.raises(StudyError, match="no condition can be called"):
+            create(tmp_path / "study", [small("evo/A"), small("evo/A").replace(name=name)], seed=1)
+    assert not (tmp_path / "study").exists()
+
+
+def test_no_study_is_made_in_the_midst_of_another(tmp_path: Path) -> None:
+    create(tmp_path, [small("evo/A")], seed=1)
+    for place in ("assays/innate/evil", "runs/evo/B", "paper/mine"):
+        with pytest.raises(StudyError, match="belongs to the study in"):
+            create(tmp_path / place, [small("evo/A")], seed=1)
+    create(tmp_path / "multiverse", [small("evo/A")], seed=1)
