@@ -17,6 +17,8 @@ from baldwinlab.experiment import choices, paths
 from baldwinlab.experiment.choices import Choice, key_of
 from baldwinlab.experiment.classes import (
     choosing_fields as choosing_fields,
+)
+from baldwinlab.experiment.classes import (
     choosing_fields_of,
     chosen_parts,
     class_for,
