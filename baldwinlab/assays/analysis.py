@@ -50,6 +50,10 @@ class Criterion:
     a: Quantity
     b: Quantity
     phase: int | None = None
+    of: str = ""  # "foragers" where it can be asked of no other model
+
+    def fits(self, experiment: BaseExperiment) -> bool:
+        return self.of != "foragers" or isinstance(experiment, Experiment)
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,10 @@ class Subject:
     lamarckian: bool  # part of what is learned is inherited
 
     def answer(self, criterion: str) -> Answer:
-        return next(answer for answer in self.answers if answer.criterion.id == criterion)
+        """Not measured where it was not asked."""
+        asked = {answer.criterion.id: answer for answer in self.answers}
+        known = {one.id: one for one in criteria()}
+        return asked.get(criterion) or Answer(known[criterion], None, 0, nan, NOT_MEASURED)
 
     def of_phase(self, number: int | None) -> list[Answer]:
         return [answer for answer in self.answers if answer.criterion.phase == number]
@@ -104,6 +111,12 @@ class Analysis:
     subjects: tuple[Subject, ...]
     numbers: tuple[Number, ...]
     last: int  # generations in a window
+
+    @property
+    def asked(self) -> list[Criterion]:
+        """The criteria that are asked of any condition."""
+        of_any = {answer.criterion for subject in self.subjects for answer in subject.answers}
+        return [one for one in criteria() if one in of_any]
 
     def number(self, condition: str, measure: str, when: str) -> Number | None:
         wanted = (condition, measure, when)
@@ -149,7 +162,8 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     for name, rival in rivals.items():
         if rival and OFF in tables[rival]:
             tables[name][RIVAL] = tables[rival][OFF]
-    measured = {(name, one): _measure(tables[name], one) for name in rivals for one in criteria()}
+    asked = {name: [one for one in criteria() if one.fits(experiments[name])] for name in rivals}
+    measured = {(name, one): _measure(tables[name], one) for name in rivals for one in asked[name]}
     ps = {place: found.p for place, (found, _) in measured.items() if found}
     corrected = dict(zip(ps, statistics.holm(list(ps.values())), strict=True))
 
@@ -158,7 +172,7 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
         return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm))
 
     def subject(name: str) -> Subject:
-        answers = tuple(answer(name, one) for one in criteria())
+        answers = tuple(answer(name, one) for one in asked[name])
         lamarckian = experiments[name].evolution.lamarckian_share > 0
         nobody_ate = isinstance(experiments[name], Experiment) and _nobody_ate(assays, name)
         return Subject(name, factors[name], rivals[name], answers, nobody_ate, lamarckian)

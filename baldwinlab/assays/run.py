@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -18,7 +17,7 @@ from baldwinlab.assays import descent, innate, modules, neutral, reaction, withi
 from baldwinlab.assays.sample import OnMap, Sample
 from baldwinlab.assays.stored import FORMAT, read_one
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.toml import to_toml
+from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.files import location, write_atomically
 from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.netcdf import sealed
@@ -251,7 +250,8 @@ def _is_done(study: Study, name: str, condition: str) -> bool:
     except StudyError:
         return False
     there, wanted = dict(found.attrs), _provenance(study, condition)
-    same = tomllib.loads(there.pop("experiment", "")) == tomllib.loads(wanted.pop("experiment"))  # comments come from its parts
+    same = from_toml(there.pop("experiment"), "its experiment", reading=True).to_dict() == study.experiments[condition].to_dict()
+    wanted.pop("experiment")  # whose text may be another, with comments or by an older version
     return same and found.run.values.tolist() == study.runs(condition) and there == wanted
 
 
