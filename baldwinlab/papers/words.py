@@ -14,7 +14,7 @@ Figure = Literal["fitness", "final-fitness", "emergence", "maps", "senses"]
 FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "maps", "senses")
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need",
-    "movement", "cost", "sooner", "guidance", "reinforcement", "action",
+    "movement", "cost", "sooner", "guidance", "built-innate", "built-learned", "reinforcement", "action",
 ]  # fmt: skip
 
 
