@@ -8,11 +8,13 @@ import re
 
 import xarray as xr
 
+from baldwinlab.errors import BaldwinLabError
+
 _BLANK = "0" * 64
 _CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
 
 
-class DamagedError(ValueError):
+class DamagedError(BaldwinLabError):
     """Bytes that are not what was written; the text says why, in part of a sentence."""
 
 

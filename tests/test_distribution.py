@@ -21,6 +21,7 @@ def experiment(condition: str, update: str) -> Experiment:
     return small(condition, lifetime={"steps": 150, "update": update}, learning={"rate": 0.2}, evolution=evolution)
 
 
+@pytest.mark.nightly  # half a minute for each, and a life of the engine is held against the oracle step by step elsewhere
 @pytest.mark.parametrize(
     ("condition", "update"),
     [

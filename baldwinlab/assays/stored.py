@@ -58,8 +58,8 @@ def read_one(path: Path, assay: str, condition: str) -> xr.Dataset:
     lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]
     if lacking or not set(ASSAYS[assay]) & set(data.data_vars) or "experiment" not in data.attrs:
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
-    if data.attrs.get("condition") != condition:
-        raise ValueError(f"{path} is of the condition {data.attrs.get('condition')!r}, not of {condition!r}; {again}")
+    if data.attrs.get("condition", condition) != condition:
+        raise ValueError(f"{path} is of the condition {data.attrs['condition']!r}, not of {condition!r}; {again}")
     return data
 
 

@@ -159,5 +159,5 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(study: St
         open_assay(tmp_path, "innate", "evo/A")
     (tmp_path / "assays/innate/evo").mkdir(parents=True)
     (tmp_path / "assays/innate/evo/A.nc").write_bytes(b"no netCDF")
-    with pytest.raises(StudyError, match=r"A.nc cannot be read"):
+    with pytest.raises(StudyError, match=r"A.nc is damaged"):
         open_assay(tmp_path, "innate", "evo/A")

@@ -141,9 +141,9 @@ def test_a_condition_whose_name_leads_outside_is_refused(walled: Path) -> None:
     (walled / "sly" / "study.toml").write_text(f'format = 1\nseed = 5\nconditions = ["{name}"]')
     with serving(walled) as server:
         query = {"study": "sly", "condition": name, "run": 0, "generation": 0}
-        assert "lies outside of" in refusal(server.address, "recording", 400, **query)
+        assert "is no name of a condition" in refusal(server.address, "recording", 400, **query)
         (problem,) = [study["problem"] for study in data(server.address, "studies")["studies"] if study["id"] == "sly"]
-        assert "lies outside of" in problem
+        assert "is no name of a condition" in problem
 
 
 def test_a_name_that_no_file_can_have_is_no_study(lab_server: LabServer) -> None:

@@ -58,7 +58,7 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
         found = {study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]}
         assert found["sound"] is None
         assert found["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
-        assert found["odd"].startswith(f"{tmp_path}/odd cannot be read: ")
+        assert found["odd"].startswith(f"{tmp_path}/odd/study.toml cannot be read: ")
         assert found["lacking"].startswith(f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: ")
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
         assert refusal(server.address, "recording", 400, **query) == found["torn"]
