@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import io
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +18,7 @@ from scipy.io import netcdf_file
 
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.files import is_local, write_atomically
 from baldwinlab.netcdf import DamagedError, opened, sealed, verify
 from baldwinlab.variables import packed, whole
@@ -53,10 +54,14 @@ def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -
     if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
         its = f"run {own['run']} of {own['condition']} with seed {own['seed']}" if own["condition"] else "of no study"
         raise DamagedRecordError(f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there")
-    if own["experiment"] == to_toml(experiment):
-        return  # nearly always; only records of older versions have other words for it
-    if from_toml(own["experiment"], where="its experiment", reading=True).to_dict() != experiment.to_dict():
+    if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
         raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
+
+
+@lru_cache(maxsize=64)
+def _fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
+    """A record's experiment, read once for a condition's runs, and again where the parts at hand make it another class."""
+    return from_toml(text, where="its experiment", reading=True).to_dict()
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
