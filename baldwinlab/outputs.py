@@ -30,11 +30,16 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
         raise RefusedError(f"{option} {path} {why}: choose another name, or add --force")
 
 
+def is_study(folder: Path) -> bool:
+    """Whether a folder holds a study, readable or not: its `study.toml` is written last of all."""
+    return (folder / "study.toml").exists()
+
+
 def owner(path: Path) -> Path | None:
     """The folder of the study that a file or folder is a part of, links followed; None where it is of none."""
     real = path.resolve()
     for folder in real.parents:
-        if real.relative_to(folder).parts[0] in _OF_A_STUDY and (folder / "study.toml").exists():
+        if real.relative_to(folder).parts[0] in _OF_A_STUDY and is_study(folder):
             return folder
     return None
 

@@ -18,12 +18,12 @@ from baldwinlab.assays.sample import OnMap, Sample
 from baldwinlab.assays.stored import FORMAT, read_one
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.files import location, write_atomically
+from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.netcdf import sealed
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor
-from baldwinlab.studies.records import StudyError, read_record
+from baldwinlab.studies.records import StudyError, read_record, write_in_study
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress
 from baldwinlab.version import __version__
@@ -231,7 +231,7 @@ def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str,
         found = found.assign_coords(ASSAYS[name].coords(study, condition))
         if "agent" in found.dims:
             found = found.assign_coords(agent=agents)
-        write_atomically(_path(study, name, condition), sealed(found.assign_attrs(format=FORMAT)))
+        write_in_study(study.directory, _path(study, name, condition), sealed(found.assign_attrs(format=FORMAT)))
 
 
 def _provenance(study: Study, condition: str) -> dict[str, Any]:

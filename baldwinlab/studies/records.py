@@ -21,6 +21,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.files import is_local, write_atomically
 from baldwinlab.netcdf import DamagedError, opened, sealed, verify
+from baldwinlab.outputs import is_study
 from baldwinlab.variables import packed, whole
 
 MOST_RUNS: Final = 2**31  # a run's number is smaller
@@ -98,16 +99,22 @@ def stored_runs(folder: Path) -> Iterator[int]:
 
     Raises StudyError for what has the ending of a record, but cannot be one: it would be passed over, or taken for another.
     """
-    for entry in folder.glob("*.nc"):
-        number = int(entry.stem) if entry.stem.isdecimal() and entry.stem.isascii() and len(entry.stem) < 11 else -1
-        if entry.name.startswith("."):
-            continue  # being written
-        if not (0 <= number < MOST_RUNS and entry.name == record_name(number)):
-            right = f"; run {number} is stored as {record_name(number)}" if 0 <= number < MOST_RUNS else ""
-            raise StudyError(f"{entry} has no name of a record{right}: remove it, or give it another ending")
+    for entry in folder.glob("[!.]*.nc"):  # a name with a dot is being written
+        number = _number(entry.stem)
+        if number is None:
+            raise StudyError(f"{entry} has no name of a record: remove it, or give it another ending")
+        if entry.name != record_name(number):
+            right = f"run {number} is stored as {record_name(number)}"
+            raise StudyError(f"{entry} has no name of a record; {right}: remove it, or give it another ending")
         if is_local(entry) and not entry.is_file():
             raise StudyError(f"{entry} is no file, though it has the name of a record: remove it")
         yield number
+
+
+def _number(text: str) -> int | None:
+    """A run's, where the text is one."""
+    plain = text.isascii() and text.isdecimal() and len(text) <= len(str(MOST_RUNS))
+    return int(text) if plain and int(text) < MOST_RUNS else None
 
 
 def record_name(run: int) -> str:
@@ -123,6 +130,11 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
 
     Raises OSError, also where the study is there no longer: a record by itself would be lost.
     """
-    if not (directory / "study.toml").exists():
+    write_in_study(directory, record_path(directory, condition, run), encode(record))
+
+
+def write_in_study(directory: Path, path: Path, content: bytes) -> None:
+    """Write a file of a study whole or not at all. Raises OSError as `write_record` does."""
+    if not is_study(directory):
         raise FileNotFoundError(errno.ENOENT, "the study has been removed or moved while it ran", str(directory))
-    write_atomically(record_path(directory, condition, run), encode(record))
+    write_atomically(path, content)

@@ -29,7 +29,7 @@ from baldwinlab.experiment import NAME_PATTERN, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
 from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
-from baldwinlab.outputs import owner
+from baldwinlab.outputs import is_study, owner
 from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
     MOST_RUNS,
@@ -130,7 +130,7 @@ class Study:
 
     def exists(self) -> bool:
         """Whether it is still there: it may have been removed or moved since it was opened."""
-        return (self.directory / "study.toml").exists()
+        return is_study(self.directory)
 
     def experiment(self, condition: str) -> Experiment:
         """Raises StudyError for a condition that the study has not."""
@@ -216,7 +216,7 @@ def create(
             raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")
     if is_local(directory) and (folder := owner(directory)):
         raise StudyError(f"{directory} belongs to the study in {folder}; choose another --out")
-    if (directory / "study.toml").exists():
+    if is_study(directory):
         study = Study(directory)
         study.require_parts()
         _require_same(study, experiments, seed, paper)

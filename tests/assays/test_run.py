@@ -161,3 +161,13 @@ def test_a_study_without_runs_and_names_that_are_not_there_are_refused(study: St
     (tmp_path / "assays/innate/evo/A.nc").write_bytes(b"no netCDF")
     with pytest.raises(StudyError, match=r"A.nc is damaged"):
         open_assay(tmp_path, "innate", "evo/A")
+
+
+def test_where_the_study_is_gone_no_assay_is_written(tmp_path: Path) -> None:
+    directory = tmp_path / "study"
+    study = small_study(directory, conditions()[:1], runs=1)
+    missing = missing_assays(study, ["innate"])
+    (directory / "study.toml").unlink()
+    with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
+        run_assays(study, missing, 1, silent, ignore)
+    assert not (directory / "assays").exists()

@@ -26,6 +26,7 @@ from baldwinlab.engine.cache import sources_hash
 from baldwinlab.errors import PartError, RefusedError
 from baldwinlab.files import is_local, location
 from baldwinlab.models.miniworld.backend import Backend, choose
+from baldwinlab.outputs import is_study
 from baldwinlab.parts.foreign import Source, load_text, sources_of
 from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError, Task
 from baldwinlab.studies.records import StudyError
@@ -160,7 +161,7 @@ def _work(sent: bytes) -> Any:
     if order.engine != ENGINE:
         raise StudyError(f"the worker {worker.address} has another version of baldwinlab or Numba than this process")
     directory = location(order.directory)
-    if not (directory / "study.toml").exists():
+    if not is_study(directory):
         raise StudyError(f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it")
     with LOADING:
         _make_known(order.parts)
