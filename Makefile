@@ -4,12 +4,13 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test nightly lint format bench cuda slurm browser clean
+.PHONY: help reproduce test nightly faults lint format bench cuda slurm browser clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
 	@echo "make test        run all tests"
 	@echo "make nightly     run the tests that take long, which make test leaves out"
+	@echo "make faults      try to break it: kills, damaged files, odd inputs, floods"
 	@echo "make lint        check style and types"
 	@echo "make format      put the code into its standard form"
 	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
@@ -26,7 +27,11 @@ test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n logical --dist loadfile
 
 nightly: $(VENV)/.dev browser
-	$(BIN)/python -m pytest -m nightly
+	$(BIN)/python -m pytest -n logical --dist loadfile -m nightly
+
+# What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
+faults: $(VENV)/.dev
+	FAULTS=all $(BIN)/python -m pytest -n logical --dist load tests/faults
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -41,6 +41,15 @@ def small_study(
     return study
 
 
+def as_older(directory: Path, conditions: list[str], seed: int = 5) -> Path:
+    """Make a study what format 1 had: without kind, factors and seals."""
+    names = ", ".join(f'"{name}"' for name in conditions)
+    (directory / "study.toml").write_text(f"format = 1\nseed = {seed}\nconditions = [{names}]\n")
+    for path in directory.glob("runs/**/experiment.toml"):
+        path.write_text(path.read_text().split("# SHA-256")[0])
+    return directory
+
+
 def contents(directory: Path) -> dict[str, bytes]:
     """Every record of a study, by its path in it."""
     return {str(path.relative_to(directory)): path.read_bytes() for path in sorted(directory.rglob("*.nc"))}

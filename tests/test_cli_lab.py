@@ -94,6 +94,7 @@ def test_ctrl_c_closes_it(tmp_path: Path) -> None:
     assert (process.returncode, rest, complaints) == (0, "the lab is closed\n", "")
 
 
+@pytest.mark.nightly  # so many lifetimes that growth would show
 def test_a_day_of_playing_does_not_grow_its_memory(tmp_path: Path) -> None:
     """Once as much is kept as may be, recordings of 150 MB in all come and go."""
     crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
+LONG = ("papers.md", "python.md", "sweeps.md")  # half a minute each, most of it to draw reports
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -19,9 +20,14 @@ def blocks(page: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize(
-    "document", [page for page in PAGES if blocks(page, "console") or blocks(page, "python")], ids=lambda document: document.name
-)
+SHOWING = [
+    pytest.param(page, id=page.name, marks=[pytest.mark.nightly] if page.name in LONG else [])
+    for page in PAGES
+    if blocks(page, "console") or blocks(page, "python")
+]
+
+
+@pytest.mark.parametrize("document", SHOWING)
 def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(document: Path, tmp_path: Path) -> None:
     """A block of TOML whose first line is a comment is the file of that name, there for both."""
     for block in blocks(document, "toml"):

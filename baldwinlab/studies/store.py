@@ -67,16 +67,15 @@ def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, 
 
 
 def _sealed(text: str) -> str:
-    """An experiment's text, which says in its last line if it has been changed since."""
+    """A text, which says in its last line if it has been changed since."""
     return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
 
 
-def _unsealed(text: str) -> str:
-    """The text, if it is what was written; of older studies, whatever it is. Raises ValueError."""
+def _require_seal(text: str, written: int) -> None:
+    """Raises ValueError for a text that is not what was written. Studies of format 1 had no seals."""
     above, seal, digest = text.rpartition(_SEAL)
-    if seal and hashlib.sha256(above.encode()).hexdigest() != digest.strip():
+    if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 1):
         raise ValueError("it has been changed since the study was made, so it is not what its runs were made with; undo that")
-    return text
 
 
 def _text_of(path: Path) -> str:
@@ -108,11 +107,14 @@ class Study:
         self.directory = directory
         path = directory / "study.toml"
         try:
-            facts = tomllib.loads(_text_of(path))
+            text = _text_of(path)
+            facts = tomllib.loads(text)
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
             _require_sense(self.seed, names)
             self.kind, self.factors = _kind_and_factors(facts, directory)
+            self.format: int = facts["format"]
+            _require_seal(text, self.format)
             self.parts = trust.read(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
@@ -124,7 +126,12 @@ class Study:
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            return from_toml(_unsealed(_text_of(path)), where=str(path), reading=True)
+            text = _text_of(path)
+            _require_seal(text, self.format)
+            experiment = from_toml(text, where=str(path), reading=True)
+            if experiment.name != condition:
+                raise ValueError(f"it is that of the condition {experiment.name}")
+            return experiment
         except (OSError, ValueError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
@@ -232,7 +239,7 @@ def create(
             write_atomically(path, _sealed(to_toml(experiment)).encode())
         trust.keep(directory, sources)
         text = _facts(names, seed, kind, factors, paper, sources)
-        write_atomically(directory / "study.toml", text.encode())
+        write_atomically(directory / "study.toml", _sealed(text).encode())
     except OSError as error:
         raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)

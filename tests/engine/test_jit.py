@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import baldwinlab
 from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
@@ -68,6 +70,7 @@ def live(which: str, cache: Path) -> str:
     return done.stdout
 
 
+@pytest.mark.nightly  # the whole engine is compiled twice
 def test_a_function_put_in_another_s_place_never_gets_into_code_that_a_later_process_loads(tmp_path: Path) -> None:
     patched, later = live("patched", tmp_path), live("as it is", tmp_path)
     assert later == f"{simulate(small('evo+self-taught'), seed=1).energy.values.sum(axis=1).tolist()}\n"

@@ -82,6 +82,7 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
 
 
 @pytest.mark.usefixtures("tiny")
+@pytest.mark.nightly  # two studies and three reports of all conditions
 def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_section(
     command: Command,
     tmp_path: Path,

@@ -13,7 +13,7 @@ from baldwinlab.publish import publish
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import open_study
-from tests.small import ignore, small, small_study
+from tests.small import as_older, ignore, small, small_study
 
 PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
 
@@ -21,9 +21,7 @@ PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
 def older(directory: Path, names: list[str]) -> Study:
     """A study of these conditions as format 1 had it: without kind and factors."""
     study = small_study(directory, [small().replace(name=name) for name in names], runs=1)
-    conditions = ", ".join(f'"{name}"' for name in names)
-    (directory / "study.toml").write_text(f"format = 1\nseed = {study.seed}\nconditions = [{conditions}]\n")
-    return Study(directory)
+    return Study(as_older(study.directory, names))
 
 
 def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.records import DamagedRecordError, StudyError, decode, encode, write_record
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, open_study, run_study
-from tests.small import contents, ignore, silent, small, small_study
+from tests.small import as_older, contents, ignore, silent, small, small_study
 
 
 def test_a_run_comes_back_from_its_record_to_the_bit() -> None:
@@ -122,8 +122,8 @@ def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> 
 
 def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path: Path) -> None:
     study = small_study(tmp_path)
-    path = tmp_path / "runs/evo/A/experiment.toml"
-    path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02").split("# SHA-256")[0])
+    path = as_older(tmp_path, list(study.experiments)) / "runs/evo/A/experiment.toml"
+    path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
     with pytest.raises(DamagedRecordError, match="the experiment that it was made with is not that of evo/A in this study"):
         open_study(study.directory)
 

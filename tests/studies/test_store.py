@@ -11,7 +11,7 @@ import pytest
 from baldwinlab.presets import load
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.store import Study, create
-from tests.small import small
+from tests.small import as_older, small
 
 
 def test_the_same_study_opens_and_another_one_is_refused(tmp_path: Path) -> None:
@@ -70,7 +70,7 @@ def test_a_directory_that_is_no_study_is_refused_with_the_reason(tmp_path: Path,
 
 def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
     create(tmp_path, [small("evo/A")], seed=1)
-    (tmp_path / "runs/evo/A/experiment.toml").write_text("nonsense = 1")
+    (as_older(tmp_path, ["evo/A"]) / "runs/evo/A/experiment.toml").write_text("nonsense = 1")
     with pytest.raises(StudyError, match=r"experiment\.toml cannot be read: .*nonsense: there is no such field"):
         Study(tmp_path)
 

@@ -140,7 +140,7 @@ def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None
             assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
 
 
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.nightly) for number in range(1, 5))])
 def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number: int) -> None:
     in_the_simulator(f"simulate_foreign({number})")
 
@@ -185,7 +185,9 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
 
 
-@pytest.mark.parametrize("which", ["simultaneous", "sequential", 0, 1, 3])
+@pytest.mark.parametrize(
+    "which", ["simultaneous", "sequential", *(pytest.param(each, marks=pytest.mark.nightly) for each in (0, 1, 3))]
+)
 def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
     own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
     experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]

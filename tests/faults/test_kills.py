@@ -1,0 +1,137 @@
+"""Whatever is killed, whenever: what lies there is sound, and the same command carries on to the same bits."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import pytest
+
+from baldwinlab.netcdf import verify
+from baldwinlab.studies.store import Study
+from tests.faults.amount import amount
+
+SMALL = ("--set", "evolution.generations=6", "--set", "lifetime.steps=2000", "--set", "world.start.x=380")
+RUN = ("run", "evo/A", "evo+self-taught/A", *SMALL, "--runs", "12", "--out", "study")
+LIFE = ("--condition", "evo/A", "--run", "0", "--generation", "5")
+SWEEP = """
+experiment = "evo+self-taught/A"
+runs = 6
+set = { lifetime.steps = 1000, evolution.generations = 4, world.start.x = 380 }
+fields = { learning.rate = [0, 0.01, 0.02] }
+"""
+
+
+class Stage(NamedTuple):
+    """A command that is killed, after others have made what it needs."""
+
+    name: str
+    command: tuple[str, ...]
+    kills: int
+    before: tuple[str, ...] = ()
+    environment: Mapping[str, str] = MappingProxyType({})
+
+
+STAGES = [
+    Stage("run", RUN, 80),
+    Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 50),
+    Stage("assay", ("assay", "study"), 60, RUN),
+    Stage("report", ("report", "study"), 50, RUN),
+    Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 25, RUN),
+    Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 25, RUN),
+    Stage("compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}),  # which begins without any compiled code
+]
+
+
+def begin(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> subprocess.Popen[bytes]:
+    line, given = [sys.executable, "-m", "baldwinlab", *command], {**os.environ, **environment}
+    with (folder / "told").open("wb") as told:
+        return subprocess.Popen(line, cwd=folder, env=given, stdout=told, stderr=told)
+
+
+def finish(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> float:
+    """Seconds that it took."""
+    began = time.monotonic()
+    assert begin(command, folder, environment).wait() == 0, (folder / "told").read_text()
+    return time.monotonic() - began
+
+
+def made(folder: Path) -> dict[str, bytes]:
+    """All that has the same bits each time."""
+    kept = (path for path in sorted(folder.rglob("*")) if path.suffix in (".nc", ".csv", ".json", ".gif", ".toml"))
+    return {str(path.relative_to(folder)): path.read_bytes() for path in kept if not path.name.startswith(".")}
+
+
+def require_sound(folder: Path, whole: dict[str, bytes]) -> None:
+    """Nothing half-written has the name of something whole."""
+    for name, content in made(folder).items():
+        if name.endswith(".nc"):
+            verify(content)
+        assert name not in whole or content == whole[name], name
+    for page in folder.rglob("*.html"):
+        assert page.read_text().rstrip().endswith("</html>")
+    if (folder / "study/study.toml").exists():
+        study = Study(folder / "study")
+        for condition in study.experiments:
+            for run in study.runs(condition):
+                study.verified(condition, run)
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a finished study."""
+    folder = tmp_path_factory.mktemp("base")
+    finish(RUN, folder, {})
+    return folder
+
+
+def fresh(stage: Stage, base: Path, folder: Path) -> Path:
+    """The folder in which a stage begins."""
+    shutil.rmtree(folder, ignore_errors=True)
+    if stage.before:
+        shutil.copytree(base, folder)
+    else:
+        folder.mkdir()
+        (folder / "sweep.toml").write_text(SWEEP)
+    return folder
+
+
+def kill_again_and_again(stage: Stage, base: Path, tmp_path: Path, kills: int) -> None:
+    """Kill a stage at random moments, carrying on where the last was killed; begin anew when it has come to its end."""
+    seconds = finish(stage.command, fresh(stage, base, tmp_path / "whole"), stage.environment)
+    whole, folder = made(tmp_path / "whole"), fresh(stage, base, tmp_path / "killed")
+    moments, killed = random.Random(stage.name), 0
+    while killed < kills:
+        process = begin(stage.command, folder, stage.environment)
+        try:
+            ended = process.wait(moments.uniform(0, seconds))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            require_sound(folder, whole)
+            killed += 1
+        else:
+            assert ended == 0, (folder / "told").read_text()
+            assert made(folder) == whole
+            fresh(stage, base, folder)
+    finish(stage.command, folder, stage.environment)
+    assert made(folder) == whole
+
+
+def of(stage: Stage) -> Any:
+    """A stage as a case of a test; of all stages, `make test` kills a run alone."""
+    whole_suite = pytest.mark.skipif(amount(1, 0) == 0 and stage.name != "run", reason="`make faults` kills it")
+    return pytest.param(stage, id=stage.name, marks=whole_suite)
+
+
+@pytest.mark.parametrize("stage", map(of, STAGES))
+def test_what_is_killed_loses_nothing_that_was_stored(stage: Stage, base: Path, tmp_path: Path) -> None:
+    kill_again_and_again(stage, base, tmp_path, amount(stage.kills, 1))
