@@ -12,7 +12,6 @@ from typing import Annotated, Any
 from cyclopts import App, CycloptsError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
 
 from baldwinlab import console
-from baldwinlab.api.installed import load_installed
 from baldwinlab.files import location
 from baldwinlab.version import __version__
 
@@ -77,6 +76,8 @@ Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help=
 
 def load_parts(files: Sequence[Path] | None) -> None:
     """Make known the parts that installed packages bring, and those in files, before any experiment is read."""
+    from baldwinlab.api.installed import load_installed  # here, because help needs no experiments
+
     load_installed()
     if files:
         from baldwinlab.parts import load_file  # here, because to load the engine takes a while
