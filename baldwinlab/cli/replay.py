@@ -8,8 +8,12 @@ from baldwinlab import console
 from baldwinlab.api import study as studies
 from baldwinlab.cli.common import Directory, Force, Parts, Whole, load_parts
 from baldwinlab.errors import RefusedError
+from baldwinlab.experiment import Experiment
 from baldwinlab.files import write_atomically
 from baldwinlab.outputs import REPLAY, require_writable
+from baldwinlab.resources import Need, require
+from baldwinlab.runs.estimate import of_replay, require_storable, sizes
+from baldwinlab.variables import TRACE
 
 
 def replay(
@@ -21,8 +25,11 @@ def replay(
     require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
     study = studies.open(directory)
-    trace = study.replay(condition, run=run, generation=generation)
     experiment = study.experiment(condition)
+    if out.suffix == ".nc" and isinstance(experiment, Experiment):
+        require_storable(TRACE, sizes(experiment), f"a life of {condition}")
+        require(f"--out {out}", Need(disk=of_replay(experiment).disk), out.parent, force=force)
+    trace = study.replay(condition, run=run, generation=generation, force=force)
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":

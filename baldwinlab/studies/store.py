@@ -157,9 +157,9 @@ class Study:
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
         write_record(self.directory, condition, run, record)
 
-    def read(self, condition: str, run: int) -> xr.Dataset:
-        """One run, whole. Raises as `verified` does."""
-        return decode(self.verified(condition, run))
+    def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
+        """One run, whole or without its genomes. Raises as `verified` does."""
+        return decode(self.verified(condition, run), genomes=genomes)
 
     def verified(self, condition: str, run: int) -> bytes:
         """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
