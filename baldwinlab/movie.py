@@ -14,7 +14,7 @@ import xarray as xr
 from PIL import Image, ImageDraw
 
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.files import write_atomically
+from baldwinlab.files import write_atomically, writing
 from baldwinlab.outputs import REPLAY
 from baldwinlab.palette import MOVIE, shade
 
@@ -49,7 +49,8 @@ def write_movie_of(scenes: Sequence[Scene], path: Path) -> None:
     frames = (_beside([_frame(*scene, min(step, scene.trace.sizes["step"] - 1)) for scene in scenes]) for step in shown)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
-        (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
+        with writing(draft):
+            (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
         write_atomically(path, draft.read_bytes())
 
 

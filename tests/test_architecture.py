@@ -14,7 +14,8 @@ import baldwinlab
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
     {"errors", "factors", "palette", "version"},
-    {"files", "netcdf", "outputs", "resources"},
+    {"files", "netcdf", "outputs"},
+    {"resources"},
     {"experiment"},
     {"engine", "variables", "statistics"},
     {"papers", "parts"},

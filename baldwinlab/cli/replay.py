@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 from baldwinlab import console
@@ -35,7 +36,9 @@ def replay(
     elif out.suffix == ".png":
         from baldwinlab.figures import trajectories  # here, and the movie too, because to load them takes a while
 
-        trajectories(trace).savefig(out, dpi=200, metadata={"Software": REPLAY})
+        picture = BytesIO()
+        trajectories(trace).savefig(picture, format="png", dpi=200, metadata={"Software": REPLAY})
+        write_atomically(out, picture.getvalue())
     else:
         from baldwinlab.movie import write_movie
 

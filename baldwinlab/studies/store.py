@@ -234,7 +234,7 @@ def create(
         text = _facts(names, seed, kind, factors, paper, sources)
         write_atomically(directory / "study.toml", text.encode())
     except OSError as error:
-        raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
+        raise StudyError(f"{error.filename or directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)
 
 

@@ -23,6 +23,7 @@ from baldwinlab.variables import of_record
 from tests.small import small, small_study
 
 EXAMPLES = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
+FEW_KEPT = ("evolution.generations=8", "record.genome_every=8")
 SHORT = ("lifetime.steps=1", "evolution.generations=20")
 
 # Lives what stands on its input, and says how much more memory its process held at the most than before.
@@ -73,12 +74,9 @@ def peak(what: str, experiment: BaseExperiment) -> int:
 @pytest.mark.parametrize(
     ("what", "name", "assignments"),
     [
-        ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),  # most are genomes that are kept
-        (
-            "of_runs",
-            "evo+self-taught/A",
-            ("lifetime.steps=1", "evolution.generations=8", "population.size=20000", "record.genome_every=8"),
-        ),  # and here that live
+        ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),
+        ("of_runs", "evo+self-taught/A", ("lifetime.steps=1", "population.size=20000", *FEW_KEPT)),
+        "of_runs",
         ("of_runs", "bit-strings", ("population.size=10000", "evolution.generations=20")),
         ("of_simulate", "evo/A", (*SHORT, "population.size=20000", "record.genome_every=20")),
         ("of_replay", "evo+self-taught/A", ("lifetime.steps=6000", "population.size=500")),
@@ -117,7 +115,8 @@ def test_disk_is_estimated_within_a_tenth(tmp_path: Path, name: str, assignments
 @pytest.mark.parametrize("worlds", [1, 5])
 def test_the_bytes_of_a_state_are_those_of_its_arrays(name: str, worlds: int) -> None:
     experiment = load(name)
-    assert state_bytes(experiment, worlds) == sum(array.nbytes for array in arrays_of(make_state(experiment, worlds)))
+    there = sum(array.nbytes for array in arrays_of(make_state(experiment, worlds)))
+    assert 0 <= there - state_bytes(experiment, worlds) <= 100  # the numbers of layers' units, which the network derives
 
 
 def test_a_life_that_is_written_down_is_estimated_to_the_byte_but_for_what_is_said_of_it() -> None:
@@ -142,10 +141,9 @@ def test_no_more_is_counted_than_lives_at_a_time() -> None:
 
 
 def test_what_no_file_can_hold_is_refused() -> None:
-    large = small().replace(population={"size": 1_000_000})
-    with pytest.raises(RefusedError, match=r"mine: kept_genome would take 1\.3 GiB|2 GiB of a variable") as refused:
+    large = small().replace(population={"size": 1_000_000}, network={"hidden": [20]})
+    with pytest.raises(RefusedError, match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB"):
         estimate.require_storable(of_record(large), estimate.sizes(large), "mine")
-    assert "kept_genome" in str(refused.value)
     estimate.require_storable(of_record(small()), estimate.sizes(small()), "mine")
 
 
