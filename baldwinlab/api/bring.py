@@ -10,7 +10,7 @@ from types import MappingProxyType
 from baldwinlab import console, presets, variables
 from baldwinlab.assays import ASSAYS, agent_steps, misfits, missing_assays, run_assays
 from baldwinlab.assays.estimate import need as of_assays
-from baldwinlab.errors import InterruptedStudyError, require_positive
+from baldwinlab.errors import ArgumentError, InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, Factors, Kind
 from baldwinlab.files import write_atomically
@@ -50,6 +50,8 @@ def bring(
     InterruptedStudyError say what is stored when it is stopped.
     """
     require_positive("runs", runs)
+    if runs > store.MOST_RUNS:
+        raise ArgumentError("runs", runs, f"must be at most {store.MOST_RUNS}")
     require_positive("workers", workers)
     place = executors.choose(executor, workers)
     check_seed(seed)

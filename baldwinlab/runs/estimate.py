@@ -103,7 +103,7 @@ def of_runs(wanted: Runs, workers: int, worlds: int) -> Need:
     size = max(1, min(worlds, total // workers))
     memory = most([(_batch(one, min(size, runs)), -(-runs // size)) for one, runs in wanted if runs], workers)
     header = header_bytes(wanted[0][0])  # those of a study are about as long
-    disk = sum(runs * (record_bytes(one) + header) for one, runs in wanted)
+    disk = sum(runs * (record_bytes(one) + header) + header for one, runs in wanted)  # of each, its experiment by itself, too
     return Need(ENGINE + memory + A_RUN * total, disk)
 
 

@@ -210,7 +210,7 @@ def create(
     """
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
-        raise StudyError(f"two conditions have the same name: {', '.join(names)}")
+        raise StudyError(f"two conditions have the same name: {_listed(names)}")
     for name in names:
         if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
             raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")

@@ -24,6 +24,7 @@ from scipy.stats import qmc
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
+from baldwinlab.experiment.fields import lines
 from baldwinlab.experiment.miniworld import LONGEST_LIFE
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
@@ -52,7 +53,7 @@ def experiments(sweep: Sweep, path: Path) -> list[Experiment]:
             for line in str(error).splitlines():
                 faults.setdefault(line, name)  # the first point that has it stands for all
     if faults:
-        raise ExperimentError("\n".join(f"{path}: {name}: {line}" for line, name in faults.items()))
+        raise ExperimentError(lines([f"{path}: {name}: {line}" for line, name in faults.items()]))
     _require_different(sweep, found, path)
     return found
 

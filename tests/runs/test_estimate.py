@@ -107,7 +107,7 @@ def test_disk_is_estimated_within_a_tenth(tmp_path: Path, name: str, assignments
     short = () if name == "bit-strings" else ("lifetime.steps=1", "evolution.generations=7")
     experiment = changed(name, *short, *assignments)
     study = small_study(tmp_path / "study", [experiment], runs=3)  # type: ignore[list-item]
-    stored = sum(path.stat().st_size for path in study.directory.rglob("*.nc"))
+    stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
     assert estimate.of_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(stored, rel=0.1)
 
 
