@@ -16,6 +16,7 @@ console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
 BAR_EVERY = 0.2  # seconds between two drawings of a notebook's bar
+SCREEN = 1800  # characters of a message: those of 23 lines
 LINE_EVERY = 10.0  # seconds between progress lines where there is no terminal
 
 
@@ -86,4 +87,10 @@ def say(message: str) -> None:
 
 
 def complain(message: str) -> None:
-    errors.print(f"baldwinlab: {message}", markup=False)
+    errors.print(f"baldwinlab: {on_a_screen(message)}", markup=False)
+
+
+def on_a_screen(message: str) -> str:
+    """A message, or as much of it as can be read at once."""
+    left = len(message) - SCREEN
+    return message if left <= 0 else f"{message[:SCREEN]}... and {left:,} more characters"

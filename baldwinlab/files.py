@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
@@ -48,29 +51,41 @@ def is_local(path: Path) -> bool:
     return isinstance(path, Path)
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Whatever cannot be written in here is said of this file; and where no space is left, in which folder that is."""
+    try:
+        yield
+    except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        why = f"no space is left in {path.parent}" if full else error.strerror or str(error)
+        raise OSError(error.errno, why, str(path) if full else error.filename or str(path)) from None
+
+
 def write_atomically(path: Path, content: bytes) -> Path:
     """Write under another name in the same folder, made where it is missing, and rename. Raises OSError, leaving no trace."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if not is_local(path):
-        path.write_bytes(content)  # an object appears with its last byte: a put to an object store is atomic, a rename is not
-        return path
-    partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
-    try:
-        with partial.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not is_local(path):
+            path.write_bytes(content)  # an object appears with its last byte: a put to a store is atomic, a rename is not
+            return path
+        partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
+        try:
+            with partial.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(path)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
     return path
 
 
 def append_line(path: Path, line: str) -> None:
     """Add a line to a file. An object cannot grow, so elsewhere than in a file system it is put again."""
     if is_local(path):
-        with path.open("a", encoding="utf-8") as file:
+        with writing(path), path.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
     else:
         before = path.read_text("utf-8") if path.exists() else ""

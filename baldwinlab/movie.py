@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
+import os
+import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +17,7 @@ import xarray as xr
 from PIL import Image, ImageDraw
 
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.files import write_atomically
+from baldwinlab.files import write_atomically, writing
 from baldwinlab.outputs import REPLAY
 from baldwinlab.palette import MOVIE, shade
 
@@ -49,7 +52,8 @@ def write_movie_of(scenes: Sequence[Scene], path: Path) -> None:
     frames = (_beside([_frame(*scene, min(step, scene.trace.sizes["step"] - 1)) for scene in scenes]) for step in shown)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
-        (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
+        with writing(draft):
+            (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
         write_atomically(path, draft.read_bytes())
 
 
@@ -76,14 +80,21 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
             "writing .mp4 needs the extra 'video': pip install 'baldwinlab[video]'; .gif and .png need nothing"
         ) from None
     first = next(frames)
-    writer = imageio_ffmpeg.write_frames(
-        str(path), first.size, fps=FRAMES_PER_SECOND, macro_block_size=2, output_params=["-metadata", f"comment={REPLAY}"]
-    )
+    how = {"fps": FRAMES_PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
+    writer = imageio_ffmpeg.write_frames(str(path), first.size, output_params=["-metadata", f"comment={REPLAY}"], **how)
     writer.send(None)
     writer.send(np.ascontiguousarray(first))
     for frame in frames:
         writer.send(np.ascontiguousarray(frame))
     writer.close()
+    _require_whole(path)
+
+
+def _require_whole(path: Path) -> None:
+    """ffmpeg writes a movie's index last, and nobody hears where it cannot. Raises OSError where that is not there."""
+    if b"moov" not in path.read_bytes():
+        number = errno.ENOSPC if shutil.disk_usage(path.parent).free < 2**20 else errno.EIO
+        raise OSError(number, os.strerror(number), str(path))
 
 
 def _frame(trace: xr.Dataset, width: float, height: float, step: int) -> Image.Image:

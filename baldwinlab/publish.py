@@ -10,8 +10,8 @@ import xarray as xr
 
 from baldwinlab.assays import section as assays
 from baldwinlab.assays import stored
-from baldwinlab.experiment import Experiment
-from baldwinlab.factors import SWEEP
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.factors import CONDITIONS, SWEEP
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import read
@@ -19,6 +19,8 @@ from baldwinlab.multiverse.publish import FILE
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
+from baldwinlab.resources import NOTHING, Need
+from baldwinlab.runs.estimate import of_replay, of_tables
 from baldwinlab.runs.replay import replay
 from baldwinlab.statistics.contrasts import contrasts
 from baldwinlab.studies.provenance import provenance
@@ -42,7 +44,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     results = evaluate(data, last, paper)
     write(results, data, study.directory, last, study.paper)
     tell("drawing the figures")
-    traces = _emergence(study, data, paper) if "emergence" in paper.about.figures else []
+    traces = _emergence(study, data, paper)
     sections, made_by = _sections(study, data, last, paper), paper if study.paper else None
     write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by, _looks(study))
     return results
@@ -75,16 +77,39 @@ def _looks(study: Study) -> dict[str, dict[str, Any]]:
     return {name: look(study.experiments[name]).to_dict() for name in study.experiments if _can_be_watched(study, name)}
 
 
+def _shown(study: Study, paper: Paper) -> str | None:
+    """The condition whose emergence is shown, if any can be: that which the paper shows, or else the first there is."""
+    preferred = (paper.about.emergence, *study.experiments) if "emergence" in paper.about.figures else ()
+    stored = (name for name in preferred if name in study.experiments and study.runs(name) and _can_be_watched(study, name))
+    return next(stored, None)
+
+
 def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]:
-    """The typical population at several generations, of the condition that the paper shows, or else of the first there is."""
-    preferred = (paper.about.emergence, *study.experiments)
-    stored = [name for name in preferred if name in study.experiments and study.runs(name) and _can_be_watched(study, name)]
-    if not stored:
+    """The typical population of a condition at several generations."""
+    condition = _shown(study, paper)
+    if condition is None:
         return []
-    condition, run = stored[0], typical_run(data, stored[0])
+    experiment, run = study.experiments[condition], typical_run(data, condition)
     energy = data.energy.sel(condition=condition, run=run)
-    experiment = study.experiments[condition]
-    return [
-        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy)
+    return [  # forced, as `need` has told what all of them take
+        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy, force=True)
         for generation in emergence_generations(experiment.evolution.generations)
     ]
+
+
+def need(study: Study) -> Need:
+    """What the report of a study takes; that of a multiverse is made reading by reading."""
+    by_reading: dict[str, list[tuple[Experiment, int]]] = {}
+    for name, experiment in study.experiments.items():
+        by_reading.setdefault(study.factors[name].reading, []).append((experiment, len(study.runs(name))))
+    tables = max((of_tables(stored) for stored in by_reading.values()), default=NOTHING)
+    shown = _shown(study, of_study(study.directory, study.paper)) if study.kind == CONDITIONS else None
+    return tables.then(of_emergence(study.experiments[shown])) if shown else tables
+
+
+def of_emergence(experiment: BaseExperiment) -> Need:
+    """What the lives take in which emergence is shown."""
+    if not isinstance(experiment, Experiment):
+        return NOTHING
+    lives = len(emergence_generations(experiment.evolution.generations))
+    return Need(of_replay(experiment, lives).memory)

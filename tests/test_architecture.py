@@ -15,6 +15,7 @@ PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
     {"errors", "factors", "palette", "version"},
     {"files", "netcdf", "outputs"},
+    {"resources"},
     {"experiment"},
     {"engine", "variables", "statistics"},
     {"papers", "parts"},

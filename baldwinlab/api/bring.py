@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
-from baldwinlab import console, presets
+from baldwinlab import console, presets, variables
 from baldwinlab.assays import ASSAYS, agent_steps, misfits, missing_assays, run_assays
-from baldwinlab.errors import InterruptedStudyError, require_positive
+from baldwinlab.assays.estimate import need as of_assays
+from baldwinlab.errors import ArgumentError, InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, Factors, Kind
+from baldwinlab.files import write_atomically
 from baldwinlab.models.miniworld.backend import Backend, choose
 from baldwinlab.papers import Paper, keep
+from baldwinlab.resources import NOTHING, Need, require
+from baldwinlab.runs import estimate
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies import executors, store
-from baldwinlab.studies.executors import Executor, ExecutorError
+from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 
@@ -32,23 +37,37 @@ def bring(
     paper: Paper | None = None,
     kind: Kind = CONDITIONS,
     factors: Mapping[str, Factors] | None = None,
+    beside: Mapping[str, bytes] = MappingProxyType({}),
+    afterwards: Need = NOTHING,
+    force: bool = False,
 ) -> Study:
     """Make the study, that of a paper if one is given, or open the one that is there, and do the runs that it lacks.
 
-    Unless `factors` are given, those of the conditions that bear a preset's name are the preset's.
-    Raises ArgumentError for an argument beyond its limits and StudyError where the directory holds anything else, before
-    anything is written; KeyboardInterrupt and InterruptedStudyError say what is stored when it is stopped.
+    Unless `factors` are given, those of the conditions that bear a preset's name are the preset's. `beside` are files that the
+    directory is to hold, too. `afterwards` is what the caller needs for what comes after the runs.
+    Raises ArgumentError for an argument beyond its limits, RefusedError for more memory or disk than is free (unless forced),
+    and StudyError where the directory holds anything else, before anything is written; KeyboardInterrupt and
+    InterruptedStudyError say what is stored when it is stopped.
     """
     require_positive("runs", runs)
+    if runs > store.MOST_RUNS:
+        raise ArgumentError("runs", runs, f"must be at most {store.MOST_RUNS}")
     require_positive("workers", workers)
     place = executors.choose(executor, workers)
     check_seed(seed)
     engine = _engine(backend, place, runs, experiments)
+    tasks = place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)  # one lives, another breeds
+    need = _of_runs(experiments, directory, runs, tasks, engine, place).then(afterwards)
+    require(f"runs: {runs * len(experiments):,}", need, directory, force=force)
+    for experiment in experiments:
+        estimate.require_storable(variables.of_record(experiment), estimate.sizes(experiment), experiment.name)
     if factors is None:
         factors = paper.factors() if paper else presets.factors()
     study = store.create(directory, experiments, seed, kind, factors, paper=paper.name if paper else "")
     if paper:
         keep(paper, directory)
+    for name, content in beside.items():
+        write_atomically(directory / name, content)
     missing = missing_runs(study, runs, console.complain)
     total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
     wanted = runs * len(experiments)
@@ -57,10 +76,22 @@ def bring(
         return study
     stored = wanted - sum(map(len, missing.values()))
     console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
-    tasks = place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)  # one lives, another breeds
     with _saying_where_it_stands(study, lambda: _standing(study, runs)):
         run_study(study, missing, tasks, console.progress, console.say, engine, place)
     return study
+
+
+def _of_runs(
+    experiments: Sequence[Experiment], directory: Path, runs: int, workers: int, engine: Backend, place: Executor
+) -> Need:
+    """What the runs take that the directory lacks; elsewhere than on threads, of other machines' memory."""
+    there = (directory / "study.toml").exists()
+    lacking = []
+    for experiment in experiments:
+        stored = sum(1 for _ in (directory / "runs" / experiment.name).glob("*.nc")) if there else 0
+        lacking.append((experiment, max(0, runs - stored)))
+    need = estimate.of_runs(lacking, workers, engine.worlds)
+    return need if place.name == THREADS.name else need._replace(memory=0)
 
 
 def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experiment]) -> Backend:
@@ -70,7 +101,14 @@ def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experim
     return choose(chosen, runs * len(experiments), max(experiment.population.size for experiment in experiments))
 
 
-def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | None = None, executor: str = "threads") -> None:
+def assay(
+    study: Study,
+    names: Sequence[str] = tuple(ASSAYS),
+    *,
+    workers: int | None = None,
+    executor: str = "threads",
+    force: bool = False,
+) -> None:
     """Do these assays of a study, as far as they are not stored; raises as `bring` does."""
     require_positive("workers", workers)
     place = executors.choose(executor, workers)
@@ -82,6 +120,9 @@ def assay(study: Study, names: Sequence[str] = tuple(ASSAYS), *, workers: int | 
     if not count:
         console.say(f"{study.directory}: all of these assays are stored already")
         return
+    need = of_assays(study, missing, {condition: len(study.runs(condition)) for condition in missing}, place.workers)
+    need = need if place.name == THREADS.name else need._replace(memory=0)
+    require(f"assays: {count}", need, study.directory, force=force)
     console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
 
     def standing() -> str:

@@ -12,7 +12,8 @@ from baldwinlab.files import is_local
 from baldwinlab.multiverse.publish import publish as publish_multiverse
 from baldwinlab.multiverse.section import combinations, verdict
 from baldwinlab.outputs import REPORT, require_writable
-from baldwinlab.publish import publish
+from baldwinlab.publish import need, publish
+from baldwinlab.resources import require
 from baldwinlab.studies.store import Study
 
 
@@ -21,13 +22,14 @@ def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool
 
     `out` is report.html in the study's directory unless given. A run counts with its average over its `last` generations.
     Raises StudyError where no run is stored yet, and RefusedError where `out` would be written over a file of a study, or,
-    unless forced, over one that is no report.
+    unless forced, over one that is no report or for more memory than is free.
     """
     require_positive("last", last)
     if out is None:
         out = study.directory / "report.html"
     elif is_local(out):
         require_writable("--out", out, REPORT.encode(), force=force)
+    require(f"the report of {study.directory}", need(study), force=force)
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)
         console.console.print(readings_table(multiverse))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,14 @@ from baldwinlab.api.bring import assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
+from baldwinlab.assays.estimate import Planned
 from baldwinlab.errors import require_positive
+from baldwinlab.experiment import Experiment
 from baldwinlab.files import location
+from baldwinlab.publish import of_emergence
+from baldwinlab.resources import Need
+from baldwinlab.runs import estimate
+from baldwinlab.runs.warm_up import available_cores
 
 
 def reproduce(
@@ -28,12 +34,13 @@ def reproduce(
     workers: int | None = None,
     backend: str = "auto",
     executor: str = "threads",
+    force: bool = False,
 ) -> Study:
     """Run every condition of a paper and all assays, and write the report. `out` is a folder of results/ unless given.
 
     `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
     `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
-    reading, and as `run` does.
+    reading, and as `run` does, which counts in the assays and the report.
     """
     load_installed()
     chosen = papers.load(paper)
@@ -47,11 +54,20 @@ def reproduce(
     require_positive("last", last)
     directory = Path("results") / _name(chosen, given) if out is None else location(out)
     wanted = chosen.about.runs if runs is None else runs
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
+    how["afterwards"] = _afterwards(experiments, chosen, wanted, workers)
     study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
-    assay(study, workers=workers, executor=executor)
-    report(study, last=last)
+    assay(study, workers=workers, executor=executor, force=force)
+    report(study, last=last, force=force)
     return Study(study)
+
+
+def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None) -> Need:
+    """What the assays and the report take."""
+    by_name = {experiment.name: experiment for experiment in experiments}
+    assays = Planned(by_name, paper.factors()).need(runs, workers or available_cores())
+    shown = by_name.get(paper.about.emergence, experiments[0])
+    return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(of_emergence(shown))
 
 
 def _name(paper: papers.Paper, given: Mapping[str, object]) -> str:

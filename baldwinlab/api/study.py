@@ -66,15 +66,21 @@ class Study:
         return open_study(self.directory, conditions)
 
     def assay(
-        self, name: str, condition: str | None = None, *, workers: int | None = None, executor: str = "threads"
+        self,
+        name: str,
+        condition: str | None = None,
+        *,
+        workers: int | None = None,
+        executor: str = "threads",
+        force: bool = False,
     ) -> xr.Dataset:
         """What an assay measures of a condition, or of all along the dim `condition`; what is not stored yet is measured first.
 
         The variables are `baldwinlab.variables.ASSAYS[name]`. Raises StudyError for an assay that there is not, and where
-        it has nothing to measure.
+        it has nothing to measure; and RefusedError, unless forced, for more memory or disk than is free.
         """
         if any(missing_assays(self._stored, [name]).values()):
-            assay(self._stored, [name], workers=workers, executor=executor)
+            assay(self._stored, [name], workers=workers, executor=executor, force=force)
         if condition is not None:
             return open_assay(self.directory, name, condition)
         measured = [each for each in self.conditions if is_stored(name, self._stored, each)]
@@ -87,21 +93,22 @@ class Study:
         whole = whole.assign_coords(condition=measured)
         return whole.assign(experiment=("condition", texts)).assign_attrs(seed=self.seed)
 
-    def report(self, out: str | Path | None = None, *, last: int = 10) -> Path:
+    def report(self, out: str | Path | None = None, *, last: int = 10, force: bool = False) -> Path:
         """Write statistics, figures and the page, report.html in the study's directory unless `out` is given; gives its path.
 
-        A run counts with its average over its `last` generations.
+        A run counts with its average over its `last` generations. Raises RefusedError, unless forced, for more memory than is
+        free, and where `out` is a file that is no report.
         """
         from baldwinlab.api.report import report  # here, because to load the figures takes a while
 
-        return report(self._stored, None if out is None else Path(out), last=last)
+        return report(self._stored, None if out is None else Path(out), last=last, force=force)
 
-    def replay(self, condition: str, *, run: int, generation: int) -> xr.Dataset:
+    def replay(self, condition: str, *, run: int, generation: int, force: bool = False) -> xr.Dataset:
         """One lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`."""
         experiment = self.experiment(condition)
         self._stored.require_parts(condition)
-        energy = self._stored.read(condition, run).energy
-        return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy)
+        energy = self._stored.read(condition, run, genomes=False).energy
+        return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force)
 
     def __repr__(self) -> str:
         shown = [f"  {condition}: runs: {len(self.runs(condition))}" for condition in self.conditions[:SHOWN]]
@@ -128,11 +135,13 @@ def run(
     backend: str = "auto",
     executor: str = "threads",
     set: Mapping[str, Any] | None = None,
+    force: bool = False,
 ) -> Study:
     """Run one experiment or several as one study: presets such as evo/A, TOML files, or what `load` gives.
 
     `set` changes fields of all of them, {"lifetime.steps": 100}. `out` is a folder of results/ unless given; the same call again
-    does what is missing. Raises ExperimentError, ArgumentError and StudyError with a sentence before anything is done.
+    does what is missing. Raises ExperimentError, ArgumentError and StudyError with a sentence before anything is done; and
+    RefusedError, unless forced, for more memory or disk than is free.
     """
     given = [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
     if not given:
@@ -143,7 +152,7 @@ def run(
     require_effect(loaded)
     directory = Path("results") / "-".join(each.name.replace("/", "-") for each in loaded) if out is None else location(out)
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
-    return Study(bring(loaded, directory, runs=runs, seed=seed, **how))
+    return Study(bring(loaded, directory, runs=runs, seed=seed, force=force, **how))
 
 
 def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:

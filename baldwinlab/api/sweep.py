@@ -14,7 +14,8 @@ from baldwinlab.api.study import Study
 from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
-from baldwinlab.sweeps.design import create
+from baldwinlab.runs.estimate import of_tables
+from baldwinlab.sweeps.design import FILE, experiments, require_as_many
 from baldwinlab.sweeps.plan import read, validate
 
 
@@ -25,24 +26,28 @@ def sweep(
     workers: int | None = None,
     backend: str = "auto",
     executor: str = "threads",
+    force: bool = False,
 ) -> Study:
     """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields.
 
     `plan` is a TOML file, or a dict of the same content, see docs/sweeps.md: {"experiment": "evo/A", "fields": {...}}. `out`
     is results/ and the file's name unless given; a dict needs it. The same call again does what is missing. Raises
-    ExperimentError with a line for every fault, and StudyError where `out` holds anything else.
+    ExperimentError with a line for every fault, StudyError where `out` holds anything else, and RefusedError, unless forced,
+    for more memory or disk than is free.
     """
     require_positive("workers", workers)
     load_installed()
     if isinstance(plan, Mapping):
         if out is None:
             raise RefusedError("a sweep that is no file needs out, the directory of its study")
-        path, text = Path("sweep"), tomlkit.dumps(plan)
+        path, content = Path("sweep"), tomlkit.dumps(plan).encode()
         design = validate(plan, str(path))
     else:
-        path, text = Path(plan), None
-        design = read(path)
+        path = Path(plan)
+        design, content = read(path), path.read_bytes()
     directory = Path("results") / path.stem if out is None else location(out)
-    points = create(directory, design, path, text)
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
-    return Study(bring(points, directory, runs=design.runs, seed=design.seed, kind=SWEEP, **how))
+    points = experiments(design, path)
+    require_as_many(directory, points)
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
+    how |= {"kind": SWEEP, "beside": {FILE: content}, "afterwards": of_tables([(point, design.runs) for point in points])}
+    return Study(bring(points, directory, runs=design.runs, seed=design.seed, **how))

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from baldwinlab.api import bring
 from baldwinlab.api.report import report
 from baldwinlab.assays.run import ASSAYS
-from baldwinlab.cli.common import Directory, Executor, Parts, Workers, load_parts
+from baldwinlab.cli.common import Directory, Executor, Force, Parts, Workers, load_parts
 from baldwinlab.studies.store import Study
 
 
@@ -21,10 +21,11 @@ def assay(
     workers: Workers = None,
     part: Parts = None,
     executor: Executor = "threads",
+    force: Force = False,
 ) -> None:
     """Live the genomes of a stored study again under changed circumstances, measure them, and rebuild the report."""
     load_parts(part)
     study = Study(directory)
     names = list(ASSAYS) if only is None else [name.strip() for name in only.split(",")]
-    bring.assay(study, names, workers=workers, executor=executor)
-    report(study)
+    bring.assay(study, names, workers=workers, executor=executor, force=force)
+    report(study, force=force)

@@ -9,19 +9,18 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.assays.sample import Sample
-from baldwinlab.studies.store import Study
+from baldwinlab.assays.sample import Conditions, Sample
 
 FOUNDERS_AT_A_TIME = 1024  # bounds the memory that a large world takes
 
 Parents = npt.NDArray[np.int32]  # [generation, agent, 2], agents of the generation before
 
 
-def coords(study: Study, condition: str) -> Mapping[str, Any]:
+def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     return {"generation": np.arange(study.experiments[condition].evolution.generations, dtype=np.int32)}
 
 
-def lives(study: Study, condition: str) -> int:
+def lives(study: Conditions, condition: str) -> int:
     return 0
 
 
@@ -69,7 +68,7 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     generations, agents, _ = parents.shape
     sum_of_squares = np.zeros(generations)
     for first in range(0, agents, FOUNDERS_AT_A_TIME):
-        shares = np.eye(agents)[:, first : first + FOUNDERS_AT_A_TIME]  # [agent, founder]
+        shares = np.eye(agents, min(FOUNDERS_AT_A_TIME, agents - first), -first)  # [agent, founder]
         sum_of_squares[0] += (shares.mean(axis=0) ** 2).sum()
         for generation in range(1, generations):
             one, other = parents[generation].T

@@ -14,22 +14,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.assays.sample import Sample
+from baldwinlab.assays.sample import Conditions, Sample
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.store import Study
 from baldwinlab.variables import LIVES
 
 MOST_GENERATIONS = 100  # and the last, so every generation of the paper's
 FEW_GENERATIONS = 10  # and the last: of drift, which takes longest, and where generations differ by chance alone
 
 
-def coords(study: Study, condition: str) -> Mapping[str, Any]:
+def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
     lived = np.array(generations(experiment), np.int32)
     return {"generation": lived, "life": list(LIVES), "layer": layer_names(experiment)}
 
 
-def lives(study: Study, condition: str) -> int:
+def lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
     lived = len(generations(experiment))
     return 3 * lived + len(drifting(experiment)) if experiment.learns else 0

@@ -8,18 +8,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.assays.sample import Sample
-from baldwinlab.studies.store import Study
+from baldwinlab.assays.sample import Conditions, Sample
 
 BOTH_EVOLVED = "both evolved"
 MODULES = (BOTH_EVOLVED, "evolved reinforcement, random action", "random reinforcement, evolved action", "both random")
 
 
-def coords(study: Study, condition: str) -> Mapping[str, Any]:
+def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     return {"modules": list(MODULES)}
 
 
-def lives(study: Study, condition: str) -> int:
+def lives(study: Conditions, condition: str) -> int:
     return len(MODULES)
 
 

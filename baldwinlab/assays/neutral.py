@@ -14,23 +14,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.assays.sample import Sample
+from baldwinlab.assays.sample import Conditions, Sample
 from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.runs.reevaluate import Lives
-from baldwinlab.studies.store import Study
 from baldwinlab.variables import LIVES, NEWBORNS
 
 LAST = 10  # generations, or as many as there are: one is at the mercy of where it is born
 OFF, ON = (LIVES.index(life) for life in ("off", "on"))
 
 
-def coords(study: Study, condition: str) -> Mapping[str, Any]:
+def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     lived = np.array(generations(study.experiments[condition]), np.int32)
     return {"generation": lived, "newborns": list(NEWBORNS), "life": [LIVES[OFF], LIVES[ON]]}
 
 
-def lives(study: Study, condition: str) -> int:
+def lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
     compared = len(generations(experiment))
     learning_twins = experiment.evolution.generations if _inherits_learned(experiment) else compared

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.assays.sample import OnMap, Sample
+from baldwinlab.assays.sample import Conditions, OnMap, Sample
 from baldwinlab.experiment import Experiment, ExperimentError, assign
-from baldwinlab.studies.store import Study
 
 AS_EVOLVED = "as evolved"
 OF_COUNT = (0.25, 0.5, 2, 4)  # times as much food
@@ -26,13 +25,13 @@ class Setting(NamedTuple):
     experiment: Experiment
 
 
-def coords(study: Study, condition: str) -> Mapping[str, Any]:
+def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     found = settings(study.experiments[condition], elsewhere(study, condition))
     named = {name: ("setting", [getattr(setting, name) for setting in found]) for name in ("field", "value")}
     return {"setting": np.arange(len(found), dtype=np.int32), **named}
 
 
-def lives(study: Study, condition: str) -> int:
+def lives(study: Conditions, condition: str) -> int:
     return len(settings(study.experiments[condition], elsewhere(study, condition)))
 
 
@@ -56,7 +55,7 @@ def settings(experiment: Experiment, elsewhere: Sequence[OnMap]) -> list[Setting
     return found
 
 
-def elsewhere(study: Study, condition: str) -> tuple[OnMap, ...]:
+def elsewhere(study: Conditions, condition: str) -> tuple[OnMap, ...]:
     """A condition in the worlds of the study's conditions of the same learner on other maps."""
     experiment, own = study.experiments[condition], study.factors[condition]
     found: list[OnMap] = []

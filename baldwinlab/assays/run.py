@@ -14,7 +14,7 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, neutral, reaction, within_life
-from baldwinlab.assays.sample import OnMap, Sample
+from baldwinlab.assays.sample import Conditions, OnMap, Sample
 from baldwinlab.assays.stored import FORMAT, read_one
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
@@ -34,10 +34,10 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 class Assay(Protocol):
     """A file of this folder."""
 
-    def coords(self, study: Study, condition: str) -> Mapping[str, Any]:
+    def coords(self, study: Conditions, condition: str) -> Mapping[str, Any]:
         """The coordinates of its dataset, but for runs and agents."""
 
-    def lives(self, study: Study, condition: str) -> int:
+    def lives(self, study: Conditions, condition: str) -> int:
         """How many generations it lives again of each run."""
 
     def measure(self, sample: Sample) -> Arrays:

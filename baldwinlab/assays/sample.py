@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +13,22 @@ import xarray as xr
 
 from baldwinlab.evolution import Genome, Moment, draw_genome
 from baldwinlab.experiment import Experiment
+from baldwinlab.factors import Factors
 from baldwinlab.runs.reevaluate import Lives, reevaluate, stored_genome
 from baldwinlab.studies.records import StudyError, record_path
 
 Energy = npt.NDArray[np.float64]  # [run, agent]
 OnMap = tuple[str, Experiment]  # the name of a map, and the condition there
+
+
+class Conditions(Protocol):
+    """What an assay needs to know of a study to say what it will measure."""
+
+    @property
+    def experiments(self) -> Mapping[str, Experiment]: ...
+
+    @property
+    def factors(self) -> Mapping[str, Factors]: ...
 
 
 @dataclass(frozen=True)

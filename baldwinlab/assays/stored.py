@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
@@ -130,7 +131,7 @@ def quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.D
 
 
 def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
-    generation = values["generation"]
+    generation = values["generation"].astype(np.int64)  # as stored, it could not be compared with a very large `last`
     return {
         "first": values.where(generation < generation.min() + last, drop=True),
         "last": values.where(generation > generation.max() - last, drop=True),

@@ -8,24 +8,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.assays.sample import Sample, middle_and_ends
+from baldwinlab.assays.sample import Conditions, Sample, middle_and_ends
 from baldwinlab.evolution import Genome
 from baldwinlab.runs.recorder import First, Series, follow
 from baldwinlab.runs.reevaluate import born
-from baldwinlab.studies.store import Study
 
 WINDOW = 250  # steps; the last part of a life may be shorter
 RANDOM = "random genome"  # freshly drawn weights, born where the last generation was
 
 
-def coords(study: Study, condition: str) -> Mapping[str, Any]:
+def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
     compared = middle_and_ends(experiment.evolution.generations)
     windows = np.arange(0, experiment.lifetime.steps, WINDOW, dtype=np.int32)
     return {"newborns": [RANDOM, *(f"generation {number}" for number in compared)], "window": windows}
 
 
-def lives(study: Study, condition: str) -> int:
+def lives(study: Conditions, condition: str) -> int:
     return 1 + len(middle_and_ends(study.experiments[condition].evolution.generations))
 
 

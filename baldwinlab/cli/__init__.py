@@ -54,7 +54,7 @@ def main() -> None:
     except KeyboardInterrupt as error:
         _fail(str(error) or "stopped", 130)
     except OSError as error:
-        _fail(f"{error.filename or ''}: {error.strerror}" if error.strerror else str(error), 1)
+        _fail(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else error.strerror or str(error), 1)
 
 
 def _fail(sentence: str, code: int) -> None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.check import REQUIREMENTS, findings
 from baldwinlab.check.subject import SEED
+from baldwinlab.cli.common import Whole
 
 
 def check(
@@ -19,7 +20,7 @@ def check(
     only: Annotated[
         list[str] | None, Parameter(help=f"try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True)
     ] = None,
-    seed: Annotated[int, Parameter(help="of the random worlds in which it is tried; another seed tries others")] = SEED,
+    seed: Annotated[Whole, Parameter(help="of the random worlds in which it is tried; another seed tries others")] = SEED,
 ) -> None:
     """Check a part of your own: does it keep the contract? One line a requirement, and how to try it again where it fails.
 

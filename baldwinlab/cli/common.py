@@ -52,7 +52,7 @@ app = App(
     name="baldwinlab",
     help="A laboratory for evolution x lifetime learning.",
     version=__version__,
-    error_formatter=lambda error: f"baldwinlab: {_sentence(error)}",
+    error_formatter=lambda error: f"baldwinlab: {console.on_a_screen(_sentence(error))}",
     error_console=console.errors,
     suppress_keyboard_interrupt=False,
     help_format="plaintext",  # to load Markdown takes a while
@@ -70,7 +70,8 @@ Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp:/
 Last = Annotated[Whole, Parameter(help="a run counts with its average over so many last generations")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
-Force = Annotated[bool, Parameter(negative="", help="write over a file that this command has not made")]
+FORCE = "do it all the same: with less memory or disk than it seems to take; over a file that this command has not made"
+Force = Annotated[bool, Parameter(negative="", help=FORCE)]
 Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help="a file with a part of your own; repeatable")]
 
 

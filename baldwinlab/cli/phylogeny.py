@@ -18,6 +18,6 @@ def phylogeny(directory: Directory, /, *, condition: str, run: Whole, out: Path,
     require_writable("--out", out, HEADER.encode(), force=force)
     study = Study(directory)
     study.experiment(condition)
-    record = study.read(condition, run)
+    record = study.read(condition, run, genomes=False)
     write_atomically(out, pedigree(record).encode())
     console.say(f"{out}: {record.parents.sizes['generation'] * record.parents.sizes['agent']} agents")

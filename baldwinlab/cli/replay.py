@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
 from baldwinlab.cli.common import Directory, Force, Parts, Whole, load_parts
 from baldwinlab.errors import RefusedError
+from baldwinlab.experiment import Experiment
 from baldwinlab.files import write_atomically
 from baldwinlab.outputs import REPLAY, require_writable
+from baldwinlab.resources import Need, require
+from baldwinlab.runs.estimate import of_replay, require_storable, sizes
+from baldwinlab.variables import TRACE
 
 
 def replay(
@@ -21,14 +26,19 @@ def replay(
     require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
     study = studies.open(directory)
-    trace = study.replay(condition, run=run, generation=generation)
     experiment = study.experiment(condition)
+    if out.suffix == ".nc" and isinstance(experiment, Experiment):
+        require_storable(TRACE, sizes(experiment), f"a life of {condition}")
+        require(f"--out {out}", Need(disk=of_replay(experiment).disk), out.parent, force=force)
+    trace = study.replay(condition, run=run, generation=generation, force=force)
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
         from baldwinlab.figures import trajectories  # here, and the movie too, because to load them takes a while
 
-        trajectories(trace).savefig(out, dpi=200, metadata={"Software": REPLAY})
+        picture = BytesIO()
+        trajectories(trace).savefig(picture, format="png", dpi=200, metadata={"Software": REPLAY})
+        write_atomically(out, picture.getvalue())
     else:
         from baldwinlab.movie import write_movie
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import reproduce as papers
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, PerhapsWhole, Seed, Workers, load_parts
+from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Seed, Workers, load_parts
 from baldwinlab.papers import DEFAULT
 
 
@@ -26,6 +26,7 @@ def reproduce(
     last: Last = 10,
     backend: BackendName = "auto",
     executor: Executor = "threads",
+    force: Force = False,
 ) -> None:
     """Reproduce a whole paper: its conditions, statistics, assays, figures and report."""
     load_parts(part)
@@ -41,4 +42,5 @@ def reproduce(
         workers=workers,
         backend=backend,
         executor=executor,
+        force=force,
     )

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
-from baldwinlab.cli.common import Assignments, BackendName, Executor, Out, Parts, Runs, Seed, Workers, load_parts
+from baldwinlab.cli.common import Assignments, BackendName, Executor, Force, Out, Parts, Runs, Seed, Workers, load_parts
 from baldwinlab.experiment import assign
 from baldwinlab.presets import load
 
@@ -25,9 +25,12 @@ def run(
     out: Out = None,
     backend: BackendName = "auto",
     executor: Executor = "threads",
+    force: Force = False,
 ) -> None:
     """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
     load_parts(part)
     experiments = [assign(load(name), assignments or []) for name in (experiment, *others)]
-    study = studies.run(experiments, runs=runs, seed=seed, out=out, workers=workers, backend=backend, executor=executor)
+    study = studies.run(
+        experiments, runs=runs, seed=seed, out=out, workers=workers, backend=backend, executor=executor, force=force
+    )
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")

@@ -7,6 +7,7 @@ flipped, is removed and made anew.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import pickle
@@ -116,12 +117,18 @@ class Store:
             self._directory.mkdir(mode=0o700, exist_ok=True)
             write_atomically(path, hashlib.sha256(content).digest() + content)
         except OSError as error:
-            why = f"compiled code is not kept for the next start: {self._directory}: {error.strerror}"
-            warnings.warn(why, RuntimeWarning, stacklevel=2)
+            _not_kept(self._directory.parent, error.errno or errno.EIO)
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         key = hashlib.sha256(repr((signature, codegen.magic_tuple())).encode())
         return self._directory / f"{key.hexdigest()[:32]}{ENDING}"
+
+
+@cache
+def _not_kept(directory: Path, number: int) -> None:
+    """Say it once, not of every function."""
+    why = f"compiled code is not kept for the next start: {directory}: {os.strerror(number)}"
+    warnings.warn(why, RuntimeWarning, stacklevel=3)
 
 
 def is_kept(code: str) -> bool:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
 from baldwinlab.errors import BaldwinLabError
+
+MOST_FAULTS: Final = 10  # that are told; who mends these may see more
+LONGEST: Final = 100  # characters of a path or a value
 
 
 class ExperimentError(BaldwinLabError, ValueError):
@@ -53,11 +56,22 @@ def plain(value: Any) -> Any:
 
 def sentences(error: ValidationError, model: type[BaseModel]) -> str:
     """One line a fault: its path, the value, what is allowed. `model` is what was to be made."""
-    return "\n".join(_sentence(fault, model) for fault in error.errors())
+    return lines(error.errors(), lambda fault: _sentence(fault, model))
+
+
+def lines(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
+    """A line for each of the first few, and how many more there are."""
+    shown = [sentence(fault) for fault in faults[:MOST_FAULTS]]
+    return "\n".join([*shown, *([f"and {len(faults) - MOST_FAULTS:,} more"] if len(faults) > MOST_FAULTS else [])])
+
+
+def brief(text: str) -> str:
+    """A text, or as much of it as is needed to recognise it."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def _sentence(fault: Any, model: type[BaseModel]) -> str:
-    path = ".".join(str(step) for step in fault["loc"])
+    path = brief(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
         return f"{path}: there is no such field; there are: {', '.join(_names_beside(fault['loc'], model))}"
@@ -66,7 +80,7 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
     if not path:
         return message
     value = fault["input"]
-    shown = repr(value) if not isinstance(value, dict) else "this table"
+    shown = brief(repr(value)) if not isinstance(value, dict) else "this table"
     if isinstance(value, float) and not math.isfinite(value):
         shown = str(value)
     return f"{path} = {shown}: {message[0].lower()}{message[1:]}"

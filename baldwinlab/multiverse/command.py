@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.bring import bring
 from baldwinlab.api.report import report
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Runs, Seed, Workers, load_parts
+from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, Runs, Seed, Workers, load_parts
 from baldwinlab.errors import require_positive
 from baldwinlab.factors import MULTIVERSE
 from baldwinlab.multiverse.design import combinations, experiments, factors, one_at_a_time
@@ -33,6 +33,7 @@ def multiverse(
     seed: Seed = 0,
     backend: BackendName = "auto",
     last: Last = 10,
+    force: Force = False,
 ) -> None:
     """Hold a paper's claims against every reading of the paper: each choice it leaves open, made otherwise.
 
@@ -46,8 +47,8 @@ def multiverse(
     if chosen and not (chosen.claims and len(readings) > 1):
         raise PaperError(f"{chosen.folder}: a multiverse needs claims.toml, and a reading beside the standard in readings/")
     out = out or Path("results") / (chosen.name if chosen else "paper") / ("multiverse-full" if full else "multiverse")
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     study = bring(
         experiments(readings), out, runs=runs, seed=seed, paper=chosen, kind=MULTIVERSE, factors=factors(readings), **how
     )
-    report(study, last=last)
+    report(study, last=last, force=force)

@@ -15,24 +15,33 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import as_text, look
 from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.resources import Need, require
+from baldwinlab.runs.estimate import of_replay, of_simulate
 from baldwinlab.runs.recorder import Series, follow
 from baldwinlab.runs.simulate import check_seed, provenance, simulate_batch
 
 
 def replay(
-    experiment: Experiment, *, seed: int = 0, run: int = 0, generation: int = 0, energy: xr.DataArray | None = None
+    experiment: Experiment,
+    *,
+    seed: int = 0,
+    run: int = 0,
+    generation: int = 0,
+    energy: xr.DataArray | None = None,
+    force: bool = False,
 ) -> xr.Dataset:
     """One lifetime of a run, every step: the variables of `baldwinlab.variables.TRACE`.
 
     `energy` (generation, agent) of the same run, where it is at hand, spares living through the generations before. The
     trace agrees to the bit with `simulate` of the same experiment, seed and run.
-    Raises RefusedError for a generation that the experiment has not.
+    Raises RefusedError for a generation that the experiment has not and, unless forced, for more memory than is free.
     """
     check_seed(seed, run)
     if not isinstance(experiment, Experiment):
         raise RefusedError(f"{experiment.name} is of the model {experiment.model}, whose lives have no world to replay")
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
+    require(f"a life of {experiment.name}", _need(experiment, 0 if energy is not None else generation), force=force)
     genome = genome_at(experiment, Moment(seed, run, generation), energy)
     batch = Batch(experiment, seed, [run])
     batch.begin(generation, genome[None])
@@ -43,6 +52,12 @@ def replay(
     attributes = provenance(experiment, seed, run) | {"generation": generation, "look": as_text(experiment)}
     found = variables.dataset(variables.TRACE, arrays, attributes)
     return found.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
+
+
+def _need(experiment: Experiment, before: int) -> Need:
+    """What a replay takes for which so many generations are lived before."""
+    need = of_replay(experiment)
+    return need.then(of_simulate(experiment.replace(evolution={"generations": before}))) if before else need
 
 
 def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | None:

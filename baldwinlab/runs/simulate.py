@@ -20,19 +20,25 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.backend import CPU, Backend, choose
 from baldwinlab.parts.models import Lives
+from baldwinlab.resources import require
+from baldwinlab.runs.estimate import of_simulate
 from baldwinlab.version import __version__
 
 SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
 
-def simulate(experiment: BaseExperiment, *, seed: int = 0, run: int = 0, backend: str = "auto") -> xr.Dataset:
+def simulate(
+    experiment: BaseExperiment, *, seed: int = 0, run: int = 0, backend: str = "auto", force: bool = False
+) -> xr.Dataset:
     """Evolve one population from its first generation to its last.
 
     `run` numbers the independent repetitions of a study; both it and `seed` are in [0, 2**31). `backend` is "auto", "cpu" or
     "cuda". Returns the variables of `baldwinlab.variables.RUN`, with where it comes from in the attributes. Raises ValueError
-    for a seed out of range, for a setting that would do nothing, and for a backend that cannot be used here.
+    for a seed out of range, for a setting that would do nothing, and for a backend that cannot be used here; and, unless
+    forced, for more memory than is free.
     """
     require_effect([experiment])
+    require(experiment.name, of_simulate(experiment), force=force)
     return simulate_batch(experiment, seed, [run], choose(backend))[0]
 
 

@@ -40,9 +40,10 @@ def encode(run: xr.Dataset) -> bytes:
     return sealed(packed(run))
 
 
-def decode(raw: bytes) -> xr.Dataset:
-    """The run in a record that has been verified."""
-    return whole(opened(raw))
+def decode(raw: bytes, *, genomes: bool = True) -> xr.Dataset:
+    """The run in a record that has been verified; without genomes where those that are not kept would fill memory with NaN."""
+    record = opened(raw)
+    return whole(record) if genomes else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
 
 
 def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -> None:
@@ -50,6 +51,7 @@ def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -
     try:
         with netcdf_file(io.BytesIO(raw), mmap=False) as file:
             own = {name: _text(getattr(file, name, "")) for name in ("condition", "seed", "run", "experiment")}
+            shapes = {name: variable.shape for name, variable in file.variables.items()}
     except Exception as error:  # whatever a reader meets in bytes that are no netCDF
         raise DamagedRecordError(f"it is no netCDF file ({error})") from None
     if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
@@ -57,6 +59,9 @@ def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -
         raise DamagedRecordError(f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there")
     if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
         raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
+    lived = (experiment.evolution.generations, experiment.population.size)
+    if any(shapes.get(name, ())[:2] != lived for name in ("energy", "parents")) or "kept_genome" not in shapes:
+        raise DamagedRecordError(f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents")
 
 
 @lru_cache(maxsize=64)

@@ -164,9 +164,9 @@ class Study:
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
         write_record(self.directory, condition, run, record)
 
-    def read(self, condition: str, run: int) -> xr.Dataset:
-        """One run, whole. Raises as `verified` does."""
-        return decode(self.verified(condition, run))
+    def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
+        """One run, whole or without its genomes. Raises as `verified` does."""
+        return decode(self.verified(condition, run), genomes=genomes)
 
     def verified(self, condition: str, run: int) -> bytes:
         """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
@@ -217,7 +217,7 @@ def create(
     """
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
-        raise StudyError(f"two conditions have the same name: {', '.join(names)}")
+        raise StudyError(f"two conditions have the same name: {_listed(names)}")
     for name in names:
         if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
             raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")
@@ -241,7 +241,7 @@ def create(
         text = _facts(names, seed, kind, factors, paper, sources)
         write_atomically(directory / "study.toml", _sealed(text).encode())
     except OSError as error:
-        raise StudyError(f"{directory} cannot be written: {error.strerror or error}") from None
+        raise StudyError(f"{error.filename or directory} cannot be written: {error.strerror or error}") from None
     return Study(directory)
 
 

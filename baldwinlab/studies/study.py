@@ -161,7 +161,7 @@ def _open_condition(study: Study, condition: str) -> xr.Dataset:
     numbers = study.runs(condition)
     if not numbers:
         return _no_runs(study.experiments[condition])
-    records = [study.read(condition, run).drop_vars(["genome", "module", "weight"]) for run in numbers]
+    records = [study.read(condition, run, genomes=False) for run in numbers]
     found = xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
     found["energy"].attrs = records[0]["energy"].attrs  # its unit and its meaning, which are the model's
     return found

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import sweep as sweeps
-from baldwinlab.cli.common import BackendName, Executor, Last, Out, Parts, Workers, load_parts
+from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, Workers, load_parts
 from baldwinlab.errors import require_positive
 
 
@@ -22,9 +22,10 @@ def sweep(
     last: Last = 10,
     backend: BackendName = "auto",
     executor: Executor = "threads",
+    force: Force = False,
 ) -> None:
     """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields."""
     load_parts(part)
     require_positive("last", last)
-    study = sweeps.sweep(file, out=out, workers=workers, backend=backend, executor=executor)
-    study.report(last=last)
+    study = sweeps.sweep(file, out=out, workers=workers, backend=backend, executor=executor, force=force)
+    study.report(last=last, force=force)

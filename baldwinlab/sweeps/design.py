@@ -24,10 +24,10 @@ from scipy.stats import qmc
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
+from baldwinlab.experiment.fields import lines
 from baldwinlab.experiment.miniworld import LONGEST_LIFE
 from baldwinlab.factors import SWEEP
-from baldwinlab.files import location, write_atomically
-from baldwinlab.studies import store
+from baldwinlab.files import location
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
@@ -53,7 +53,7 @@ def experiments(sweep: Sweep, path: Path) -> list[Experiment]:
             for line in str(error).splitlines():
                 faults.setdefault(line, name)  # the first point that has it stands for all
     if faults:
-        raise ExperimentError("\n".join(f"{path}: {name}: {line}" for line, name in faults.items()))
+        raise ExperimentError(lines([f"{path}: {name}: {line}" for line, name in faults.items()]))
     _require_different(sweep, found, path)
     return found
 
@@ -138,18 +138,10 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
             raise ExperimentError(f"{path}: fields.{field} has a value twice; in a grid, each must be another")
 
 
-def create(directory: Path, sweep: Sweep, path: Path, text: str | None = None) -> list[Experiment]:
-    """Make the study of a sweep, or open the one that is there if it is the same; gives its points.
-
-    `path` is the sweep's file, of which a copy is kept; where there is none, `text` is what it would say. Raises
-    ExperimentError where a point cannot be, and StudyError if the directory holds anything else, as `store.create` does.
-    """
-    points = experiments(sweep, path)
+def require_as_many(directory: Path, points: Sequence[Experiment]) -> None:
+    """Raises StudyError if the directory holds a sweep of another number of points, whose names would say nothing of that."""
     if (directory / FILE).exists() and (there := len(Study(directory).experiments)) != len(points):
         raise StudyError(f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out")
-    store.create(directory, points, sweep.seed, SWEEP)
-    write_atomically(directory / FILE, path.read_bytes() if text is None else text.encode())
-    return points
 
 
 def open_sweep(directory: str | Path) -> xr.Dataset:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
 from baldwinlab.experiment import ExperimentError, Fields
+from baldwinlab.experiment.fields import brief, lines
 from baldwinlab.runs.simulate import SEED_LIMIT
 
 MOST_POINTS = 10_000
@@ -144,14 +145,14 @@ def validate(tree: Mapping[str, Any], where: str) -> Sweep:
     try:
         return Sweep.model_validate(tree)
     except ValidationError as error:
-        raise ExperimentError("\n".join(f"{where}: {_sentence(fault)}" for fault in error.errors())) from None
+        raise ExperimentError(lines(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")) from None
 
 
 def _sentence(fault: Any) -> str:
     location = [str(step) for step in fault["loc"]]
     if location[:1] == ["fields"]:
         del location[2:3]  # whether it was read as a list or as a range
-    where, message = ".".join(location), str(fault["msg"]).removeprefix("Value error, ")
+    where, message = brief(".".join(location)), str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
         part = Range if len(location) > 1 else Sweep
         names = [field.alias or name for name, field in part.model_fields.items()]
@@ -160,4 +161,4 @@ def _sentence(fault: Any) -> str:
         return f"{where}: is missing"
     if not where or isinstance(fault["input"], dict):
         return f"{where}: {message}" if where else message
-    return f"{where} = {fault['input']!r}: {message[0].lower()}{message[1:]}"
+    return f"{where} = {brief(repr(fault['input']))}: {message[0].lower()}{message[1:]}"

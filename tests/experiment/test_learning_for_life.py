@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from baldwinlab import sweep
 from baldwinlab.experiment import Experiment, assign, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.presets import load
 from baldwinlab.studies.store import create
-from baldwinlab.sweeps.design import create as create_sweep
 from baldwinlab.sweeps.design import experiments, open_sweep
 from baldwinlab.sweeps.plan import read
 
@@ -55,10 +55,11 @@ def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
 
 
 def test_a_sweep_has_a_number_for_learning_for_life(tmp_path: Path) -> None:
-    text = f'experiment = "evo+self-taught/A"\nruns = 1\n[fields]\nlearning.steps = [10, {OLD}]'
+    short = "evolution.generations = 1\nlifetime.steps = 10"
+    text = f'experiment = "evo+self-taught/A"\nruns = 1\n[set]\n{short}\n[fields]\nlearning.steps = [10, {OLD}]'
     path = tmp_path / "mine.toml"
     path.write_text(text)
     plan = read(path)
     assert [each.learning.steps for each in experiments(plan, path)] == [10, None]
-    create_sweep(tmp_path / "sweep", plan, path)
+    sweep(path, out=tmp_path / "sweep")
     assert open_sweep(tmp_path / "sweep")["learning.steps"].values.tolist() == [10, OLD]

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab import open_study, open_sweep
+from baldwinlab import open_study, open_sweep, sweep
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.factors import SWEEP
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, run_study
-from baldwinlab.sweeps.design import create, experiments
-from baldwinlab.sweeps.plan import read
+from baldwinlab.sweeps.design import FILE, experiments
+from baldwinlab.sweeps.plan import Sweep, read
 from tests.small import ignore, silent, small, small_study
 
 HEAD = """
@@ -41,17 +42,20 @@ contact.reach = { low = 2, high = 20 }
 
 
 def points_of(text: str, folder: Path) -> list[Experiment]:
+    return experiments(read_text(text, folder), folder / "sweep-file.toml")
+
+
+def read_text(text: str, folder: Path) -> Sweep:
     path = folder / "sweep-file.toml"
     path.write_text(text)
-    return experiments(read(path), path)
+    return read(path)
 
 
 def made(text: str, folder: Path, runs: int) -> Study:
     """A sweep in `folder`/made, brought to so many runs."""
-    path = folder / "sweep-file.toml"
-    path.write_text(text)
-    create(folder / "made", read(path), path)
-    study = Study(folder / "made")
+    plan = read_text(text, folder)
+    study = create(folder / "made", experiments(plan, folder / "sweep-file.toml"), plan.seed, SWEEP)
+    (study.directory / FILE).write_text(text)
     run_study(study, missing_runs(study, runs, ignore), 1, silent, ignore)
     return study
 
@@ -209,7 +213,7 @@ def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
     path = tmp_path / "other.toml"
     path.write_text(text)
     with pytest.raises(StudyError, match=sentence):
-        create(grid.directory, read(path), path)
+        sweep(path, out=grid.directory)
     assert before == {path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()}
 
 

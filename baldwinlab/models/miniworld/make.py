@@ -63,7 +63,7 @@ def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
     width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
     edge = math.sqrt(width * height * ITEMS_IN_CELL / max(1, region.count))
     looked_at = (2 * experiment.senses.visual_radius + edge) ** 2  # an area
-    if region.count <= FEW_ITEMS or looked_at > WORTH_SORTING * width * height:
+    if region.count <= FEW_ITEMS or looked_at >= WORTH_SORTING * width * height:  # equal where both are less than any float
         return 1, 1
     return max(1, round(width / edge)), max(1, round(height / edge))
 
@@ -134,13 +134,30 @@ def dimensions(experiment: Experiment) -> dict[str, int]:
     }
 
 
-def make_state(experiment: Experiment, worlds: int) -> State:
+def _shapes(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
+    """What gives the shape of a declared array in a batch of so many worlds."""
     lanes, sizes = _bundles(worlds * experiment.population.size) * WIDTH, dimensions(experiment)
 
-    def allocate(array: Array) -> npt.NDArray[Any]:
+    def shape(array: Array) -> tuple[int, ...]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
-        shape = {"agent": (*rows, lanes), "world": (worlds, *rows), "batch": rows}[array.owner]
-        return _aligned(shape, array.dtype, array.fill)
+        return {"agent": (*rows, lanes), "world": (worlds, *rows), "batch": rows}[array.owner]
+
+    return shape
+
+
+def state_bytes(experiment: Experiment, worlds: int) -> int:
+    """What the arrays of `make_state` take; nothing is allocated."""
+    shape, paths = _shapes(experiment, worlds), ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features")
+    holders: list[Mapping[str, Array]] = [type(part).arrays for path in paths for part in experiment.parts(path)]
+    arrays = [array for held in (ARRAYS, kind_of_recall(experiment).arrays, *holders) for array in held.values()]
+    return sum(math.prod(shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
+
+
+def make_state(experiment: Experiment, worlds: int) -> State:
+    shape = _shapes(experiment, worlds)
+
+    def allocate(array: Array) -> npt.NDArray[Any]:
+        return _aligned(shape(array), array.dtype, array.fill)
 
     def made(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
