@@ -214,11 +214,13 @@ class _Unread(BaseExperiment, extra="allow"):
     record: Record = Record()
 
 
-def validate(tree: dict[str, Any], reading: bool = False) -> Any:
+def validate(tree: Any, reading: bool = False) -> Any:
     """The experiment that `tree` describes. Raises ExperimentError with a line for every fault.
 
     `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
     """
+    if not isinstance(tree, dict):
+        raise ExperimentError("an experiment is a table of its fields")
     experiment = _made(tree, reading)
     if not reading:
         _let_foreign_parts_check(experiment)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Iterable
+from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -54,7 +55,7 @@ def load_text(text: str, place: Path) -> ModuleType:
     if name in sys.modules:
         _make_known(sys.modules[name])
         return sys.modules[name]
-    spec = spec_from_file_location(name, place)
+    spec = spec_from_file_location(name, place, loader=SourceFileLoader(name, str(place)))  # whatever the file's ending is
     assert spec is not None
     module = module_from_spec(spec)
     module.__dict__["__source__"] = text

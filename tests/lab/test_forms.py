@@ -64,6 +64,11 @@ def test_what_is_wrong_comes_back_as_it_is_with_the_faults() -> None:
     assert found["schema"] == schema_of(Experiment)
 
 
+@pytest.mark.parametrize("tree", [None, 5, "evo/A", []])
+def test_what_is_no_table_is_told_so(tree: Any) -> None:
+    assert form_of(tree)["errors"] == [{"path": "", "message": "an experiment is a table of its fields"}]
+
+
 def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
     def post(path: str) -> Any:
         return httpx.post(f"{lab_server.address}/api/{path}", json={"experiment": small().to_dict()}, timeout=60).json()

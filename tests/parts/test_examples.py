@@ -158,3 +158,10 @@ def test_the_source_of_a_part_is_known_by_its_hash() -> None:
     assert source.text == (EXAMPLES / "social.py").read_text("utf-8")
     assert len(source.sha256) == 64
     assert sources_of([small("evo")]) == ()
+
+
+def test_a_part_s_file_may_have_any_name(tmp_path: Path) -> None:
+    given = tmp_path / "champion.txt"
+    given.write_bytes((PARTS / "own_selection.py").read_bytes())
+    load_file(given)
+    assert "champion" in choices.names("selection")
