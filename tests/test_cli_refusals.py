@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
 from pathlib import Path
 
 import pytest
 
+from baldwinlab import resources
+from baldwinlab.files import write_atomically
 from tests.commands import Command
 from tests.small import contents, small_study
 
@@ -81,6 +85,19 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["report"], "requires an argument"),
         (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
         (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
+        (["run", "evo/A", "--runs", "100000000"], "runs: 100,000,000: about 47."),
+        (["run", "evo/A", "--runs", "3000000000", "--force"], "--runs 3000000000 must be at most 2147483648"),
+        (
+            ["run", "evo+self-taught/A", "--set", "population.size=1000000", "lifetime.steps=1"],
+            "GiB of memory would be needed, and",
+        ),
+        (
+            ["run", "evo/A", "--set", "population.size=1000000", "--force"],
+            "kept_genome would take 22.4 GiB, and netCDF files hold",
+        ),
+        (["reproduce", "--steps", "100000000", "--runs", "1"], "of memory would be needed, and"),
+        (["multiverse", "--runs", "100000000"], "runs: 9,000,000,000: about"),
+        (["check", "part.py", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
         (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, lab"),
     ],
 )
@@ -95,6 +112,87 @@ def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
     assert "Traceback" not in done.err
     assert len(done.err.strip().splitlines()) == 1
     assert contents(tmp_path) == before
+
+
+def test_what_is_too_large_is_refused_before_a_folder_is_made(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "large.toml").write_text('experiment = "evo/A"\nruns = 100000000\n[fields]\nlearning.rate = [0, 1]')
+    (tmp_path / "thin.toml").write_text(
+        "senses.visual_radius = 1e-100\n[[world.food]]\nx = [0, 1e-200]\ny = [0, 600]\ncount = 1000\n"
+    )
+    for arguments in (["sweep", "large.toml"], ["run", "thin.toml"], ["run", "evo/A", "--set", "population.size=1000000"]):
+        done = command(*arguments)
+        assert done.code == 2
+        assert "would be needed, and" in done.err
+        assert "add --force" in done.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["large.toml", "thin.toml"]
+
+
+def test_whoever_knows_better_begins_all_the_same(
+    command: Command, tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(stored, tmp_path / "study")
+    monkeypatch.setattr(resources, "available_memory", lambda: 1_000_000)
+    life = ["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", "life.nc"]
+    again = ["run", "evo/A", "--runs", "1", "--set", "lifetime.steps=1", "evolution.generations=1", "--out", "new"]
+    for arguments in (life, ["report", "study"], ["assay", "study", "--only", "descent"], again):
+        refused = command(*arguments)
+        assert refused.code == 2
+        assert "of memory would be needed, and 976.6 KiB are free on this machine" in refused.err
+        assert command(*arguments, "--force").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        (["report", "study", "--out", "page.html"], "page.html"),
+        (["run", "evo/A", "--runs", "1", "--out", "new"], "new/runs/evo/A/experiment.toml"),
+        (["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "x.csv"], "x.csv"),
+        (["assay", "study", "--only", "descent"], "study/assays/descent/evo/A.nc"),
+        *(
+            (["replay", "study", "--condition", "evo/A", "--run", "0", "--generation", "0", "--out", f"x.{kind}"], f"x.{kind}")
+            for kind in ("nc", "png", "gif")
+        ),
+    ],
+)
+def test_a_full_disk_is_said_of_the_file_and_of_the_folder(
+    command: Command, tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], file: str
+) -> None:
+    def no_space(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    shutil.copytree(stored, tmp_path / "study")
+    if arguments[0] == "report":  # which writes its tables first
+        real = write_atomically
+        monkeypatch.setattr(
+            "baldwinlab.report.write_atomically",
+            lambda path, content: (monkeypatch.setattr(os, "fsync", no_space), real(path, content)),
+        )
+    else:
+        monkeypatch.setattr(os, "fsync", no_space)
+    done = command(*arguments)
+    assert done.code != 0
+    assert f"{file}" in done.err.splitlines()[-1]
+    assert f"no space is left in {Path(file).parent}" in done.err.splitlines()[-1]
+    assert "Traceback" not in done.err
+
+
+def test_a_message_is_of_a_screen_at_most(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "keys.toml").write_text("".join(f"key{number} = 1\n" for number in range(20_000)))
+    region = "{ x = [9, 0], y = [0, 1], energy = -1 }"
+    (tmp_path / "regions.toml").write_text(f"[world]\nfood = [{', '.join([region] * 65)}]")
+    (tmp_path / "long.toml").write_text(f"{'a' * 5000} = 1\nname = '{'b' * 5000}'")
+    (tmp_path / "sweep.toml").write_text(f'experiment = "evo/A"\n{"".join(f"key{each} = 1{chr(10)}" for each in range(500))}')
+    for arguments, end in (
+        (["run", "keys.toml"], "and 19,990 more"),
+        (["run", "regions.toml"], ""),
+        (["run", "long.toml"], ""),
+        (["sweep", "sweep.toml"], "and 491 more"),
+        (["c" * 5000], "more characters"),
+    ):
+        done = command(*arguments)
+        assert done.code != 0
+        assert 20 < len(done.err) < 1950
+        assert done.err.strip().endswith(end)
 
 
 def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path: Path) -> None:

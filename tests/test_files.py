@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -18,10 +19,22 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_trace(tmp_path: Path, mon
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", no_space)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(OSError, match="no space is left"):
         write_atomically(path, b"new")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_where_no_space_is_left_the_file_and_the_folder_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_space(handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", no_space)
+    with pytest.raises(OSError, match="no space is left in") as raised:
+        write_atomically(tmp_path / "folder" / "record", b"new")
+    assert raised.value.filename == str(tmp_path / "folder" / "record")
+    assert raised.value.strerror == f"no space is left in {tmp_path / 'folder'}"
+    assert raised.value.errno == errno.ENOSPC
 
 
 def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> None:

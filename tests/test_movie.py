@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -26,6 +27,18 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     frames = imageio_ffmpeg.read_frames(str(path))
     assert next(frames)["size"] == (640, 640)
     assert sum(1 for _ in frames) == 300
+
+
+def test_an_mp4_that_ffmpeg_could_not_end_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut_short(path: str, *size: object, **how: object) -> Generator[None, object, None]:
+        Path(path).write_bytes(b"ftyp, mdat and no index")
+        while True:
+            yield
+
+    monkeypatch.setattr(imageio_ffmpeg, "write_frames", cut_short)
+    with pytest.raises(OSError, match=r"Input/output error.*life\.mp4|no space is left"):
+        write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")
+    assert not list(tmp_path.iterdir())
 
 
 def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from baldwinlab.runs import estimate
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies import executors, store
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
+from baldwinlab.studies.records import MOST_RUNS
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 
@@ -50,8 +51,8 @@ def bring(
     InterruptedStudyError say what is stored when it is stopped.
     """
     require_positive("runs", runs)
-    if runs > store.MOST_RUNS:
-        raise ArgumentError("runs", runs, f"must be at most {store.MOST_RUNS}")
+    if runs > MOST_RUNS:
+        raise ArgumentError("runs", runs, f"must be at most {MOST_RUNS}")
     require_positive("workers", workers)
     place = executors.choose(executor, workers)
     check_seed(seed)

@@ -13,11 +13,11 @@ from types import MappingProxyType
 import numpy as np
 import xarray as xr
 
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.netcdf import DamagedError, opened, verify
-from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS
+from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS, Variable
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
 Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
@@ -56,12 +56,26 @@ def read_one(path: Path, assay: str, condition: str) -> xr.Dataset:
     except DamagedError as error:
         raise ValueError(f"{path} is damaged: {error}; {again}") from None
     data = _in_words_of_today(data)
-    lacking = [name for name, variable in ASSAYS[assay].items() if name in data and set(data[name].dims) != set(variable.dims)]
-    if lacking or not set(ASSAYS[assay]) & set(data.data_vars) or "experiment" not in data.attrs:
+    if not _is_declared(data, ASSAYS[assay]):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
     if data.attrs.get("condition", condition) != condition:
         raise ValueError(f"{path} is of the condition {data.attrs['condition']!r}, not of {condition!r}; {again}")
     return data
+
+
+def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
+    """Whether it holds some of these variables, as numbers with their dimensions and what these stand for; and an experiment."""
+    there = [name for name in declared if name in data]
+    try:
+        from_toml(data.attrs["experiment"], where="the assay", reading=True)
+    except (KeyError, TypeError, AttributeError, ExperimentError):
+        return False
+    return bool(there) and all(
+        set(data[name].dims) == set(declared[name].dims)
+        and data[name].dtype.kind in "if"
+        and all(dim in data.coords for dim in declared[name].dims if dim != "agent")
+        for name in there
+    )
 
 
 def _in_words_of_today(data: xr.Dataset) -> xr.Dataset:

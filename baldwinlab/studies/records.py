@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import errno
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -22,9 +22,11 @@ from baldwinlab.experiment.toml import from_toml
 from baldwinlab.files import is_local, write_atomically
 from baldwinlab.netcdf import DamagedError, opened, sealed, verify
 from baldwinlab.outputs import is_study
-from baldwinlab.variables import packed, whole
+from baldwinlab.variables import RECORD, packed, whole
 
 MOST_RUNS: Final = 2**31  # a run's number is smaller
+OF_ALL: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
+NUMBERS: Final = ("i", "f", "d")  # in netCDF
 
 
 class StudyError(BaldwinLabError):
@@ -51,7 +53,7 @@ def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -
     try:
         with netcdf_file(io.BytesIO(raw), mmap=False) as file:
             own = {name: _text(getattr(file, name, "")) for name in ("condition", "seed", "run", "experiment")}
-            shapes = {name: variable.shape for name, variable in file.variables.items()}
+            held = {name: (each.dimensions, each.shape, each.typecode()) for name, each in file.variables.items()}
     except Exception as error:  # whatever a reader meets in bytes that are no netCDF
         raise DamagedRecordError(f"it is no netCDF file ({error})") from None
     if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
@@ -60,8 +62,14 @@ def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -
     if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
         raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
     lived = (experiment.evolution.generations, experiment.population.size)
-    if any(shapes.get(name, ())[:2] != lived for name in ("energy", "parents")) or "kept_genome" not in shapes:
+    if not all(_is_declared(name, held) for name in OF_ALL) or held["energy"][1] != lived:
         raise DamagedRecordError(f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents")
+
+
+def _is_declared(name: str, held: Mapping[str, tuple[Sequence[str], tuple[int, ...], str]]) -> bool:
+    """Whether a variable is there as numbers, with its dimensions and their coordinates."""
+    dims, _, kind = held.get(name, ((), (), ""))
+    return dims == RECORD[name].dims and kind in NUMBERS and all(dim in held for dim in dims)
 
 
 @lru_cache(maxsize=64)

@@ -101,5 +101,7 @@ def test_a_full_disk_keeps_nothing_and_stops_nobody(tmp_path: Path, monkeypatch:
             return (1, 2, 3)
 
     monkeypatch.setattr(cache, "write_atomically", full)
-    with pytest.warns(RuntimeWarning, match=f"{tmp_path}.*No space left on device"):
-        cache.Store(tmp_path / "code").save_overload("(int64,)", Compiled())
+    with pytest.warns(RuntimeWarning, match=f"{tmp_path}: No space left on device") as said:
+        for code in ("one", "other"):
+            cache.Store(tmp_path / code).save_overload("(int64,)", Compiled())
+    assert len(said) == 1

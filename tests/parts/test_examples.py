@@ -162,6 +162,6 @@ def test_the_source_of_a_part_is_known_by_its_hash() -> None:
 
 def test_a_part_s_file_may_have_any_name(tmp_path: Path) -> None:
     given = tmp_path / "champion.txt"
-    given.write_bytes((PARTS / "own_selection.py").read_bytes())
+    given.write_bytes((EXAMPLES / "own_selection.py").read_bytes())
     load_file(given)
     assert "champion" in choices.names("selection")
