@@ -9,7 +9,7 @@ from pathlib import Path
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket
 
 from baldwinlab import palette
 from baldwinlab.lab import Lab, MissingError, forms, inside, live, recording, share, studies
+from baldwinlab.lab.clients import InPieces
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
 from baldwinlab.studies.records import StudyError
@@ -38,8 +39,9 @@ def make_app(root: Path) -> Starlette:
     return Starlette(
         routes=[*routes, Route("/palette.css", _palette), WebSocketRoute("/{path:path}", _no_websocket), files],
         lifespan=lifespan,
-        middleware=[Middleware(Guard)],
+        middleware=[Middleware(InPieces), Middleware(Guard)],
         exception_handlers={
+            ClientDisconnect: _gone,
             MissingError: _not_there,
             StudyError: _refused,
             MovieError: _refused,
@@ -52,6 +54,11 @@ def make_app(root: Path) -> Starlette:
 
 def _palette(request: Request) -> Response:
     return Response(palette.lab_css(), media_type="text/css")
+
+
+def _gone(request: Request, error: Exception) -> Response:
+    """Nobody is there any longer to read it."""
+    return Response(status_code=400)
 
 
 def _not_there(request: Request, error: Exception) -> JSONResponse:

@@ -17,7 +17,8 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
 from baldwinlab.lab.forms import faults
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.live_run import LiveRun, check_size
+from baldwinlab.lab.live_run import LiveRun
+from baldwinlab.lab.live_size import check_size
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
@@ -176,7 +177,7 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
         ({"lifetime": {"steps": 100_000_000}}, 1, "runs x agents x steps x weights"),
         ({"network": {"hidden": [1000, 1000]}}, 1, "runs x agents x steps x weights"),
         ({"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}}, 1, "500,000 items of food"),
-        ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of genomes"),
+        ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of memory"),
     ],
 )
 def test_what_is_too_large_to_watch_is_refused(changes: dict[str, Any], runs: int, sentence: str) -> None:
@@ -218,7 +219,7 @@ def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPa
     def fail(*arguments: object) -> None:
         raise MemoryError("no room")
 
-    monkeypatch.setattr("baldwinlab.lab.live_run.simulate_batch", fail)
+    monkeypatch.setattr("baldwinlab.lab.live_run.live_batch", fail)
     run = ended(live.start(small(), seed=0, runs=1))
     assert (run.state, run.message) == ("failed", "the live run failed: no room")
 
