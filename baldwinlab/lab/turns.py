@@ -10,6 +10,7 @@ from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 
 from baldwinlab.lab import Lab
+from baldwinlab.lab.memory import give_back
 
 
 class InTurn(Response):
@@ -24,3 +25,5 @@ class InTurn(Response):
                 return  # nobody waits for it any longer
             made = await run_in_threadpool(self._make)
             await made(scope, receive, send)
+            del made
+            give_back()
