@@ -33,7 +33,7 @@ def impatient(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterato
 def client(server: LabServer, lines: str) -> Iterator[socket.socket]:
     """One that has sent this much, and takes little at a time. PORT stands for the server's."""
     with closing(socket.socket()) as it:
-        it.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        it.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2**16)
         it.settimeout(20 * SOON)
         it.connect(("127.0.0.1", server.port))
         it.sendall(lines.replace("PORT", str(server.port)).replace("\n", "\r\n").encode())
