@@ -46,6 +46,13 @@ def require_cluster_extra(what: str) -> None:
         raise RefusedError(f"{what} needs the extra 'cluster': pip install 'baldwinlab[cluster]'")
 
 
+def text_of(path: Path) -> str:
+    """Raises OSError, and ValueError for what is no file, such as a named pipe, of which the end may never come."""
+    if is_local(path) and path.exists() and not path.is_file():
+        raise ValueError("it is no file")
+    return path.read_text("utf-8")
+
+
 def is_local(path: Path) -> bool:
     """Whether a path lies in this machine's file system, rather than in a store that only fsspec reaches."""
     return isinstance(path, Path)

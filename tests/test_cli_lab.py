@@ -6,19 +6,21 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import webbrowser
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import httpx
 import psutil
 import pytest
+from websockets.sync.client import connect
 
 from baldwinlab import cli
 from baldwinlab.cli import lab
 from baldwinlab.presets import load
-from tests.small import small_study
+from tests.small import small, small_study
 
 
 def complaint(arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> str:
@@ -91,6 +93,36 @@ def test_ctrl_c_closes_it(tmp_path: Path) -> None:
         assert client.get(f"{address}api/studies").json() == {"studies": []}  # and its connection stays open
         process.send_signal(signal.SIGINT)
         rest, complaints = process.communicate(timeout=30)
+    assert (process.returncode, rest, complaints) == (0, "the lab is closed\n", "")
+
+
+def attached(address: str, what: str) -> ExitStack:
+    """Somebody who is there when the lab is closed, until the end of the `with`."""
+    port, many = int(address.rstrip("/").split(":")[2]), ExitStack()
+    if what == "a page that watches and does not read":
+        order = {"experiment": small("evo/A").replace(evolution={"generations": 10_000}).to_dict()}
+        id = httpx.post(f"{address}api/live", json=order, timeout=60).json()["id"]
+        many.enter_context(connect(f"ws://127.0.0.1:{port}/api/live/{id}", close_timeout=0))
+        return many
+    begun = {"half a request": "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{"}
+    query = "preset=evo/A&seed=0&run=0&generation=99"  # for which 99 generations are lived
+    whole = f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\n\n"
+    client = many.enter_context(socket.create_connection(("127.0.0.1", port)))
+    client.sendall(begun.get(what, whole).replace("PORT", str(port)).replace("\n", "\r\n").encode())
+    return many
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process")
+@pytest.mark.parametrize("what", ["a page that watches and does not read", "half a request", "a life that takes long"])
+def test_ctrl_c_closes_it_soon_whatever_is_attached(tmp_path: Path, what: str) -> None:
+    with opened(tmp_path) as (process, address):
+        assert httpx.get(f"{address}api/studies", timeout=60).json() == {"studies": []}
+        with attached(address, what):
+            time.sleep(1)
+            asked = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            rest, complaints = process.communicate(timeout=30)
+            assert time.monotonic() - asked < 3
     assert (process.returncode, rest, complaints) == (0, "the lab is closed\n", "")
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import errno
 import os
 import socket
+import sys
 import threading
 import webbrowser
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -23,7 +25,6 @@ from baldwinlab.runs.warm_up import warm_up
 RESULTS = Path("results")
 PORT = 8642
 HOST = "127.0.0.1"
-PATIENCE = 2  # seconds that open connections have to end when the server does
 
 
 def lab(
@@ -50,7 +51,6 @@ def lab(
         if browser:
             threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
         _serve(directory, listener)
-    console.say("the lab is closed")
 
 
 def listening(port: int) -> socket.socket:
@@ -73,12 +73,18 @@ def listening(port: int) -> socket.socket:
 
 def _serve(directory: Path, listener: socket.socket) -> None:
     """Until ctrl-C."""
-    import uvicorn  # here, because only the extra has it, and it takes a while to load
-
+    from baldwinlab.lab.clients import server_of  # here, because only the extra has what they need, and it takes a while to load
     from baldwinlab.lab.server import make_app
 
-    config = uvicorn.Config(make_app(directory), log_level="warning", timeout_graceful_shutdown=PATIENCE)
-    try:
-        uvicorn.Server(config).run(sockets=[listener])
-    except KeyboardInterrupt:  # which the server raises again once it has ended
-        return
+    with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
+        server_of(make_app(directory)).run(sockets=[listener])
+    console.say("the lab is closed")
+    _leave()
+
+
+def _leave() -> None:
+    """End the process where Python would wait for threads first: for a long life that is lived again, or a disk that hangs."""
+    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)

@@ -6,10 +6,9 @@ So pages do not wait for each other, and one that was cut off gets all that it m
 
 from __future__ import annotations
 
-import json
 import re
 import threading
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
@@ -25,13 +24,17 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.live_run import LiveRun, check_size, seconds_in
-from baldwinlab.lab.query import body
+from baldwinlab.lab.clients import PATIENCE
+from baldwinlab.lab.live_run import LiveRun, seconds_in
+from baldwinlab.lab.live_size import check_size, memory_of
+from baldwinlab.lab.memory import give_back
+from baldwinlab.lab.query import body, parsed
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import create
 
 MOST_AT_ONCE: Final = 4  # live runs that live or are paused
+MOST_MEMORY: Final = 1_000_000_000  # bytes of all live runs, ended ones too
 GRACE: Final = 60.0  # seconds that a run waits for a page to come back
 LOOK: Final = 0.05  # seconds between two looks at a run
 BATCH: Final = 500  # generations in a message
@@ -54,10 +57,28 @@ class Live:
         with self._lock:
             if sum(not run.ended for run in self._runs.values()) >= MOST_AT_ONCE:
                 raise ValueError(f"{MOST_AT_ONCE} live runs live already, which is the most; stop one of them first")
+            self._make_room(memory_of(experiment, runs))
             run = LiveRun(experiment, seed, runs, seconds)
             self._runs[run.id] = run
             self._say_farewell(run)
         return run
+
+    def _make_room(self, wanted: int) -> None:
+        """Forget runs that have ended and that nobody watches, the oldest first. Raises ValueError where that is not enough."""
+        over = wanted - MOST_MEMORY + sum(run.memory for run in self._runs.values())
+        forgotten = []
+        for run in self._runs.values():
+            if over > 0 and run.ended and not run.watchers:
+                forgotten.append(run)
+                over -= run.memory
+        if over > 0:
+            raise ValueError(
+                f"live runs may hold {MOST_MEMORY:,} bytes of memory together, and with this one they would hold {over:,} more; "
+                "close the page of one that has ended"
+            )
+        for run in forgotten:
+            run.farewell.cancel()
+            del self._runs[run.id]
 
     def all(self) -> list[LiveRun]:
         with self._lock:
@@ -116,15 +137,19 @@ class Live:
         """Free a run that nobody watches, if nobody comes back in time."""
         if run.watchers:
             return
-        run.farewell = threading.Timer(self._grace, self._free, [run])
+        run.farewell = threading.Timer(self._grace, self._free, [run.id])
         run.farewell.daemon = True
         run.farewell.start()
 
-    def _free(self, run: LiveRun) -> None:
+    def _free(self, id: str) -> None:
         with self._lock:
-            if not run.watchers:
-                run.stop()
-                self._runs.pop(run.id, None)
+            if id not in self._runs or self._runs[id].watchers:
+                return
+            run = self._runs.pop(id)
+        run.stop()
+        run.wait()
+        del run
+        give_back()
 
 
 def _new_directory(root: Path, name: str) -> Path:
@@ -163,20 +188,25 @@ def _about(run: LiveRun) -> dict[str, Any]:
     }
 
 
+async def _send(websocket: WebSocket, news: dict[str, Any]) -> None:
+    """Raises TimeoutError for a page that takes nothing."""
+    with anyio.fail_after(PATIENCE):
+        await websocket.send_json(news)
+
+
 async def _tell(websocket: WebSocket, run: LiveRun) -> None:
     """Send what there is of a run, and then what is new, until it has ended."""
     told, state = 0, ""
-    await websocket.send_json({"type": "run", **_about(run)})
+    await _send(websocket, {"type": "run", **_about(run)})
     while True:
         now, ended = run.state, run.ended  # before the generations, so that the end is told after the last
-        last = min(run.lived, told + BATCH)
-        if last > told:
-            await websocket.send_json({"type": "generations", "first": told, **run.measures(told, last)})
-            told = last
-        if told < run.lived:
-            continue
+        lived = run.lived
+        for first in range(told, lived, BATCH):
+            measures = await run_in_threadpool(run.measures, first, min(first + BATCH, lived))  # they take too long to wait here
+            await _send(websocket, {"type": "generations", "first": first, **measures})
+        told = lived
         if now != state:
-            await websocket.send_json({"type": "state", "state": now, "message": run.message})
+            await _send(websocket, {"type": "state", "state": now, "message": run.message})
             state = now
         if ended:
             return
@@ -187,24 +217,32 @@ async def _listen(websocket: WebSocket, run: LiveRun) -> None:
     """Do what the page asks."""
     async for text in websocket.iter_text():
         try:
-            run.obey(json.loads(text))
+            run.obey(parsed(text))
         except ValueError as error:
-            await websocket.send_json({"type": "problem", "message": str(error)})
+            await _send(websocket, {"type": "problem", "message": str(error)})
 
 
-async def _until_gone(talk: Callable[[WebSocket, LiveRun], Awaitable[None]], websocket: WebSocket, run: LiveRun) -> None:
-    with suppress(WebSocketDisconnect):
-        await talk(websocket, run)
+async def _talk(websocket: WebSocket, run: LiveRun) -> None:
+    """Until the page is gone, or takes nothing."""
+    async with anyio.create_task_group() as group:
+
+        async def tell() -> None:
+            try:
+                await _tell(websocket, run)
+            except (WebSocketDisconnect, TimeoutError):
+                group.cancel_scope.cancel()
+
+        group.start_soon(tell)
+        with suppress(WebSocketDisconnect, TimeoutError):
+            await _listen(websocket, run)
+        group.cancel_scope.cancel()
 
 
 async def _follow(websocket: WebSocket, live: Live) -> None:
     await websocket.accept()
     try:
         with live.watched(websocket.path_params["id"]) as run:
-            async with anyio.create_task_group() as group:
-                group.start_soon(_until_gone, _tell, websocket, run)
-                await _until_gone(_listen, websocket, run)
-                group.cancel_scope.cancel()
+            await _talk(websocket, run)
     except MissingError as error:
         await websocket.send_json({"type": "state", "state": "gone", "message": str(error)})
         await websocket.close()

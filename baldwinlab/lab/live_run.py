@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, Final
 from uuid import uuid4
 
@@ -12,19 +13,29 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
+from baldwinlab.lab.live_size import memory_of, steps_at_once
+from baldwinlab.models.miniworld import cpu
 from baldwinlab.models.miniworld.backend import CPU
-from baldwinlab.runs.simulate import History, simulate_batch
+from baldwinlab.runs.simulate import History, live_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.statistics.fitness import MEASURES, interval_of_mean
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
-MOST_RUNS: Final = 50
-MOST_GENERATIONS: Final = 10_000
-MOST_MEMORY: Final = 500_000_000  # bytes of genomes
-MOST_WORK: Final = 20_000_000_000  # weights x agent-steps of a generation: some seconds, in which it cannot be stopped
-MOST_ITEMS: Final = 500_000  # of food
 SLOWEST: Final = 60.0  # seconds a generation
+
+
+class InPieces(cpu.Batch):
+    """A batch whose lives are lived some steps at a time, to the same bits; before each piece, `look` is called."""
+
+    def __init__(self, look: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+        super().__init__(experiment, seed, runs)
+        self._look, self._steps = look, steps_at_once(experiment, len(runs))
+
+    def live(self, first_step: int, last_step: int) -> None:
+        for first in range(first_step, last_step, self._steps):
+            self._look()
+            super().live(first, min(first + self._steps, last_step))
 
 
 class LiveRun:
@@ -34,6 +45,7 @@ class LiveRun:
         """A generation takes at least so many `seconds`, so that eyes can follow; 0 for as fast as it goes."""
         self.id = uuid4().hex[:8]
         self.experiment, self.seed, self.runs, self.seconds = experiment, seed, runs, seconds
+        self.memory = memory_of(experiment, runs)  # bytes that it comes to hold
         self.message = ""
         self.kept = ""  # the study that it was kept as last
         self.watchers = 0
@@ -63,7 +75,7 @@ class LiveRun:
         return self._histories[-1].lived if self._histories else 0
 
     def pause(self) -> None:
-        """Takes effect when the generation that lives now has lived; not after `stop`."""
+        """Takes effect in the middle of a life; not after `stop`."""
         if not self._stopping:
             self._going.clear()
 
@@ -71,10 +83,14 @@ class LiveRun:
         self._going.set()
 
     def stop(self) -> None:
-        """As `pause`, for good; all that has lived can still be seen and kept."""
+        """As `pause`, for good; all generations that have lived can still be seen and kept."""
         self._stopping = True
         self._going.set()
         self._stirred.set()
+
+    def wait(self) -> None:
+        """Until it has ended."""
+        self._thread.join()
 
     def obey(self, order: Any) -> None:
         """Do what a page asks: {"do": "pause"}, "resume" or "stop", or {"do": "pace", "seconds": 0.1}. Raises ValueError."""
@@ -111,18 +127,19 @@ class LiveRun:
         return xr.DataArray(self._histories[run].energy, dims=("generation", "agent"))
 
     def records(self) -> list[xr.Dataset]:
-        """Each run as `simulate` gives it. Raises StudyError while it lives, and where no generation has lived."""
+        """Each run as a study stores it. Raises StudyError while it lives, and where no generation has lived."""
         if self._end not in ("done", "stopped"):
             raise StudyError(f"the live run {self.id} is {self.state}; only one that is done or stopped can be kept")
         if not self.lived:
             raise StudyError(f"no generation of the live run {self.id} has lived, so there is nothing to keep")
-        return [history.dataset() for history in self._histories]
+        return [history.record() for history in self._histories]
 
     def _live(self) -> None:
         try:
             warm_up([self.experiment])
             self._ready = True
-            simulate_batch(self.experiment, self.seed, range(self.runs), CPU, self._lived)
+            in_pieces = CPU._replace(batch=partial(InPieces, self._look))
+            live_batch(self.experiment, self.seed, range(self.runs), in_pieces, self._lived)
             self._end = "done"
         except StoppedError:
             self._end = "stopped"
@@ -137,8 +154,12 @@ class LiveRun:
         while not self._stopping and (early := self._woke + self.seconds - time.monotonic()) > 0:
             self._stirred.wait(early)
             self._stirred.clear()
-        self._going.wait()
+        self._look()
         self._woke = time.monotonic()
+
+    def _look(self) -> None:
+        """Wait for as long as it is paused. Raises StoppedError where it is to stop."""
+        self._going.wait()
         if self._stopping:
             raise StoppedError
 
@@ -149,22 +170,3 @@ def seconds_in(order: dict[str, Any]) -> float:
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds <= SLOWEST:
         raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {SLOWEST:g}")
     return float(seconds)
-
-
-def check_size(experiment: Experiment, runs: int) -> None:
-    """Raises ValueError for what `baldwinlab run` can do, but not while somebody waits for it."""
-    if not 1 <= runs <= MOST_RUNS:
-        raise ValueError(f"runs = {runs} must be at least 1 and at most {MOST_RUNS} for a live run")
-    generations, agents = experiment.evolution.generations, experiment.population.size
-    genomes = 4 * runs * generations * agents * len(experiment.modules) * experiment.genome_length
-    work = runs * agents * experiment.steps * experiment.weight_count
-    items = runs * sum(region.count for region in experiment.world.food) if isinstance(experiment, Experiment) else 0
-    faults = (
-        (generations, MOST_GENERATIONS, "generations"),
-        (items, MOST_ITEMS, "items of food in all its runs"),
-        (work, MOST_WORK, "runs x agents x steps x weights in a generation"),
-        (genomes, MOST_MEMORY, "bytes of genomes, which are runs x generations x agents x weights x 4"),
-    )
-    for value, most, what in faults:
-        if value > most:
-            raise ValueError(f"a live run may have {most:,} {what}, and this one would have {value:,}; `baldwinlab run` does it")

@@ -14,6 +14,7 @@ from baldwinlab.evolution import Genome, Moment
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import Query, number, text
+from baldwinlab.lab.turns import InTurn
 from baldwinlab.runs.reevaluate import stored_genome
 from baldwinlab.runs.replay import energy_before, genome_at
 from baldwinlab.runs.simulate import check_seed
@@ -52,9 +53,11 @@ async def answer(
     life = await run_in_threadpool(find, lab, query)
     part = span(query, life.experiment.lifetime.steps, bytes_a_step(life.experiment))
     key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.moment)
-    async with lab.turns:
-        raw = await run_in_threadpool(lab.answers.get, key, lambda: make(life, part))
-    return Response(raw, media_type="application/octet-stream")
+
+    def made() -> Response:
+        return Response(lab.answers.get(key, lambda: make(life, part)), media_type="application/octet-stream")
+
+    return InTurn(lab, made)
 
 
 def span(query: Query, steps: int, bytes_a_step: int) -> Span:

@@ -9,14 +9,16 @@ from pathlib import Path
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from baldwinlab import palette
+from baldwinlab.console import on_a_screen
 from baldwinlab.lab import Lab, MissingError, forms, inside, live, recording, share, studies
+from baldwinlab.lab.clients import InPieces
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
 from baldwinlab.studies.records import StudyError
@@ -38,8 +40,9 @@ def make_app(root: Path) -> Starlette:
     return Starlette(
         routes=[*routes, Route("/palette.css", _palette), WebSocketRoute("/{path:path}", _no_websocket), files],
         lifespan=lifespan,
-        middleware=[Middleware(Guard)],
+        middleware=[Middleware(InPieces), Middleware(Guard)],
         exception_handlers={
+            ClientDisconnect: _gone,
             MissingError: _not_there,
             StudyError: _refused,
             MovieError: _refused,
@@ -54,23 +57,33 @@ def _palette(request: Request) -> Response:
     return Response(palette.lab_css(), media_type="text/css")
 
 
+def _gone(request: Request, error: Exception) -> Response:
+    """Nobody is there any longer to read it."""
+    return Response(status_code=400)
+
+
 def _not_there(request: Request, error: Exception) -> JSONResponse:
-    return JSONResponse({"error": str(error)}, 404)
+    return _sentence(str(error), 404)
 
 
 def _refused(request: Request, error: Exception) -> JSONResponse:
-    return JSONResponse({"error": str(error)}, 400)
+    return _sentence(str(error), 400)
 
 
 def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     sentence = f"there is no {request.url.path} here" if error.status_code == 404 else f"{request.url.path}: {error.detail}"
-    return JSONResponse({"error": sentence}, error.status_code)
+    return _sentence(sentence, error.status_code)
 
 
 def _failed(request: Request, error: Exception) -> JSONResponse:
     """What nobody foresaw, a full disk or a fault of ours. The server goes on, and writes the whole of it to its own output."""
-    return JSONResponse({"error": f"the lab failed at {request.url.path}: {error or type(error).__name__}"}, 500)
+    return _sentence(f"the lab failed at {request.url.path}: {error or type(error).__name__}", 500)
+
+
+def _sentence(words: str, status: int) -> JSONResponse:
+    """A refusal that the page shows."""
+    return JSONResponse({"error": on_a_screen(words)}, status)
 
 
 async def _no_websocket(websocket: WebSocket) -> None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import re
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import parse_qsl, quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Route
@@ -24,6 +23,7 @@ from baldwinlab.lab import Lab, MissingError, lives, studies
 from baldwinlab.lab.lives import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.recording import bytes_of_step, record
+from baldwinlab.lab.turns import InTurn
 from baldwinlab.movie import Scene, write_movie_of
 from baldwinlab.runs.replay import replay
 from baldwinlab.version import __version__
@@ -40,21 +40,16 @@ REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-i
 
 def routes(lab: Lab) -> list[BaseRoute]:
     async def share(request: Request) -> Response:
-        return await _in_turn(lab, _shared, request.query_params)
+        return InTurn(lab, lambda: _shared(lab, request.query_params))
 
     async def movie(request: Request) -> Response:
-        return await _in_turn(lab, _movie, request.query_params)
+        return InTurn(lab, lambda: _movie(lab, request.query_params))
 
     def report(request: Request) -> FileResponse:
         path = report_of(lab, text(request.query_params, "study"))
         return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
 
     return [Route("/api/share", share), Route("/api/movie", movie), Route("/api/report", report)]
-
-
-async def _in_turn(lab: Lab, make: Callable[[Lab, Query], Response], query: Query) -> Response:
-    async with lab.turns:
-        return await run_in_threadpool(make, lab, query)
 
 
 def _shared(lab: Lab, query: Query) -> Response:

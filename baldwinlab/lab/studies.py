@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment, choices
+from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.forms import schema_of
-from baldwinlab.lab.query import text
+from baldwinlab.lab.query import parsed, text
+from baldwinlab.lab.turns import InTurn
 from baldwinlab.report import typical_run
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.records import StudyError
@@ -36,9 +37,8 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse(condition(study, text(request.query_params, "condition")).to_dict())
 
     async def results(request: Request) -> Response:
-        async with lab.turns:
-            raw = await run_in_threadpool(results_of, lab, text(request.query_params, "study"))
-        return Response(raw, media_type="application/json")
+        name = text(request.query_params, "study")
+        return InTurn(lab, lambda: Response(results_of(lab, name), media_type="application/json"))
 
     def all_presets(request: Request) -> JSONResponse:
         return JSONResponse({"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)})
@@ -115,9 +115,12 @@ def require_run(lab: Lab, study: Study, name: str, run: int) -> None:
 def summary(lab: Lab, name: str) -> dict[str, Any]:
     """What the page lists of a study: its conditions and their runs, or why it cannot be read."""
     try:
-        study = find(lab, name)
+        return _summary(find(lab, name), name)
     except StudyError as error:
         return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
+
+
+def _summary(study: Study, name: str) -> dict[str, Any]:
     shown = _shown(study)
     conditions = [
         {
@@ -225,10 +228,10 @@ def _plain(values: xr.DataArray) -> list[float | None]:
 
 def _claims(path: Path) -> list[dict[str, Any]]:
     """What the report found of the paper's claims, if one has been made."""
-    try:
-        found = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
+    if not path.exists():
         return []
+    try:
+        found = parsed(text_of(path))
     except (OSError, ValueError) as error:
         raise StudyError(f"{path} cannot be read: {error}; `baldwinlab report` makes it again") from None
     if not isinstance(found, list):

@@ -28,7 +28,7 @@ import xarray as xr
 from baldwinlab.experiment import NAME_PATTERN, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
-from baldwinlab.files import PARTIAL, append_line, is_local, write_atomically
+from baldwinlab.files import PARTIAL, append_line, is_local, text_of, write_atomically
 from baldwinlab.outputs import is_study, owner
 from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
@@ -80,12 +80,9 @@ def _require_seal(text: str, written: int) -> None:
 
 def _text_of(path: Path) -> str:
     """Raises ValueError for what is no file, which could not be read to its end, and for a link to another folder."""
-    if is_local(path) and path.exists():
-        if not path.is_file():
-            raise ValueError("it is no file")
-        if path.resolve().parent != path.parent.resolve():
-            raise ValueError("it is a link to a file elsewhere")
-    return path.read_text("utf-8")
+    if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
+        raise ValueError("it is a link to a file elsewhere")
+    return text_of(path)
 
 
 def _require_sense(seed: Any, names: Any) -> None:
@@ -132,7 +129,7 @@ class Study:
             if experiment.name != condition:
                 raise ValueError(f"it is that of the condition {experiment.name}")
             return experiment
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
     def exists(self) -> bool:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-import uvicorn
 from playwright.sync_api import Browser, Page
 
+from baldwinlab.cli.lab import listening
+from baldwinlab.lab.clients import server_of
 from baldwinlab.lab.server import make_app
 from tests.small import small_study
 
@@ -32,17 +33,18 @@ class LabServer:
 @contextmanager
 def serving(root: Path) -> Iterator[LabServer]:
     """A server in a thread, on a free port of loopback."""
-    server = uvicorn.Server(uvicorn.Config(make_app(root), host="127.0.0.1", port=0, log_level="error", lifespan="on"))
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        while not server.started:
-            assert thread.is_alive(), "the server did not start"
-            time.sleep(0.01)
-        yield LabServer(root, server.servers[0].sockets[0].getsockname()[1])
-    finally:
-        server.should_exit = True
-        thread.join()
+    server = server_of(make_app(root))
+    with listening(0) as listener:
+        thread = threading.Thread(target=server.run, args=[[listener]])
+        thread.start()
+        try:
+            while not server.started:
+                assert thread.is_alive(), "the server did not start"
+                time.sleep(0.01)
+            yield LabServer(root, listener.getsockname()[1])
+        finally:
+            server.should_exit = True
+            thread.join()
 
 
 @pytest.fixture(scope="package")

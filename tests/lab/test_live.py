@@ -17,7 +17,9 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab import MissingError
 from baldwinlab.lab.forms import faults
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.live_run import LiveRun, check_size
+from baldwinlab.lab.live_run import LiveRun
+from baldwinlab.lab.live_size import check_size, memory_of, steps_at_once
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
@@ -90,7 +92,71 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(live: Live, tmp_pa
             assert np.allclose(edge, expected.values[1:3])
 
 
-def test_a_live_run_pauses_between_two_generations_and_goes_on(live: Live) -> None:
+@pytest.fixture
+def endless(live: Live) -> LiveRun:
+    """A run in the middle of a life that would take hours, among half a million items."""
+    many = {"population": {"size": 1}, "lifetime": {"steps": 100_000_000}}
+    food = {"x": [400, 560], "y": [80, 240], "count": 500_000}
+    run = live.start(small("evo/A").replace(**many, world={"food": [food]}), seed=0, runs=1)
+    wait_until(lambda: run.state == "running")
+    time.sleep(0.3)
+    return run
+
+
+def test_a_live_run_stops_within_a_second_in_the_middle_of_a_life(endless: LiveRun) -> None:
+    asked = time.monotonic()
+    endless.stop()
+    endless.wait()
+    assert time.monotonic() - asked < 1
+    assert (endless.state, endless.lived) == ("stopped", 0)
+
+
+def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(endless: LiveRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    lived, really = [0], Batch.live
+
+    def counted(batch: Batch, first: int, last: int) -> None:
+        lived[0] += 1
+        really(batch, first, last)
+
+    monkeypatch.setattr(Batch, "live", counted)
+    wait_until(lambda: lived[0] > 3)
+    endless.pause()
+    time.sleep(1)
+    before = lived[0]
+    time.sleep(0.3)
+    assert lived[0] == before
+    endless.resume()
+    wait_until(lambda: lived[0] > before)
+
+
+def test_lives_in_pieces_have_the_bits_of_whole_ones(live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("baldwinlab.lab.live_run.steps_at_once", lambda experiment, runs: 7)
+    live.keep(ended(live.start(small(), seed=5, runs=3)).id, tmp_path, "pieces")
+    assert contents(tmp_path / "pieces") == contents(small_study(tmp_path / "whole", [small()], runs=3, seed=5).directory)
+
+
+def test_a_piece_is_shorter_where_a_step_takes_longer() -> None:
+    most = [steps_at_once(small().replace(population={"size": size}), 1) for size in (20, 200, 200_000)]
+    assert most[0] > 9 * most[1] > 0
+    assert most[2] >= 1
+
+
+def test_live_runs_that_have_ended_count_until_they_give_way(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("baldwinlab.lab.live.MOST_MEMORY", 2 * memory_of(small(), 1))
+    first, second = (ended(live.start(small(), seed=seed, runs=1)) for seed in range(2))
+    with (
+        live.watched(first.id),
+        live.watched(second.id),
+        pytest.raises(ValueError, match=r"live runs may hold .* bytes of memory together"),
+    ):
+        live.start(small(), seed=2, runs=1)
+    assert live.all() == [first, second]
+    with live.watched(first.id):
+        third = live.start(small(), seed=2, runs=1)
+    assert live.all() == [first, third]
+
+
+def test_a_live_run_pauses_and_goes_on(live: Live) -> None:
     run = live.start(small().replace(**LONG), seed=1, runs=1, seconds=BRISK)
     wait_until(lambda: run.lived > 0)
     run.pause()
@@ -176,7 +242,12 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
         ({"lifetime": {"steps": 100_000_000}}, 1, "runs x agents x steps x weights"),
         ({"network": {"hidden": [1000, 1000]}}, 1, "runs x agents x steps x weights"),
         ({"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}}, 1, "500,000 items of food"),
-        ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of genomes"),
+        (
+            {"population": {"size": 9000}, "world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 9000}]}},
+            1,
+            "items that it looks at",
+        ),
+        ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of memory"),
     ],
 )
 def test_what_is_too_large_to_watch_is_refused(changes: dict[str, Any], runs: int, sentence: str) -> None:
@@ -218,7 +289,7 @@ def test_a_live_run_that_fails_says_why(live: Live, monkeypatch: pytest.MonkeyPa
     def fail(*arguments: object) -> None:
         raise MemoryError("no room")
 
-    monkeypatch.setattr("baldwinlab.lab.live_run.simulate_batch", fail)
+    monkeypatch.setattr("baldwinlab.lab.live_run.live_batch", fail)
     run = ended(live.start(small(), seed=0, runs=1))
     assert (run.state, run.message) == ("failed", "the live run failed: no room")
 

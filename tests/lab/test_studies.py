@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from baldwinlab.studies.store import create
 from baldwinlab.studies.study import open_study
 from tests.lab.asking import data, refusal
 from tests.lab.conftest import LabServer, serving
-from tests.small import small
+from tests.small import small, small_study
 
 
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
@@ -63,6 +64,32 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
         assert refusal(server.address, "recording", 400, **query) == found["torn"]
         assert refusal(server.address, "results", 400, study="torn") == found["torn"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes there")
+def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> None:
+    (tmp_path / "pipe").mkdir()
+    os.mkfifo(tmp_path / "pipe" / "study.toml")
+    for name, file in (("record", "runs/evo+self-taught/A/0000.nc"), ("claims", "claims.json"), ("paper", "paper/paper.toml")):
+        study = small_study(tmp_path / name, [small()], runs=1)
+        (study.directory / file).unlink(missing_ok=True)
+        (study.directory / file).parent.mkdir(exist_ok=True)
+        os.mkfifo(study.directory / file)
+    with serving(tmp_path) as server:
+        found = {study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]}
+        assert found["pipe"].endswith("study.toml cannot be read: it is no file")
+        assert "0000.nc is no file" in found["record"]
+        assert (found["claims"], found["paper"]) == (None, None)
+        assert "claims.json cannot be read: it is no file" in refusal(server.address, "results", 400, study="claims")
+
+
+@pytest.mark.parametrize("file", ["study.toml", "runs/evo+self-taught/A/experiment.toml"])
+def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(tmp_path: Path, file: str) -> None:
+    create(tmp_path / "it", [small()], 1)
+    (tmp_path / "it" / file).write_text("deep = " + "[" * 5000 + "]" * 5000)
+    with serving(tmp_path) as server:
+        (found,) = data(server.address, "studies")["studies"]
+    assert f"{file} cannot be read: " in found["problem"]
 
 
 def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:

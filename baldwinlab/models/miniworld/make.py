@@ -55,17 +55,37 @@ def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
     return lambda part, experiment: item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
 
 
+def _edge(region: ItemRegion) -> float:
+    """Of the cells that a region's items are sorted into: square, or of a strip, however thin, as long as holds so many items."""
+    width, height, count = region.x[1] - region.x[0], region.y[1] - region.y[0], max(1, region.count)
+    return max(math.sqrt(width * height * ITEMS_IN_CELL / count), max(width, height) * ITEMS_IN_CELL / count)
+
+
+def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
+    """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
+    area = (region.x[1] - region.x[0]) * (region.y[1] - region.y[0])
+    looked_at = (2 * experiment.senses.visual_radius + _edge(region)) ** 2
+    if region.count <= FEW_ITEMS or looked_at >= WORTH_SORTING * area:  # equal where both are less than any float
+        return 1
+    return looked_at / area
+
+
 def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
     """Columns and rows of the cells that a region's items are sorted into.
 
     One cell for a few items, and where an agent would have to look at most cells anyway.
     """
-    width, height = region.x[1] - region.x[0], region.y[1] - region.y[0]
-    edge = math.sqrt(width * height * ITEMS_IN_CELL / max(1, region.count))
-    looked_at = (2 * experiment.senses.visual_radius + edge) ** 2  # an area
-    if region.count <= FEW_ITEMS or looked_at >= WORTH_SORTING * width * height:  # equal where both are less than any float
+    if _share_looked_at(region, experiment) == 1:
         return 1, 1
+    width, height, edge = region.x[1] - region.x[0], region.y[1] - region.y[0], _edge(region)
     return max(1, round(width / edge)), max(1, round(height / edge))
+
+
+def items_looked_at(experiment: Experiment) -> int:
+    """How many items are looked at in an agent's step, about; one by one (R7), all are sorted anew after each that eats."""
+    one_by_one = experiment.lifetime.update == "sequential"
+    shares = ((region, _share_looked_at(region, experiment)) for region in item_regions(experiment))
+    return sum(math.ceil(region.count * (1 if one_by_one else share)) for region, share in shares)
 
 
 def _circle() -> tuple[Floats, Floats]:

@@ -1,0 +1,113 @@
+"""No client takes more of the server than its share, and none keeps it waiting."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from urllib.parse import urlencode
+
+import httpx
+import pytest
+from websockets.sync.client import connect
+
+from baldwinlab.lab import clients
+from baldwinlab.lab.query import MOST_POSTED
+from tests.lab.asking import SMALL
+from tests.lab.conftest import LabServer, serving
+from tests.small import small
+
+SOON = 0.3  # seconds
+
+
+@pytest.fixture
+def impatient(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
+    monkeypatch.setattr(clients, "PATIENCE", SOON)
+    monkeypatch.setattr(clients, "MOST_CLIENTS", 20)
+    with serving(lab_server.root) as server:
+        yield server
+
+
+@contextmanager
+def client(server: LabServer, lines: str) -> Iterator[socket.socket]:
+    """One that has sent this much, and takes little at a time. PORT stands for the server's."""
+    with closing(socket.socket()) as it:
+        it.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2**16)
+        it.settimeout(20 * SOON)
+        it.connect(("127.0.0.1", server.port))
+        it.sendall(lines.replace("PORT", str(server.port)).replace("\n", "\r\n").encode())
+        yield it
+
+
+def rest(it: socket.socket, pause: float = 0) -> bytes:
+    """All that comes until the server has ended the connection."""
+    found = bytearray()
+    try:
+        while more := it.recv(2**16):
+            found += more
+            time.sleep(pause)
+    except ConnectionResetError:
+        pass
+    return bytes(found)
+
+
+@pytest.mark.parametrize(
+    "begun",
+    [
+        "",
+        "GET /api/stu",
+        "GET / HTTP/1.1\nHost: 127.0.0.1:PORT\n",
+        "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{",
+    ],
+)
+def test_who_never_ends_a_request_is_cut_off(impatient: LabServer, begun: str) -> None:
+    with client(impatient, begun) as it:
+        assert rest(it) == b""
+
+
+RECORDING = f"GET /api/recording?{urlencode(SMALL)} HTTP/1.1\nHost: 127.0.0.1:PORT\n"
+MANY = f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"  # answers of 90 kB each, more than a kernel keeps for a client
+
+
+def test_who_does_not_take_an_answer_is_cut_off(impatient: LabServer) -> None:
+    with client(impatient, MANY) as it:
+        time.sleep(5 * SOON)
+        assert rest(it).count(b"HTTP/1.1 200 OK") < 100
+
+
+def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None:
+    with client(impatient, MANY) as it:
+        assert rest(it, pause=0.001).count(b"HTTP/1.1 200 OK") == 100
+
+
+def test_a_page_that_only_listens_is_not_cut_off(impatient: LabServer) -> None:
+    order = {"experiment": small().replace(evolution={"generations": 1000}).to_dict(), "seconds": SOON}
+    id = httpx.post(f"{impatient.address}/api/live", json=order, timeout=60).json()["id"]
+    with connect(f"ws://127.0.0.1:{impatient.port}/api/live/{id}") as page:
+        until = time.monotonic() + 5 * SOON
+        while time.monotonic() < until:
+            page.recv(timeout=10)
+        page.send('{"do": "stop"}')
+
+
+def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: LabServer) -> None:
+    with ExitStack() as many:
+        for _ in range(20):
+            many.enter_context(client(impatient, ""))
+        answer = httpx.get(f"{impatient.address}/api/studies")
+        assert answer.status_code == 503
+        assert answer.json()["error"].endswith("connections open, which is the most; close some of its pages")
+        time.sleep(2 * SOON)
+        assert httpx.get(f"{impatient.address}/api/studies").status_code == 200
+
+
+@pytest.mark.parametrize("path", ["validate", "schema", "look", "live", "live/1/keep"])
+def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path: str) -> None:
+    address = f"{lab_server.address}/api/{path}"
+    large = httpx.post(address, content=b" " * (MOST_POSTED + 1), timeout=60)
+    assert large.status_code == 413
+    assert large.json()["error"] == f"/api/{path}: at most 1,048,576 bytes may be posted"
+    for depth in (33, 2000, 100_000):
+        deep = httpx.post(address, content='{"a":' * depth + "1" + "}" * depth, timeout=60)
+        assert (deep.status_code, deep.json()["error"]) == (400, "JSON may nest 32 levels deep here, and this nests deeper")

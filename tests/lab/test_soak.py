@@ -1,0 +1,107 @@
+"""A flood of clients that mean no good leaves the server as it was: it answers, and its memory has come back."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+
+import httpx
+import psutil
+import pytest
+from websockets.sync.client import connect
+
+from baldwinlab.presets import load
+from tests.small import small, small_study
+
+ALLOWED = 300e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
+IMPATIENT = """
+import sys
+from functools import partial
+from pathlib import Path
+from baldwinlab.cli.lab import lab
+from baldwinlab.lab import clients, live
+clients.PATIENCE, live.Live = 1.0, partial(live.Live, grace=1.0)
+lab(Path(sys.argv[1]), port=0, browser=False)
+"""
+
+
+class Server:
+    """The lab in a process of its own, which waits a second where it would wait longer."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        assert process.stdout is not None
+        said = next(line for line in process.stdout if "is open at" in line)
+        self.process, self.address = process, said.split("is open at ")[1].split()[0]
+        self.port = int(self.address.rstrip("/").split(":")[2])
+
+    @property
+    def memory(self) -> int:
+        return int(psutil.Process(self.process.pid).memory_info().rss)
+
+    def begin(self, lines: str) -> socket.socket:
+        it = socket.create_connection(("127.0.0.1", self.port))
+        it.sendall(lines.replace("PORT", str(self.port)).replace("\n", "\r\n").encode())
+        return it
+
+
+@contextmanager
+def opened(root: Path) -> Iterator[Server]:
+    command = [sys.executable, "-c", IMPATIENT, str(root)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield Server(process)
+        finally:
+            process.kill()
+
+
+def flood(server: Server) -> None:
+    with ExitStack() as many:
+        for number in range(100):
+            head = f"POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{number}"
+            many.enter_context(closing(server.begin(head if number % 2 else "GET /api")))
+    with ExitStack() as many:
+        for last in range(950, 970):
+            query = f"study=crowd&condition=evo/A&run=0&generation=0&last={last}"
+            head = f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\n\n"
+            many.enter_context(closing(server.begin(head)))
+        for _ in range(3):
+            post(server, "validate", b" " * 100_000_000)
+            post(server, "validate", b'{"a":' * 100_000)
+        for seed in range(3):
+            live_and_leave(server, seed)
+        time.sleep(2)
+
+
+def post(server: Server, path: str, content: bytes) -> None:
+    assert httpx.post(f"{server.address}api/{path}", content=content, timeout=60).status_code in (400, 413)
+
+
+def live_and_leave(server: Server, seed: int) -> None:
+    experiment = small("evo/A").replace(population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1})
+    started = httpx.post(f"{server.address}api/live", json={"experiment": experiment.to_dict(), "seed": seed}, timeout=60)
+    assert started.status_code == 201
+    with connect(f"ws://127.0.0.1:{server.port}/api/live/{started.json()['id']}") as page:
+        page.recv(timeout=60)
+        page.send('{"do": "stop"}')
+
+
+@pytest.mark.skipif(os.name == "nt", reason="memory is not counted so there")
+@pytest.mark.parametrize("rounds", [1, pytest.param(20, marks=pytest.mark.nightly)])
+def test_memory_comes_back_after_a_flood(tmp_path: Path, rounds: int) -> None:
+    crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
+    small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
+    with opened(tmp_path) as server:
+        assert httpx.get(f"{server.address}api/studies").status_code == 200
+        before = server.memory
+        for _ in range(rounds):
+            flood(server)
+        while httpx.get(f"{server.address}api/live", timeout=60).json()["runs"]:
+            time.sleep(0.1)
+        assert httpx.get(f"{server.address}api/results?study=crowd", timeout=60).status_code == 200
+        assert server.memory - before < ALLOWED
