@@ -24,6 +24,8 @@ from tests.small import small
 CONDITIONS = [small("evo/A"), small("evo+self-taught/A")]
 ASSAYS = ["innate", "descent"]
 
+Change = Callable[[Path, Path], None]
+
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -36,23 +38,23 @@ def files(study: Path) -> list[str]:
 
 def damage(raw: bytes, chance: random.Random) -> bytes:
     """What a bad disk, a full one, an editor or a careless script may leave of a file."""
-    place = chance.randrange(len(raw))
-    return chance.choice(
-        [
-            lambda: raw[:place] + bytes([raw[place] ^ 1 << chance.randrange(8)]) + raw[place + 1 :],
-            lambda: raw[:place],
-            lambda: raw[:place] + bytes(len(raw) - place),
-            lambda: raw[:place] + chance.randbytes(20) + raw[place:],
-            lambda: raw + chance.randbytes(20),
-            lambda: raw[place:] + raw[:place],
-            lambda: b"",
-        ]
-    )()
+    place, noise = chance.randrange(len(raw)), chance.randbytes(20)
+    flipped = raw[place] ^ 1 << chance.randrange(8)
+    kinds = {
+        "a bit flipped": raw[:place] + bytes([flipped]) + raw[place + 1 :],
+        "cut short": raw[:place],
+        "zeros": raw[:place] + bytes(len(raw) - place),
+        "noise within": raw[:place] + noise + raw[place:],
+        "noise after it": raw + noise,
+        "turned round": raw[place:] + raw[:place],
+        "emptied": b"",
+    }
+    return kinds[chance.choice(list(kinds))]
 
 
 def listed(study: Path) -> dict[str, Any]:
     """What the lab lists of it."""
-    return summary(Lab(study.parent, Live(study.parent)), study.name)
+    return summary(Lab(study.parent, Live()), study.name)
 
 
 def read(study: Path) -> dict[str, xr.Dataset]:
@@ -82,26 +84,36 @@ def test_a_damaged_file_is_named_or_makes_no_difference(study: Path) -> None:
         path.write_bytes(raw)
 
 
-WAYS: dict[str, Callable[[Path, Path], object]] = {
-    "removed": lambda path, other: path.unlink(),
-    "another's": lambda path, other: shutil.copy(other, path),
-    "a folder": lambda path, other: (path.unlink(), path.mkdir()),
-    "a link to nowhere": lambda path, other: (path.unlink(), path.symlink_to("nowhere")),
-}
+def remove(path: Path, other: Path) -> None:
+    path.unlink()
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_a_file_that_is_another_or_none_is_named_or_makes_no_difference(study: Path, tmp_path: Path, way: str) -> None:
+def put_another_there(path: Path, other: Path) -> None:
+    shutil.copy(other, path)
+
+
+def make_a_folder_of_it(path: Path, other: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def let_it_lead_nowhere(path: Path, other: Path) -> None:
+    path.unlink()
+    path.symlink_to("nowhere")
+
+
+@pytest.mark.parametrize("change", [remove, put_another_there, make_a_folder_of_it, let_it_lead_nowhere])
+def test_a_file_that_is_another_or_none_is_named_or_makes_no_difference(study: Path, tmp_path: Path, change: Change) -> None:
     sound = read(study)
     for name in files(study):
         copy = tmp_path / name.replace("/", "-")
         shutil.copytree(study, copy)
         others = [copy / other for other in files(study) if other != name and Path(other).suffix == Path(name).suffix]
-        WAYS[way](copy / name, others[0] if others else copy / "study.toml")
+        change(copy / name, others[0] if others else copy / "study.toml")
         try:
             found = read(copy)
         except BaldwinLabError as error:
             assert name in str(error).replace(str(copy) + "/", "") or name == "study.toml"
         else:
-            lost = {"run", "condition"} if way == "removed" and name.startswith("runs/") else set()
+            lost = {"run", "condition"} if change is remove and name.startswith("runs/") else set()
             assert lost or all(found[which].identical(data) for which, data in sound.items()), name

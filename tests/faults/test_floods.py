@@ -17,6 +17,7 @@ import pytest
 from websockets.sync.client import connect
 
 from baldwinlab.presets import load
+from tests.faults.amount import amount
 from tests.small import small, small_study
 
 ALLOWED = 300e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
@@ -92,14 +93,13 @@ def live_and_leave(server: Server, seed: int) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="memory is not counted so there")
-@pytest.mark.parametrize("rounds", [1, pytest.param(20, marks=pytest.mark.nightly)])
-def test_memory_comes_back_after_a_flood(tmp_path: Path, rounds: int) -> None:
+def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
     crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
     small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as server:
         assert httpx.get(f"{server.address}api/studies").status_code == 200
         before = server.memory
-        for _ in range(rounds):
+        for _ in range(amount(20, 1)):
             flood(server)
         while httpx.get(f"{server.address}api/live", timeout=60).json()["runs"]:
             time.sleep(0.1)
