@@ -10,6 +10,7 @@ from baldwinlab.assays.descent import FOUNDERS_AT_A_TIME
 from baldwinlab.assays.run import ASSAYS, misfit
 from baldwinlab.assays.sample import Conditions
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.resources import NOTHING, Need
@@ -17,6 +18,7 @@ from baldwinlab.runs import estimate
 
 MOMENTS: Final = 10  # states that are kept to go back to, where the step of the first meal is looked for by halves
 A_CHILD: Final = 150  # a child and its parents, as Python has them
+HEADER: Final = 1000  # of a file, beside its variables and its experiment
 COPIES: Final = 3  # of what is measured: of each run, of all together, and as it is stored
 
 
@@ -39,7 +41,7 @@ def need(study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[
     tasks, disk, results, header = [], 0, 0, 0
     for condition, names in missing.items():
         if names:
-            header = header or estimate.header_bytes(study.experiments[condition])  # they are about as long
+            header = header or HEADER + len(to_toml(study.experiments[condition]).encode())  # they are about as long
             tasks.append((_task(study.experiments[condition], names, size), -(-runs[condition] // size)))
             stored = sum(_stored(study, condition, name, runs[condition]) for name in names)
             disk, results = disk + stored + len(names) * header, max(results, stored)

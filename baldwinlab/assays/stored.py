@@ -66,6 +66,7 @@ def read_one(path: Path, assay: str, condition: str) -> xr.Dataset:
 def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
     """Whether it holds some of these variables, as numbers with their dimensions and what these stand for; and an experiment."""
     there = [name for name in declared if name in data]
+    labelled = {"agent", *(dim for coordinate in data.coords.values() for dim in coordinate.dims)}
     try:
         from_toml(data.attrs["experiment"], where="the assay", reading=True)
     except (KeyError, TypeError, AttributeError, ExperimentError):
@@ -73,7 +74,7 @@ def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
     return bool(there) and all(
         set(data[name].dims) == set(declared[name].dims)
         and data[name].dtype.kind in "if"
-        and all(dim in data.coords for dim in declared[name].dims if dim != "agent")
+        and labelled.issuperset(declared[name].dims)
         for name in there
     )
 

@@ -63,11 +63,6 @@ def record_bytes(experiment: BaseExperiment) -> int:
     return sum(variable_bytes(of_record(experiment), sizes(experiment)).values())
 
 
-def header_bytes(experiment: BaseExperiment) -> int:
-    """What a file of an experiment's takes beside its variables."""
-    return HEADER + len(to_toml(experiment).encode())
-
-
 def whole_bytes(experiment: BaseExperiment) -> int:
     """What a run takes as `simulate` gives it: there is room for the genomes that are not kept, too."""
     there = sizes(experiment)
@@ -102,7 +97,7 @@ def of_runs(wanted: Runs, workers: int, worlds: int) -> Need:
         return NOTHING
     size = max(1, min(worlds, total // workers))
     memory = most([(_batch(one, min(size, runs)), -(-runs // size)) for one, runs in wanted if runs], workers)
-    header = header_bytes(wanted[0][0])  # those of a study are about as long
+    header = HEADER + len(to_toml(wanted[0][0]).encode())  # those of a study are about as long
     disk = sum(runs * (record_bytes(one) + header) + header for one, runs in wanted)  # of each, its experiment by itself, too
     return Need(ENGINE + memory + A_RUN * total, disk)
 

@@ -111,7 +111,7 @@ def test_an_error_ends_the_work_and_keeps_what_is_stored(tmp_path: Path, monkeyp
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", no_space)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(OSError, match="no space is left"):
         run_assays(study, missing_assays(study, ["modules", "innate"]), 2, silent, ignore)
     assert stored(study) == before
 

@@ -12,6 +12,7 @@ import xarray as xr
 from baldwinlab.assays import missing_assays
 from baldwinlab.assays.stored import distances, factors_of, quantities, read
 from baldwinlab.factors import Factors
+from baldwinlab.netcdf import sealed
 from tests.assays.assayed import RUNS, STEPS, constant, innate, rising, spread, whole, within_life
 from tests.assays.studies import measured
 
@@ -51,6 +52,27 @@ def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
     path.write_bytes(path.read_bytes()[:keep])
     with pytest.raises(ValueError, match=r"A\.nc is damaged: .*; remove it, and `baldwinlab assay` makes it again"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize("foreign", ["other variables", "no coordinates", "text for numbers", "no experiment", "experiment 5"])
+def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(tmp_path: Path, foreign: str) -> None:
+    data = innate(A, off=constant(1), on=constant(2), runs=2)
+    other = {
+        "other variables": xr.Dataset({"rain": ("day", np.zeros(3))}, attrs=data.attrs),
+        "no coordinates": data.drop_vars(list(data.coords)),
+        "text for numbers": data.assign(energy=data.energy.astype("S1")),
+        "no experiment": data.drop_attrs(deep=False),
+        "experiment 5": data.assign_attrs(experiment=5),
+    }[foreign]
+    stored(tmp_path).write_bytes(sealed(other))
+    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'innate' stores; remove it"):
+        read(tmp_path)
+
+
+def test_the_last_of_more_generations_than_there_could_be_are_all(tmp_path: Path) -> None:
+    stored(tmp_path)
+    found = quantities(read(tmp_path), A, 10**18 - 1)
+    np.testing.assert_allclose(found["off", "last"], found["off", "throughout"])
 
 
 def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:

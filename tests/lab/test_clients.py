@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from baldwinlab.lab import clients
 from baldwinlab.lab.query import MOST_POSTED
-from tests.lab.asking import SMALL
+from tests.lab.asking import SMALL, ask
 from tests.lab.conftest import LabServer, serving
 from tests.small import small
 
@@ -71,6 +71,7 @@ MANY = f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"  # answers of
 
 
 def test_who_does_not_take_an_answer_is_cut_off(impatient: LabServer) -> None:
+    assert ask(impatient.address, "recording", **SMALL).status_code == 200  # so that the others are there at once
     with client(impatient, MANY) as it:
         time.sleep(5 * SOON)
         assert rest(it).count(b"HTTP/1.1 200 OK") < 100

@@ -76,7 +76,6 @@ def peak(what: str, experiment: BaseExperiment) -> int:
     [
         ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),
         ("of_runs", "evo+self-taught/A", ("lifetime.steps=1", "population.size=20000", *FEW_KEPT)),
-        "of_runs",
         ("of_runs", "bit-strings", ("population.size=10000", "evolution.generations=20")),
         ("of_simulate", "evo/A", (*SHORT, "population.size=20000", "record.genome_every=20")),
         ("of_replay", "evo+self-taught/A", ("lifetime.steps=6000", "population.size=500")),

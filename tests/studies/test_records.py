@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from scipy.io import netcdf_file
 
+from baldwinlab.netcdf import opened, sealed
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.records import DamagedRecordError, StudyError, decode, encode, write_record
 from baldwinlab.studies.store import Study, create
@@ -144,3 +145,32 @@ def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) 
     assert [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".jsonl"] == before
     with pytest.raises(FileNotFoundError):
         write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
+
+
+@pytest.mark.parametrize("foreign", ["other variables", "other sizes", "no coordinates", "text for numbers"])
+def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(tmp_path: Path, foreign: str) -> None:
+    study = small_study(tmp_path / "study", runs=1)
+    path = study.path("evo/A", 0)
+    run = opened(path.read_bytes())
+    path.write_bytes(
+        sealed(
+            {
+                "other variables": xr.Dataset({"rain": ("day", np.zeros(3))}, attrs=run.attrs),
+                "other sizes": run.isel(generation=slice(2)),
+                "no coordinates": run.drop_vars(list(run.coords)),
+                "text for numbers": run.assign(energy=run.energy.astype("S1")),
+            }[foreign]
+        )
+    )
+    with pytest.raises(DamagedRecordError, match=r"0000\.nc is damaged: it does not hold what is recorded of 3 gen"):
+        study.read("evo/A", 0)
+    assert missing_runs(study, 1, ignore)["evo/A"] == [0]
+
+
+def test_a_run_is_read_without_its_genomes_where_only_a_few_of_many_are_kept(tmp_path: Path) -> None:
+    study = small_study(tmp_path / "study", [small().replace(record={"genome_every": 3})], runs=1)
+    whole = study.read("evo+self-taught/A", 0)
+    assert whole.genome.shape[0] == 3
+    xr.testing.assert_identical(
+        study.read("evo+self-taught/A", 0, genomes=False), whole.drop_vars(["genome", "module", "weight"])
+    )

@@ -111,7 +111,7 @@ def test_an_error_in_one_run_ends_the_study_and_is_raised(tmp_path: Path, monkey
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", no_space)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(OSError, match="no space is left"):
         run_study(study, {"evo/A": [0, 1, 2]}, 2, silent, ignore)
     assert contents(tmp_path) == {}
     assert not list(tmp_path.rglob("*.partial"))

@@ -1,0 +1,45 @@
+"""What assays are estimated to take is what they take; what is too large is refused before a file is made."""
+
+from __future__ import annotations
+
+import pytest
+
+from baldwinlab.api.bring import assay
+from baldwinlab.assays import ASSAYS
+from baldwinlab.assays.estimate import Planned, need
+from baldwinlab.assays.run import misfit
+from baldwinlab.errors import RefusedError
+from baldwinlab.presets import load
+from baldwinlab.resources import NOTHING
+from baldwinlab.runs.estimate import ENGINE
+from baldwinlab.studies.store import Study
+from tests.assays.studies import conditions
+
+FITTING = {experiment.name: [name for name in ASSAYS if not misfit(name, experiment)] for experiment in conditions()}
+
+
+def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: Study) -> None:
+    stored = sum(path.stat().st_size for path in (study.directory / "assays").rglob("*.nc"))
+    estimated = need(study, FITTING, dict.fromkeys(FITTING, 3), workers=2)
+    assert estimated.disk == pytest.approx(stored, rel=0.1)
+    assert Planned(study.experiments, study.factors).need(3, workers=2) == estimated
+
+
+def test_nothing_is_needed_where_nothing_is_missing(study: Study) -> None:
+    assert need(study, dict.fromkeys(FITTING, ()), dict.fromkeys(FITTING, 3), workers=2) == NOTHING
+
+
+def test_memory_grows_with_the_agents_and_with_the_workers(study: Study) -> None:
+    def memory(agents: int, workers: int) -> int:
+        large = load("evo+self-taught/A").replace(population={"size": agents})
+        return Planned({large.name: large}, {large.name: study.factors["evo+self-taught/A"]}).need(40, workers).memory - ENGINE
+
+    assert memory(10_000, 1) > 5 * memory(1000, 1)
+    assert memory(1000, 4) > 2 * memory(1000, 1)
+
+
+def test_too_little_memory_is_told_before_anything_is_lived_again(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("baldwinlab.resources.available_memory", lambda: 1000)
+    monkeypatch.setattr("baldwinlab.api.bring.missing_assays", lambda study, names: FITTING)
+    with pytest.raises(RefusedError, match=r"assays: \d+: about .* of memory would be needed, and 1000\.0 bytes are free"):
+        assay(study)
