@@ -8,7 +8,8 @@
 
 A file appears whole or not at all: it is written under another name and then renamed. So any number of workers may write to
 one study, and a study that was interrupted lacks the runs that were in flight and nothing else. The directory may lie in an
-object store, or wherever fsspec reaches (`files.location`). Format 1, which had no kind and no factors, can be read.
+object store, or wherever fsspec reaches (`files.location`). Format 1, which had no kind and no factors, and format 2, without
+seals, can be read.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ from baldwinlab.studies.records import (
 if TYPE_CHECKING:
     from baldwinlab.parts.foreign import Source
 
-FORMAT = 2
+FORMAT = 3
 SESSION = ("seconds", "compile_seconds", "workers", "agent_steps")  # the numbers that a session has
 _SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
 
@@ -54,10 +55,10 @@ def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, 
     match facts.get("format"):
         case 1:
             return older.kind_and_factors(directory, facts["conditions"])
-        case 2:
+        case 2 | 3:
             kind, tables = facts["kind"], facts["factors"]
         case unknown:
-            raise ValueError(f"it has format {unknown}, and this version reads formats 1 and {FORMAT}")
+            raise ValueError(f"it has format {unknown}, and this version reads formats 1 to {FORMAT}")
     if kind not in KINDS:
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
     for name in tables:
@@ -72,9 +73,9 @@ def _sealed(text: str) -> str:
 
 
 def _require_seal(text: str, written: int) -> None:
-    """Raises ValueError for a text that is not what was written. Studies of format 1 had no seals."""
+    """Raises ValueError for a text that is not what was written. Studies of formats 1 and 2 may lack seals."""
     above, seal, digest = text.rpartition(_SEAL)
-    if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 1):
+    if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
         raise ValueError("it has been changed since the study was made, so it is not what its runs were made with; undo that")
 
 

@@ -132,6 +132,6 @@ def of(stage: Stage) -> Any:
     return pytest.param(stage, id=stage.name, marks=whole_suite)
 
 
-@pytest.mark.parametrize("stage", map(of, STAGES))
+@pytest.mark.parametrize("stage", [of(stage) for stage in STAGES])
 def test_what_is_killed_loses_nothing_that_was_stored(stage: Stage, base: Path, tmp_path: Path) -> None:
     kill_again_and_again(stage, base, tmp_path, amount(stage.kills, 1))

@@ -53,7 +53,7 @@ def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
     [
         ('kind = "conditions"', 'kind = "parade"', "kind = 'parade' must be one of conditions, sweep, multiverse"),
         ('learner = "mine"', 'moon = "full"', "factors.mine: there is no factor 'moon'; there are learner, map, reading"),
-        ("format = 2", "format = 3", "it has format 3, and this version reads formats 1 and 2"),
+        ("format = 3", "format = 4", "it has format 4, and this version reads formats 1 to 3"),
     ],
 )
 def test_what_is_no_factor_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str, message: str) -> None:
