@@ -14,6 +14,7 @@ from baldwinlab.presets import load
 from baldwinlab.studies.store import create
 from baldwinlab.sweeps.design import experiments, open_sweep
 from baldwinlab.sweeps.plan import read
+from tests.small import as_older
 
 OLD = 100_000_000
 
@@ -47,7 +48,7 @@ def test_an_agent_learns_at_most_as_long_as_it_lives(stops: int | None, steps: i
 def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
     experiment = load("evo+self-taught/A")
     study = create(tmp_path / "study", [experiment], seed=1)
-    stored = study.directory / "runs" / experiment.name / "experiment.toml"
+    stored = as_older(study.directory, [experiment.name], seed=1) / "runs" / experiment.name / "experiment.toml"
     stored.write_text(as_it_was_written(experiment))
     assert f"steps = {OLD}" in stored.read_text()
     assert create(tmp_path / "study", [experiment], seed=1).experiments[experiment.name] == experiment

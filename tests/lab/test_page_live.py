@@ -151,8 +151,12 @@ def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_s
 
 def test_a_page_that_was_cut_off_gets_all_generations_again(page: Page) -> None:
     sockets: list[WebSocketRoute] = []
+    noticed: list[bool] = []
 
     def pass_on(socket: WebSocketRoute) -> None:
+        if sockets and not noticed:
+            socket.close()  # the page tries again, and says so
+            return
         socket.connect_to_server()
         sockets.append(socket)
 
@@ -161,6 +165,7 @@ def test_a_page_that_was_cut_off_gets_all_generations_again(page: Page) -> None:
     wait_for(page, lambda: lived(page) >= 3)
     sockets[0].close()
     expect(page.get_by_test_id("connection")).to_be_visible()
+    noticed.append(True)
     before = lived(page)
     wait_for(page, lambda: len(sockets) == 2 and lived(page) > before)
     expect(page.get_by_test_id("connection")).to_be_hidden()

@@ -89,7 +89,7 @@ def test_memory_is_estimated_within_a_factor_of_two(what: str, name: str, assign
         "of_replay": lambda: estimate.of_replay(experiment),  # type: ignore[arg-type]
     }
     held = peak(what, experiment)
-    assert held / 2 < needs[what]().memory - estimate.ENGINE / 2 < 2 * held + estimate.ENGINE
+    assert held / 2 < needs[what]().memory < 2 * held + estimate.ENGINE  # which counts where nothing was compiled before
 
 
 @pytest.mark.parametrize(
