@@ -48,12 +48,12 @@ def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyP
 def test_the_command_prints_a_line_a_case_and_writes_the_records(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(bench, "cases", lambda backend: ["evo/B", "study"])
+    monkeypatch.setattr(bench, "cases", lambda backend: ["evo/A", "evo/B"])
     monkeypatch.setattr(sys, "argv", ["baldwinlab", "bench", "--quick", "--json", str(tmp_path / "bench.json")])
     with pytest.raises(SystemExit) as end:
         cli.main()
     assert not end.value.code
     shown = capsys.readouterr().out.splitlines()
     found = json.loads((tmp_path / "bench.json").read_text())
-    assert [line.split()[0] for line in shown[1:3]] == [record["case"] for record in found["records"]] == ["evo/B", "study"]
+    assert [line.split()[0] for line in shown[1:3]] == [record["case"] for record in found["records"]] == ["evo/A", "evo/B"]
     assert {"processor", "cores", "numba"} <= set(found["machine"])

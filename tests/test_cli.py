@@ -104,6 +104,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     assert "runs: 12, all of them stored already" in again.out
 
 
+@pytest.mark.nightly  # which draws all figures, as the test before it does
 def test_reproduce_takes_a_reading_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
     done = command("reproduce", "--runs", "1", "--generations", "1", "--steps", "10", "--reading", "literal", "--workers", "1")
     assert done.code == 0, done.err

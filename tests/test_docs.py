@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-LONG = ("papers.md", "python.md", "sweeps.md")  # half a minute each, most of it to draw reports
+LONG = ("assays.md", "changing-the-model.md", "controls.md", "papers.md", "python.md", "sweeps.md")  # half a minute each
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 

@@ -70,6 +70,7 @@ def test_an_assay_is_measured_when_it_is_first_asked_for(study: Study, capsys: p
         study.assay("instinct")
 
 
+@pytest.mark.nightly  # two reports
 def test_its_report_lies_in_it_or_where_one_says(study: Study, tmp_path: Path) -> None:
     assert study.report() == study.directory / "report.html"
     assert "<html" in study.report(tmp_path / "page.html", last=2).read_text("utf-8")

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -79,28 +75,6 @@ def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
     run_assays(study, missing, 2, silent, ignore)
     assert open_assay(tmp_path, "modules", "self-taught/A").sizes["run"] == 4
     assert stored(study)["descent/evo/A.nc"] == whole["descent/evo/A.nc"]
-
-
-KILLED = """
-import sys
-from pathlib import Path
-from tests.assays.studies import measured
-measured(Path(sys.argv[1]), runs=6, workers=1)
-"""
-
-
-def test_assays_that_were_killed_carry_on_to_the_same_bits(tmp_path: Path) -> None:
-    study = small_study(tmp_path / "killed", conditions(), runs=6)
-    process = subprocess.Popen([sys.executable, "-c", KILLED, str(study.directory)])
-    while process.poll() is None and not stored(study):
-        time.sleep(0.002)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    kept = stored(study)
-    assert kept
-    measured(study.directory, runs=6)
-    assert stored(study) == stored(measured(tmp_path / "whole", runs=6))
-    assert kept.items() <= stored(study).items()
 
 
 def test_an_error_ends_the_work_and_keeps_what_is_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,6 +24,7 @@ from tests.small import small, small_study
 
 EXAMPLES = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 FEW_KEPT = ("evolution.generations=8", "record.genome_every=8")
+LONG = pytest.mark.nightly  # five seconds each
 SHORT = ("lifetime.steps=1", "evolution.generations=20")
 
 # Lives what stands on its input, and says how much more memory its process held at the most than before.
@@ -75,9 +76,9 @@ def peak(what: str, experiment: BaseExperiment) -> int:
     ("what", "name", "assignments"),
     [
         ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),
-        ("of_runs", "evo+self-taught/A", ("lifetime.steps=1", "population.size=20000", *FEW_KEPT)),
-        ("of_runs", "bit-strings", ("population.size=10000", "evolution.generations=20")),
-        ("of_simulate", "evo/A", (*SHORT, "population.size=20000", "record.genome_every=20")),
+        pytest.param("of_runs", "evo+self-taught/A", ("lifetime.steps=1", "population.size=20000", *FEW_KEPT), marks=LONG),
+        pytest.param("of_runs", "bit-strings", ("population.size=10000", "evolution.generations=20"), marks=LONG),
+        pytest.param("of_simulate", "evo/A", (*SHORT, "population.size=20000", "record.genome_every=20"), marks=LONG),
         ("of_replay", "evo+self-taught/A", ("lifetime.steps=6000", "population.size=500")),
     ],
 )

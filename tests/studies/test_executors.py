@@ -251,7 +251,8 @@ def test_the_same_command_runs_on_a_cluster(
 def test_a_study_and_its_report_may_lie_in_an_object_store(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["reproduce", "--runs", "2", "--generations", "2", "--steps", "40", "--out", "memory://tests/paper"]
+    short = ["evolution.generations=2", "lifetime.steps=40"]
+    words = ["run", "evo/A", "--runs", "2", "--set", *short, "--out", "memory://tests/paper"]
     assert command(monkeypatch, capsys, tmp_path, *words)[0] == 0
     code, out, _ = command(monkeypatch, capsys, tmp_path, "report", "memory://tests/paper")
     assert code == 0
