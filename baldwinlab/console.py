@@ -27,7 +27,9 @@ class _Rate(ProgressColumn):
 
 
 def _rate(speed: float, unit: str) -> str:
-    return f"{speed / 1e6:.1f} million {unit}/s" if speed >= 1e5 else f"{speed:.1f} {unit}/s"
+    if speed >= 1e5:
+        return f"{speed / 1e6:.1f} million {unit}/s"
+    return f"{speed:,.{0 if speed >= 100 else 1}f} {unit}/s"
 
 
 @contextmanager
