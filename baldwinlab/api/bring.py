@@ -15,6 +15,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, Factors, Kind
 from baldwinlab.files import write_atomically
 from baldwinlab.models.miniworld.backend import Backend, choose
+from baldwinlab.outputs import is_study
 from baldwinlab.papers import Paper, keep
 from baldwinlab.resources import NOTHING, Need, require
 from baldwinlab.runs import estimate
@@ -86,7 +87,7 @@ def _of_runs(
     experiments: Sequence[Experiment], directory: Path, runs: int, workers: int, engine: Backend, place: Executor
 ) -> Need:
     """What the runs take that the directory lacks; elsewhere than on threads, of other machines' memory."""
-    there = (directory / "study.toml").exists()
+    there = is_study(directory)
     lacking = []
     for experiment in experiments:
         stored = sum(1 for _ in (directory / "runs" / experiment.name).glob("*.nc")) if there else 0
