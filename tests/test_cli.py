@@ -87,6 +87,7 @@ def test_a_part_of_ones_own_is_given_as_a_file(command: Command) -> None:
     assert "[learning.social]\nleast = 3 #" in command("show", "evo/A", "--part", part, *chosen).out
 
 
+@pytest.mark.nightly  # README has a smaller one, which the quick suite runs
 def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_report(command: Command, tmp_path: Path) -> None:
     done = command("reproduce", *TINY, "--out", "small")
     assert done.code == 0, done.err

@@ -21,6 +21,7 @@ def test_a_gif_has_a_frame_for_every_few_steps_and_the_map_s_proportions(tmp_pat
         assert getattr(movie, "n_frames", 1) > 200
 
 
+@pytest.mark.nightly  # a movie with ffmpeg
 def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     path = tmp_path / "life.mp4"
     write_movie(replay(small(), seed=1), 640, 640, path)

@@ -13,6 +13,7 @@ from tests.small import ignore, small_study
 A = "evo+self-taught/A"
 
 
+@pytest.mark.nightly  # two reports with assays
 def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path) -> None:
     study, page = small_study(tmp_path / "study", runs=2), tmp_path / "page.html"
     publish(study, page, 10, ignore)

@@ -44,6 +44,7 @@ def stopped_half_way(description: str, total: int, unit: str = "") -> Iterator[C
 
 
 @pytest.mark.usefixtures("tiny")
+@pytest.mark.nightly  # two of them
 def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
     command: Command,
     tmp_path: Path,
@@ -63,6 +64,7 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
 
 
 @pytest.mark.usefixtures("tiny")
+@pytest.mark.nightly  # a multiverse and three reports
 def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
     command: Command,
     tmp_path: Path,

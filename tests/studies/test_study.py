@@ -64,6 +64,7 @@ small_study(Path(sys.argv[1]), [small("evo/A"), small("evo+self-taught/A")], run
 """
 
 
+@pytest.mark.nightly  # as the fault suite does, of which a sample is quick
 def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Path) -> None:
     directory = tmp_path / "killed"
     for _ in range(3):
@@ -80,6 +81,7 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
     assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
 
 
+@pytest.mark.nightly  # two studies of 80 runs
 def test_two_processes_may_work_on_one_study(tmp_path: Path) -> None:
     directory = tmp_path / "shared"
     processes = [subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)]

@@ -186,7 +186,7 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    "which", ["simultaneous", "sequential", *(pytest.param(each, marks=pytest.mark.nightly) for each in (0, 1, 3))]
+    "which", ["sequential", *(pytest.param(each, marks=pytest.mark.nightly) for each in ("simultaneous", 0, 1, 3))]
 )
 def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
     own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
