@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 from baldwinlab.multiverse import design
 from baldwinlab.multiverse.analysis import Multiverse, Reading, paper_claims, reading
@@ -16,9 +17,14 @@ TAUGHT_BEAT_EVOLVED: Eaten = {**AS_THE_PAPER, "self-taught/A": range(100, 100 + 
 
 def reading_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Reading:
     """A reading of that name, such as `contact-5+rank`, under which agents eat so much."""
+    return _reading_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
+
+
+@cache  # half a second each, and the same few are asked for again and again
+def _reading_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> Reading:
     parts = () if name == "standard" else tuple(name.split("+"))
     made = design.Reading(parts)
-    return reading(study(eaten, generations=24), name, made.description, made.choices, made.fields)
+    return reading(study(dict(eaten), generations=24), name, made.description, made.choices, made.fields)
 
 
 def multiverse_of(*readings: Reading) -> Multiverse:
