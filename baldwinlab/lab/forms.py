@@ -11,6 +11,7 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
 from baldwinlab.lab import Lab
 from baldwinlab.lab.query import body
+from baldwinlab.models.miniworld.about import about
 from baldwinlab.models.miniworld.look import look
 
 UNKNOWN = ": there is no such field"  # how the sentence about one goes on after its path
@@ -32,8 +33,12 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def shown(experiment: Experiment) -> dict[str, Any]:
-    """The world of an experiment, as the header of a recording has it."""
-    return {"world": experiment.world.model_dump(mode="json"), "look": look(experiment).to_dict()}
+    """The world of an experiment, and what one sees of it, as the header of a recording has it."""
+    return {
+        "world": experiment.world.model_dump(mode="json"),
+        "look": look(experiment).to_dict(),
+        "about": [topic._asdict() for topic in about(experiment)],
+    }
 
 
 def form_of(tree: Any) -> dict[str, Any]:
