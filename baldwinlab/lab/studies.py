@@ -40,13 +40,24 @@ def routes(lab: Lab) -> list[BaseRoute]:
         name = text(request.query_params, "study")
         return InTurn(lab, lambda: Response(results_of(lab, name), media_type="application/json"))
 
+    async def typical(request: Request) -> Response:
+        name, condition = (text(request.query_params, key) for key in ("study", "condition"))
+        return InTurn(lab, lambda: Response(typical_of(lab, name, condition), media_type="application/json"))
+
     def all_presets(request: Request) -> JSONResponse:
         return JSONResponse({"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)})
 
     def preset(request: Request) -> JSONResponse:
         return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
 
-    endpoints = {"studies": studies, "experiment": experiment, "results": results, "presets": all_presets, "preset": preset}
+    endpoints = {
+        "studies": studies,
+        "experiment": experiment,
+        "results": results,
+        "typical": typical,
+        "presets": all_presets,
+        "preset": preset,
+    }
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
@@ -186,6 +197,23 @@ def load_preset(name: str) -> Experiment:
     if name not in known:
         raise MissingError(f"there is no preset {name!r}; there are {', '.join(known)}")
     return presets.load(name)
+
+
+def typical_of(lab: Lab, name: str, label: str) -> bytes:
+    """The run of a condition to look at first, as JSON. Raises StudyError as `find` does, and for a record that is damaged."""
+    study = find(lab, name)
+    condition(study, label)
+    stored = [study.path(label, run) for run in study.runs(label)]
+    if not stored:
+        raise MissingError(f"{study.directory} has no run of {label}")
+    for path in stored:
+        require_inside(lab.root, path)
+    written = tuple(path.stat().st_mtime_ns for path in stored)
+
+    def make() -> bytes:
+        return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
+
+    return lab.answers.get(("typical", study.directory, label, written), make)
 
 
 def results_of(lab: Lab, name: str) -> bytes:
