@@ -40,7 +40,7 @@ PAGE: Final[Mapping[str, tuple[str, str]]] = {
     "accent-text": ("#ffffff", "#06131c"),
     "accent-soft": ("#e3f0f8", "#16303f"),
     "link": ("#005f96", "#6dbdec"),
-    "warm": NAMED["vermilion"],
+    "warm": ("#a63a00", "#ff8a3d"),  # as vermilion, but dark enough for words on a light screen
     "good": ("#00795a", "#2bc295"),
     "on-orange": ("#201600", "#201600"),
 }

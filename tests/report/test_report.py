@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 import xarray as xr
@@ -18,6 +18,7 @@ from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, typical_run, write_report
 from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability
+from tests.axe import barriers
 from tests.report.browsing import complaints_and_width
 from tests.statistics.studies import AS_THE_PAPER, study, trace
 
@@ -76,6 +77,15 @@ def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
     }
     alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
     assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier_in_it(browser: Browser, page: Path, scheme: Literal["light", "dark"]) -> None:
+    with browser.new_context(color_scheme=scheme) as context:
+        opened = context.new_page()
+        opened.goto(page.as_uri())
+        opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
+        assert barriers(opened) == []
 
 
 def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:

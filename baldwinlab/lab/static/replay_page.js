@@ -25,7 +25,8 @@ export async function play(root, replay) {
   player.last = Math.max(...recordings.map(({ last }) => last)) - 1;
   const { bar, showTime } = controls(player);
   const panels = replay.panels.map((panel, place) => figure(panel, recordings[place]));
-  root.replaceChildren(el("div", { class: "replay-panels" }, ...panels), bar, about(replay));
+  const title = el("h1", { class: "visually-hidden" }, "A lifetime, lived again");
+  root.replaceChildren(title, el("div", { class: "replay-panels" }, ...panels), bar, about(replay));
   const views = panels.map((panel) => new WorldView(panel.querySelector("canvas")));
   const resized = new ResizeObserver(() => {
     views.forEach((view) => view.resize());

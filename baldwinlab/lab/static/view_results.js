@@ -80,6 +80,7 @@ function draw(page, given, remember) {
   const curves = el("section", { class: "card", "data-testid": "curves" });
   const boxes = ["best", "mean"].map((kind) => el("section", { class: "card", "data-testid": `final-${kind}` }));
   page.replaceChildren(
+    el("h1", { class: "visually-hidden" }, "Results"),
     heading(given),
     el("div", { class: "row" }, measureSwitch(results, measure, choose), el("span", { class: "soft" }, `${watched(given) ? "Click a curve to replay that generation of its typical run; shaded" : "Shaded"}: 95 % bands over runs.`)),
     curves,
