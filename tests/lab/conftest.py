@@ -56,8 +56,16 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 
 @pytest.fixture
-def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
-    """A page that is not yet opened; its test fails if the page writes an error to the console or does not catch one."""
+def page(newcomer: Page) -> Page:
+    """A page that is not yet opened, of a reader who has closed what explains the tabs."""
+    closed = ("world", "live", "results")
+    newcomer.add_init_script("".join(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed))
+    return newcomer
+
+
+@pytest.fixture
+def newcomer(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+    """The page of a first visit; its test fails if the page writes an error to the console or does not catch one."""
     context = browser.new_context(base_url=lab_server.address, viewport={"width": 1280, "height": 800})
     opened, faults = context.new_page(), list[str]()
     opened.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)

@@ -45,6 +45,12 @@ export class Recording {
     return Boolean((this.arrays.sensor[byte] >> (input & 7)) & 1);
   }
 
+  /** Whether an agent, or null: any of them, eats in a step. */
+  eats(step, agent) {
+    if (agent === null) return this.meals[step - this.first] > 0;
+    return step > this.first && this.eatenBefore(step + 1, agent) > this.eatenBefore(step, agent);
+  }
+
   /** Items that an agent has eaten before a step. */
   eatenBefore(step, agent) {
     const row = Math.min(step, this.last) - this.first - 1;
@@ -107,6 +113,25 @@ export class Lifetime {
     }
     if (part.last < part.steps && step - part.first > this.length / 2) this.fetch(number + 1);
     return part;
+  }
+
+  /** The nearest step after another (`way` 1) or before it (-1) in which an agent, or null: any of them, eats; null: none that is here. */
+  meal(step, way, agent) {
+    for (let at = step + way; at >= 0 && at < this.steps; at += way) {
+      const part = this.parts.get(Math.floor(at / this.length));
+      if (!part) return null;
+      if (part.eats(at, agent)) return at;
+    }
+    return null;
+  }
+
+  /** Items that all agents eat from a step to another, both of them; of parts that are not here, nothing. */
+  eatenIn(from, to) {
+    let sum = 0;
+    for (const part of this.parts.values()) {
+      for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++) sum += part.meals[step - part.first];
+    }
+    return sum;
   }
 
   async fetch(number) {

@@ -15,7 +15,7 @@ const CAPTION = 30; // CSS pixels under each world in a picture
  */
 export function mountShare(root, getState) {
   const menu = el("div", { popover: "auto", id: "share-menu", class: "share-menu", role: "dialog", "aria-label": "Share", "data-testid": "share-menu" });
-  const button = el("button", { type: "button", popovertarget: "share-menu", "data-testid": "share" }, icon(SHARE), "Share");
+  const button = el("button", { type: "button", popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" }, icon(SHARE), el("span", { class: "wide" }, "Share"));
   menu.addEventListener("toggle", (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)));
   menu.addEventListener("keydown", (event) => event.stopPropagation()); // keys of the menu do not steer the world
   root.append(button, menu);

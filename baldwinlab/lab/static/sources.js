@@ -33,6 +33,18 @@ export function nearest(studies, { study, condition, run, generation }, strict =
   };
 }
 
+/** What an address asks for; where it names no run, the typical one of its condition. */
+export async function withTypicalRun(studies, state) {
+  if (state.run !== undefined) return state;
+  const { study, condition } = nearest(studies, state);
+  if (study === PRESETS) return state;
+  try {
+    return { ...state, ...(await getJSON(`api/typical?${new URLSearchParams({ study, condition })}`)) };
+  } catch {
+    return state; // what is wrong with it is said when it is shown
+  }
+}
+
 /** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
 export function rival({ source, conditions }) {
   const own = conditions.find(({ name }) => name === source.condition);

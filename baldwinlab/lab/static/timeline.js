@@ -2,6 +2,10 @@
 
 import { el } from "./common.js";
 import { palette } from "./palette.js";
+import { Tip } from "./tip.js";
+
+const BAR = 3; // CSS pixels a bar of meals
+const THUMB = 16;
 
 /**
  * @typedef {object} Track
@@ -23,7 +27,11 @@ export class Timeline {
       oninput: () => seek(Number(this.slider.value)),
     });
     this.root = el("div", { class: "timeline" }, this.canvas, this.slider);
+    this.tip = new Tip(this.root);
+    this.slider.addEventListener("pointermove", (event) => event.pointerType === "mouse" && this.tip.show(this.about(event.offsetX), event.offsetX, 0));
+    this.slider.addEventListener("pointerleave", () => this.tip.show(null));
     this.key = [];
+    this.tracks = [];
   }
 
   setLast(last) {
@@ -35,10 +43,22 @@ export class Timeline {
     if (this.slider.valueAsNumber !== step) this.slider.value = step;
   }
 
+  /** What is eaten at a place of the slider, which is wider than its canvas by half a thumb at each end. */
+  about(x) {
+    const steps = Number(this.slider.max) + 1;
+    const perPixel = steps / Math.max(1, this.canvas.clientWidth);
+    const first = Math.floor(Math.min(Math.max(0, (x - THUMB / 2) * perPixel), steps - 1));
+    const last = Math.min(steps - 1, Math.max(first, Math.floor(first + BAR * perPixel) - 1));
+    const eaten = this.tracks.map(({ life }) => life.eatenIn(first, last).toLocaleString("en"));
+    const when = first === last ? `step ${first.toLocaleString("en")}` : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
+    return `${when}: ${eaten.join(" and ")} eaten`;
+  }
+
   /** Draw the meals, one row a track; nothing is done where nothing has changed. */
   draw(tracks) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
+    this.tracks = tracks;
     const key = [width, height, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
     if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return;
     this.key = key;
@@ -51,7 +71,7 @@ export class Timeline {
 }
 
 function drawTrack(pen, { life, chosen }, { top, width, row, dots }) {
-  const wide = 3 * dots;
+  const wide = BAR * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
   const own = new Set();
   for (const part of life.parts.values()) {
