@@ -4,8 +4,8 @@ import { asked, follow, navigate } from "./address.js";
 import { message } from "./common.js";
 
 const VIEWS = {
-  world: { title: "World", load: () => import("./view_world.js") },
-  live: { title: "Live run", load: () => import("./view_live.js") },
+  world: { title: "World", lives: true, load: () => import("./view_world.js") },
+  live: { title: "Live run", lives: true, load: () => import("./view_live.js") },
   results: { title: "Results", load: () => import("./view_results.js") },
 };
 
@@ -13,7 +13,7 @@ let shown = null; // {name, view}
 let turn = 0; // so that a slow view does not come up after a faster one
 
 async function show() {
-  const mine = ++turn;
+  const now = ++turn;
   const place = asked(Object.keys(VIEWS), "world");
   const { name, state } = place;
   follow(shown?.name === name ? place : null);
@@ -25,7 +25,7 @@ async function show() {
     return;
   }
   const { mount } = await VIEWS[name].load();
-  if (mine !== turn) return;
+  if (now !== turn) return;
   shown?.view.unmount();
   document.getElementById("actions").replaceChildren();
   const root = document.getElementById("view");
@@ -33,8 +33,15 @@ async function show() {
   root.className = `view-${name}`;
   document.title = `${VIEWS[name].title} · baldwinlab`;
   follow(place);
-  shown = { name, view: { update() {}, unmount() {} } };
-  shown.view = mount(root, state, navigate);
+  const mine = (shown = { name, view: { update() {}, unmount() {} } });
+  if (VIEWS[name].lives) await engineReady(root, () => shown === mine);
+  if (shown === mine) mine.view = mount(root, asked(Object.keys(VIEWS), "world").state, navigate);
+}
+
+/** What lives waits for the engine. */
+async function engineReady(root, wanted) {
+  const { untilReady } = await import("./first_life.js");
+  await untilReady(root, wanted);
 }
 
 addEventListener("hashchange", show);

@@ -50,6 +50,17 @@ export class Recording {
     const row = Math.min(step, this.last) - this.first - 1;
     return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
   }
+
+  /** What was eaten before a step, in words: items, and agents that ate. */
+  eaten(step) {
+    let [items, fed] = [0, 0];
+    for (let agent = 0; agent < this.agents; agent++) {
+      const eaten = this.eatenBefore(step, agent);
+      items += eaten;
+      if (eaten) fed += 1;
+    }
+    return `${items.toLocaleString("en")} eaten · ${fed} of ${this.agents} ate`;
+  }
 }
 
 /** How many moves happen at or before a step: `move_step` rises. */

@@ -39,23 +39,24 @@ export class Timeline {
   draw(tracks) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
-    const key = [width, height, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
+    const steps = Number(this.slider.max) + 1;
+    const key = [width, height, steps, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
     if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return;
     this.key = key;
     this.canvas.width = Math.max(1, width);
     this.canvas.height = Math.max(1, height);
     const pen = this.canvas.getContext("2d");
     const row = height / tracks.length;
-    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots }));
+    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots, steps }));
   }
 }
 
-function drawTrack(pen, { life, chosen }, { top, width, row, dots }) {
+function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
   const wide = 3 * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
   const own = new Set();
   for (const part of life.parts.values()) {
-    const place = (step) => Math.floor(((step / part.steps) * width) / wide);
+    const place = (step) => Math.floor(((step / steps) * width) / wide);
     part.meals.forEach((count, at) => (bars[place(part.first + at)] += count));
     for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
       if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen)) own.add(place(step - 1));

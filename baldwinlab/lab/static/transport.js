@@ -1,7 +1,7 @@
 /** The bar below the worlds: time, what is drawn, and help. */
 
 import { el, icon } from "./common.js";
-import { cssShade } from "./palette.js";
+import { Legend } from "./legend.js";
 import { SPEEDS } from "./player.js";
 
 const PATHS = {
@@ -14,7 +14,6 @@ const PATHS = {
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "whole trails" };
-const LEGEND = { agent: "has eaten", hungry: "never ate", lit: "sensor fires", meal: "eats now" };
 const KEYS = {
   space: "play or pause",
   "← →": "a step back or on; with shift: 100",
@@ -56,13 +55,12 @@ export class Transport {
     const { player } = this;
     const back = button("back", "A step back (←)", () => player.step(-1));
     const on = button("on", "A step on (→)", () => player.step(1));
-    this.kinds = el("span", { class: "entries" });
-    const entries = Object.entries(LEGEND).map(([mark, text]) => entry(text, { class: `mark ${mark}` }));
+    this.legend = new Legend();
     return el(
       "div",
       { class: "controls" },
       el("div", { class: "row time" }, back, this.play, on, this.speed, this.clock),
-      el("div", { class: "legend", "aria-label": "Legend" }, this.kinds, entries),
+      this.legend.root,
       el(
         "div",
         { class: "row options" },
@@ -75,12 +73,8 @@ export class Transport {
     );
   }
 
-  /** The kinds of items that there are, each once. */
   showKinds(kinds) {
-    const different = new Map(kinds.map(({ name, colour }) => [name, colour]));
-    this.kinds.replaceChildren(
-      ...[...different].map(([name, colour]) => entry(name, { class: "mark item", style: `background: ${cssShade(colour)}` })),
-    );
+    this.legend.showKinds(kinds);
   }
 
   showTime() {
@@ -101,11 +95,6 @@ export class Transport {
     this.sight.checked = sight;
     this.beside.setAttribute("aria-pressed", beside);
   }
-}
-
-/** A mark of the legend, and what it is. */
-function entry(text, mark) {
-  return el("span", { class: "entry" }, el("i", mark), text);
 }
 
 function button(name, label, act, kind = "quiet square") {
