@@ -74,8 +74,11 @@ VERDICTS: Final[Mapping[str, str]] = {
 MOVIE: Final[Mapping[str, str]] = {
     "background": "#fbfaf7",
     "agent": BLUE,
+    "hungry": "#ffffff",
+    "outline": "#56616e",
     "trail": "#9cc3e0",
-    "eater": VERMILION,
+    "meal": "#f5d48a",
+    "line": "#c3cbd5",
     "text": DARK_GREY,
 }
 

@@ -15,7 +15,7 @@ from baldwinlab.factors import CONDITIONS, SWEEP
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import read
-from baldwinlab.multiverse.publish import FILE
+from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
@@ -58,7 +58,7 @@ def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[S
         found.append(Section("compared", "Conditions compared", render("report/contrasts.html", contrasts=compared, last=last)))
     if measured := stored.read(study.directory, study.factors):
         found.append(assays.section(measured, study.directory, last, paper.words.inference))
-    places = [study.directory / name / FILE for name in ("multiverse-full", "multiverse")]
+    places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
     return found + [readings.section(multiverse, study.directory / "figures") for multiverse in multiverses[:1]]
 

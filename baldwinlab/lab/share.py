@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -13,7 +13,7 @@ from urllib.parse import parse_qsl, quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import palette, presets
@@ -30,6 +30,7 @@ from baldwinlab.version import __version__
 
 STATIC = Path(__file__).parent / "static"
 PLAYER = "replay_page.js"  # the module that a shared page begins with
+STYLES = ("style.css", "world.css", "watch.css", "replay_page.css")
 MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
 MOST_OF_A_MOVIE = 2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
 _IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w.]+\.js)(?=")')
@@ -45,11 +46,15 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def movie(request: Request) -> Response:
         return InTurn(lab, lambda: _movie(lab, request.query_params))
 
+    def made(request: Request) -> JSONResponse:
+        return JSONResponse({"share": lab.drawn.get(text(request.query_params, "ticket"), 0.0)})
+
     def report(request: Request) -> FileResponse:
         path = report_of(lab, text(request.query_params, "study"))
         return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
 
-    return [Route("/api/share", share), Route("/api/movie", movie), Route("/api/report", report)]
+    endpoints = {"share": share, "movie": movie, "movie/made": made, "report": report}
+    return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
 def _shared(lab: Lab, query: Query) -> Response:
@@ -59,8 +64,13 @@ def _shared(lab: Lab, query: Query) -> Response:
 
 
 def _movie(lab: Lab, query: Query) -> Response:
-    shown, kind = [lives.find(lab, given) for given in _sources(query)], text(query, "format")
-    return _attachment(movie_of(shown, kind), MOVIES[kind], f"{_file_name(shown)}.{kind}")
+    """With a `ticket`, a name of its own, how far it is can be asked for meanwhile."""
+    shown, kind, ticket = [lives.find(lab, given) for given in _sources(query)], text(query, "format"), query.get("ticket", "")
+    try:
+        movie = movie_of(shown, kind, lambda share: lab.drawn.update({ticket: share}))
+    finally:
+        lab.drawn.pop(ticket, None)
+    return _attachment(movie, MOVIES[kind], f"{_file_name(shown)}.{kind}")
 
 
 def _sources(query: Query) -> list[dict[str, str]]:
@@ -79,7 +89,7 @@ def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.get_template("replay.html").render(
         title=" and ".join(panel["title"] for panel in panels),
-        styles=palette.lab_css() + (STATIC / "style.css").read_text("utf-8") + (STATIC / "replay_page.css").read_text("utf-8"),
+        styles=palette.lab_css() + "".join((STATIC / name).read_text("utf-8") for name in STYLES),
         modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(PLAYER).items()},
         replay={"version": __version__, "step": step, "panels": panels},
     )
@@ -126,8 +136,11 @@ def _is_preset(life: Life) -> bool:
         return False
 
 
-def movie_of(shown: Sequence[Life], kind: str) -> bytes:
-    """Whole lifetimes as a moving picture, side by side. Raises ValueError for other kinds than `MOVIES`, and MovieError."""
+def movie_of(shown: Sequence[Life], kind: str, drawn: Callable[[float], object]) -> bytes:
+    """Whole lifetimes as a moving picture, side by side; `drawn` is told which share of it there is.
+
+    Raises ValueError for other kinds than `MOVIES`, and MovieError.
+    """
     if kind not in MOVIES:
         raise ValueError(f"format = {kind!r} must be one of {', '.join(MOVIES)}")
     for experiment in (life.experiment for life in shown):
@@ -138,7 +151,7 @@ def movie_of(shown: Sequence[Life], kind: str) -> bytes:
             )
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"life.{kind}"
-        write_movie_of([_scene(life) for life in shown], path)
+        write_movie_of([_scene(life) for life in shown], path, drawn)
         return path.read_bytes()
 
 

@@ -14,6 +14,7 @@ from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions
 
 FILE = "multiverse.json"  # what came of a multiverse, in its folder
+FOLDERS = ("multiverse-full", "multiverse")  # in a study of the paper: the first that is there stands in its report
 
 
 def publish(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,9 +31,9 @@ class LabServer:
 
 
 @contextmanager
-def serving(root: Path) -> Iterator[LabServer]:
-    """A server in a thread, on a free port of loopback."""
-    server = server_of(make_app(root))
+def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
+    """A server in a thread, on a free port of loopback, which says whether its engine is ready."""
+    server = server_of(make_app(root, ready))
     with listening(0) as listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()

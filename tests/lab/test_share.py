@@ -6,6 +6,7 @@ import base64
 import json
 import re
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -18,9 +19,10 @@ from PIL import Image
 
 from baldwinlab.cli import main
 from baldwinlab.lab import frames, share
+from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, ask, refusal
+from tests.lab.asking import SMALL, ask, data, refusal
 from tests.lab.conftest import LabServer
 
 MEGABYTE = 1_000_000
@@ -113,7 +115,22 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(lab_server: 
     assert answer.headers["content-disposition"].endswith(f"''{name}")
     (tmp_path / "life.gif").write_bytes(answer.content)
     with Image.open(tmp_path / "life.gif") as movie:
-        assert movie.size == (1280, 640)
+        assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
+
+
+def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[float] = []
+
+    def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
+        for share in (0.25, 0.75):
+            drawn(share)
+            told.append(data(lab_server.address, "movie/made", ticket="mine")["share"])
+        path.write_bytes(b"GIF")
+
+    monkeypatch.setattr(share, "write_movie_of", write)
+    assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
+    assert told == [0.25, 0.75]
+    assert data(lab_server.address, "movie/made", ticket="mine") == {"share": 0}  # nothing is kept of it
 
 
 def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:

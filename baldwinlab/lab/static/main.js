@@ -16,8 +16,8 @@ const RESULTS = [
   { title: "What to look for", text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The claims below say what follows from all of them." },
 ];
 const VIEWS = {
-  world: { title: "World", load: () => import("./view_world.js"), about: [] }, // what it shows is in the recording's own words
-  live: { title: "Live run", load: () => import("./view_live.js"), about: LIVE },
+  world: { title: "World", lives: true, load: () => import("./view_world.js"), about: [] }, // what it shows is in the recording's own words
+  live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: LIVE },
   results: { title: "Results", load: () => import("./view_results.js"), about: RESULTS },
 };
 
@@ -54,13 +54,22 @@ async function show() {
   returning?.disconnect();
   document.getElementById("actions").replaceChildren();
   guide.begin(name, VIEWS[name].about);
-  root.replaceChildren(guide.root);
+  root.replaceChildren();
   root.className = `view-${name}`;
   document.title = `${VIEWS[name].title} · baldwinlab`;
   settle(place, bare);
-  shown = { name, view: { update() {}, unmount() {} } };
-  shown.view = mount(root, state, navigate, guide);
+  const here = (shown = { name, view: { update() {}, unmount() {} } });
+  if (VIEWS[name].lives) await engineReady(() => shown === here);
+  if (shown !== here) return;
+  root.prepend(guide.root);
+  here.view = mount(root, followed().state, navigate, guide);
   if (state.study === left.get(name)?.state.study) scrollBack(left.get(name)?.top);
+}
+
+/** What lives waits for the engine. */
+async function engineReady(wanted) {
+  const { untilReady } = await import("./first_life.js");
+  await untilReady(root, wanted);
 }
 
 /** The address, and the guide, say what is shown from now on. */

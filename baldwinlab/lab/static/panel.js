@@ -190,13 +190,7 @@ export class Panel {
 
   showCount(recording, step) {
     this.seen = (agent) => named(agent, recording.eatenBefore(step + 1, agent));
-    let [items, fed] = [0, 0];
-    for (let agent = 0; agent < recording.agents; agent++) {
-      const eaten = recording.eatenBefore(step + 1, agent);
-      items += eaten;
-      if (eaten) fed += 1;
-    }
-    const text = `${items.toLocaleString("en")} eaten · ${fed} of ${recording.agents} ate`;
+    const text = recording.eaten(step + 1);
     if (this.note.textContent !== text) this.note.textContent = text;
   }
 

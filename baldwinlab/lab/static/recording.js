@@ -56,6 +56,17 @@ export class Recording {
     const row = Math.min(step, this.last) - this.first - 1;
     return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
   }
+
+  /** What was eaten before a step, in words: items, and agents that ate. */
+  eaten(step) {
+    let [items, fed] = [0, 0];
+    for (let agent = 0; agent < this.agents; agent++) {
+      const eaten = this.eatenBefore(step, agent);
+      items += eaten;
+      if (eaten) fed += 1;
+    }
+    return `${items.toLocaleString("en")} eaten · ${fed} of ${this.agents} ate`;
+  }
 }
 
 /** How many moves happen at or before a step: `move_step` rises. */
@@ -123,15 +134,6 @@ export class Lifetime {
       if (part.eats(at, agent)) return at;
     }
     return null;
-  }
-
-  /** Items that all agents eat from a step to another, both of them; of parts that are not here, nothing. */
-  eatenIn(from, to) {
-    let sum = 0;
-    for (const part of this.parts.values()) {
-      for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++) sum += part.meals[step - part.first];
-    }
-    return sum;
   }
 
   async fetch(number) {

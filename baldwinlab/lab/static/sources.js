@@ -4,11 +4,11 @@ import { getJSON } from "./common.js";
 
 export const PRESETS = "@presets"; // in place of a study: the conditions that come with baldwinlab
 
-/** @typedef {{study: string, condition: string, run: number, generation: number}} Source */
+/** @typedef {{study: string, condition: string, run: number, generation: number}|{live: string, run: number, generation: number}} Source */
 
 /** What /api/recording and its like are asked for. */
-export function query({ study, condition, run, generation }) {
-  const from = study === PRESETS ? { preset: condition } : { study, condition };
+export function query({ live, study, condition, run, generation }) {
+  const from = live ? { live } : study === PRESETS ? { preset: condition } : { study, condition };
   return new URLSearchParams({ ...from, run, generation });
 }
 

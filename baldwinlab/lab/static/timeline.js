@@ -49,7 +49,7 @@ export class Timeline {
     const perPixel = steps / Math.max(1, this.canvas.clientWidth);
     const first = Math.floor(Math.min(Math.max(0, (x - THUMB / 2) * perPixel), steps - 1));
     const last = Math.min(steps - 1, Math.max(first, Math.floor(first + BAR * perPixel) - 1));
-    const eaten = this.tracks.map(({ life }) => life.eatenIn(first, last).toLocaleString("en"));
+    const eaten = this.tracks.map(({ life }) => eatenIn(life, first, last).toLocaleString("en"));
     const when = first === last ? `step ${first.toLocaleString("en")}` : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
     return `${when}: ${eaten.join(" and ")} eaten`;
   }
@@ -59,23 +59,33 @@ export class Timeline {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
     this.tracks = tracks;
-    const key = [width, height, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
+    const steps = Number(this.slider.max) + 1;
+    const key = [width, height, steps, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
     if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return;
     this.key = key;
     this.canvas.width = Math.max(1, width);
     this.canvas.height = Math.max(1, height);
     const pen = this.canvas.getContext("2d");
     const row = height / tracks.length;
-    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots }));
+    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots, steps }));
   }
 }
 
-function drawTrack(pen, { life, chosen }, { top, width, row, dots }) {
+/** Items that all agents eat from a step to another, both of them; of parts that are not here, nothing. */
+function eatenIn(life, from, to) {
+  let sum = 0;
+  for (const part of life.parts.values()) {
+    for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++) sum += part.meals[step - part.first];
+  }
+  return sum;
+}
+
+function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
   const wide = BAR * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
   const own = new Set();
   for (const part of life.parts.values()) {
-    const place = (step) => Math.floor(((step / part.steps) * width) / wide);
+    const place = (step) => Math.floor(((step / steps) * width) / wide);
     part.meals.forEach((count, at) => (bars[place(part.first + at)] += count));
     for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
       if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen)) own.add(place(step - 1));

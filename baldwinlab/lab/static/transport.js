@@ -18,6 +18,7 @@ const PATHS = {
   agents: "M7 5h10M7 10h10M7 15h10M3 5h.01M3 10h.01M3 15h.01",
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "whole trails" };
+
 export class Transport {
   /**
    * @param {import("./player.js").Player} player
