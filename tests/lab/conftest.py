@@ -59,7 +59,8 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 def page(newcomer: Page) -> Page:
     """A page that is not yet opened, of a reader who has closed what explains the tabs."""
     closed = ("world", "live", "results")
-    newcomer.add_init_script("".join(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed))
+    kept = "".join(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed)
+    newcomer.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
     return newcomer
 
 

@@ -139,6 +139,7 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
             assert np.array_equal(curve[part], values.sel(condition=name))
         assert found["final"][name][measure] == fitness.final(study, measure).sel(condition=name).values.tolist()
         assert found["typical_run"][name] == typical_run(study, name)
+        assert data(lab_server.address, "typical", study="small", condition=name) == {"run": typical_run(study, name)}
 
 
 def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(tmp_path: Path) -> None:
@@ -161,6 +162,8 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
         found = data(server.address, "results", study="it")
         query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}
         sentence = refusal(server.address, "recording", 404, **query)
+        nothing = refusal(server.address, "typical", 404, study="it", condition="evo+self-taught/A")
+    assert nothing == f"{tmp_path}/it has no run of evo+self-taught/A"
     assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; none is stored yet"
     names = ("curves", "final", "typical_run")
     assert found == {"conditions": [], "generation": [], **{name: {} for name in names}, "claims": []}

@@ -24,7 +24,6 @@ export class WorldTab {
     Object.assign(this, { root, navigate, guide, panels: [], agent: null, side: "a", turn: 0, closed: false });
     Object.assign(this, { trails: "recent", sight: true, listing: false });
     this.player = new Player((time) => this.draw(time));
-    this.usual = this.player.speed = null; // until a life has come, which decides it
     this.player.changed = () => this.showTime();
     this.tour = new Tour({
       now: () => ({ generation: this.panels[0].source.generation, last: this.panels[0].condition.generations - 1 }),
@@ -112,6 +111,7 @@ export class WorldTab {
     this.trails = ["off", "recent", "life"].includes(state.trails) ? state.trails : "recent";
     this.sight = state.sight !== "off";
     this.listing = state.agents === "listed";
+    this.usual = usualSpeed(this.panels[0].condition.steps);
     this.player.speed = SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : this.usual;
     const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
     for (const { view } of this.panels) view.look(...(zoom ? [x, y, zoom] : [0.5, 0.5, 1]));

@@ -62,9 +62,8 @@ def _learning(experiment: Experiment, seen: Look) -> str:
 def _what_to_look_for(experiment: Experiment) -> str:
     other = "one that does not learn" if experiment.learns else "one that learns"
     return _joined(
-        "Filled agents have eaten, hollow ones never did, and the bars under the map show when.",
-        "Do they find the food, and do they stay in it?",
-        f"Compare sets a life beside another: an early generation beside a late one, or this condition beside {other}.",
+        "Filled agents have eaten, and the bars under the map show when. Do they find what they eat, and stay there?",
+        f"Compare an early generation with a late one, or this condition with {other}.",
     )
 
 
