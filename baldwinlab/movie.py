@@ -85,7 +85,9 @@ def _beside(images: Sequence[Image.Image]) -> Image.Image:
 
 def _write_gif(frames: Iterator[Image.Image], path: Path, colours: Image.Image) -> None:
     reduced = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
-    next(reduced).save(path, save_all=True, append_images=reduced, duration=1000 // FRAMES_PER_SECOND, loop=0, comment=REPLAY.encode())
+    next(reduced).save(
+        path, save_all=True, append_images=reduced, duration=1000 // FRAMES_PER_SECOND, loop=0, comment=REPLAY.encode()
+    )
 
 
 def _colours_of(scenes: Sequence[Scene]) -> Image.Image:

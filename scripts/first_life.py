@@ -1,6 +1,6 @@
 """Record the life that the lab shows while its engine is compiled: `python scripts/first_life.py`.
 
-It is generation 99 of a run, of which the 99 before are lived first: a second. To be run again where a test says that the
+It is generation 20 of a run in which agents eat early, and the 20 before it are lived first: a second. To be run again where a test says that the
 engine gives another life, or that recordings look otherwise.
 """
 
@@ -13,8 +13,8 @@ from baldwinlab.lab.live import Live
 from baldwinlab.lab.recording import record
 from baldwinlab.lab.share import STATIC
 
-LIFE = {"preset": "evo+self-taught/B", "seed": "0", "run": "0", "generation": "99"}
-STEPS = lives.Span(0, 1200)
+LIFE = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
+STEPS = lives.Span(0, 1000)
 PLACE = STATIC / "first_life.bald"
 
 

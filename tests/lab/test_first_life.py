@@ -19,7 +19,7 @@ def test_the_life_that_ships_is_the_one_that_the_engine_gives() -> None:
     script = runpy.run_path(str(Path(__file__).parents[2] / "scripts/first_life.py"))
     shipped = script["PLACE"].read_bytes()
     assert script["first_life"]() == shipped, "python scripts/first_life.py makes it anew"
-    assert len(shipped) < 400_000
+    assert len(shipped) < 300_000
 
 
 @pytest.mark.parametrize("view", ["world", "live"])
@@ -52,6 +52,6 @@ def test_whoever_wants_less_motion_starts_it_himself(browser: Browser, tmp_path:
     with serving(tmp_path, lambda: False) as server:
         page = browser.new_page(base_url=server.address, reduced_motion="reduce")
         page.goto("/")
-        expect(page.get_by_test_id("first-step")).to_have_text("step 0 of 1,200")
+        expect(page.get_by_test_id("first-step")).to_have_text("step 0 of 1,000")
         expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Play")
         page.close()

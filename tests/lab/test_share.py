@@ -122,8 +122,8 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer,
     told: list[float] = []
 
     def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
-        for share in (0.25, 0.75):
-            drawn(share)
+        for part in (0.25, 0.75):
+            drawn(part)
             told.append(data(lab_server.address, "movie/made", ticket="mine")["share"])
         path.write_bytes(b"GIF")
 

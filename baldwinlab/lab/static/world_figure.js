@@ -33,8 +33,8 @@ export class WorldFigure {
     this.picker = el("select", { "aria-label": "Agent to look at", "data-testid": `${testid}-agent`, onchange: choose });
     this.facts = el("p", { class: "number", hidden: true, "data-testid": `${testid}-facts` });
     const zoom = (factor) => () => this.zoom(factor);
-    this.foot = el("div", { class: "row figure-foot" }, this.count, el("span", { class: "spread" }), this.picker,
-      press("closer", zoom(CLOSER)), press("farther", zoom(1 / CLOSER)), press("whole", () => this.fit()));
+    this.foot = el("div", { class: "row figure-foot" }, this.count, el("span", { class: "figure-tools" }, this.picker,
+      press("closer", zoom(CLOSER)), press("farther", zoom(1 / CLOSER)), press("whole", () => this.fit())));
     listen(this.canvas, this.view, { changed: () => this.moved(), picked: (agent) => this.pick(agent), fitted: () => this.fit() });
     this.sized = new ResizeObserver(() => {
       this.view.resize();
