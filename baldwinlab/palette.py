@@ -4,7 +4,7 @@ M. Okabe and K. Ito, Color Universal Design (2008): told apart with every kind o
 
 A colour says one thing. In a world, drawn on whatever: blue is an agent, green is food and eating it, orange is what an agent
 senses, plum is what the reader has chosen. In words: green is well, vermilion is not. Conditions are told apart by the colours of
-`SERIES`, in the order of the study; what an agent does in another life, or is born as, by colours that no condition of a paper has.
+`SERIES`, in the order of the study; what an agent does in another life, and newborns, by colours that the first conditions lack.
 """
 
 from __future__ import annotations
