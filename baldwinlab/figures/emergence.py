@@ -29,6 +29,7 @@ from baldwinlab.statistics.fitness import interval_of_mean
 PIECES = 40  # of a trajectory, each drawn as strongly as it is late
 CELLS = 32  # along each edge of a map
 DARKEST = 1000 / CELLS**2  # per cent: ten times as long in a cell as if everywhere alike
+PANEL, GAP, TITLE, BAR, SHARE = 2.24, 0.12, 0.3, 0.75, 2.1  # inches: maps, between and above them; below, the bar and the curve
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE, "black"])
 
 
@@ -41,25 +42,24 @@ def emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     if not traces:
         raise ValueError("there is no trace to draw")
     rows = -(-len(traces) // 3)
-    figure = Figure((WIDTH, 2.6 * rows + 2.4))
-    above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[2.6 * rows + 0.3, 2.1])[:, 0]
-    grid = above.subplots(rows, 3, squeeze=False)
-    norm = PowerNorm(0.5, 0, DARKEST, clip=True)
-    for axes, trace in zip(grid.flat, traces, strict=False):
-        drawn = _presence(axes, trace, norm)
-    for axes in grid.flat[len(traces) :]:
-        axes.set_visible(False)
-    above.colorbar(
-        drawn,
-        ax=grid,
-        location="bottom",
-        aspect=60,
-        fraction=0.03,
-        extend="max",
-        label=f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %",
-    )
-    _share(below.subplots(), study, traces)
+    figure = Figure((WIDTH, rows * (PANEL + TITLE) + BAR + SHARE))
+    figure.set_layout_engine("none")  # its solver's last digits vary, and a colour bar shows them
+    for number, trace in enumerate(traces):
+        row, column = divmod(number, 3)
+        axes = _axes(figure, GAP + column * (PANEL + GAP), SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE), PANEL, PANEL)
+        drawn = _presence(axes, trace)
+    bar = _axes(figure, WIDTH / 4, SHARE + BAR - 0.22, WIDTH / 2, 0.1)
+    cell = f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %"
+    figure.colorbar(drawn, cax=bar, orientation="horizontal", extend="max", label=cell, ticks=[0, 0.1, 0.3, 0.6, 0.9])
+    _share(_axes(figure, 0.55, 0.45, WIDTH - 0.65, SHARE - 0.55), study, traces)
     return figure
+
+
+def _axes(figure: Figure, *inches: float) -> Axes:
+    """A panel at a place (left, bottom, width, height)."""
+    width, height = figure.get_size_inches()
+    left, bottom, wide, high = inches
+    return figure.add_axes((left / width, bottom / height, wide / width, high / height))
 
 
 def density(trace: xr.Dataset) -> np.ndarray:
@@ -70,10 +70,10 @@ def density(trace: xr.Dataset) -> np.ndarray:
     return np.asarray(100 * counts / trace["x"].size)
 
 
-def _presence(axes: Axes, trace: xr.Dataset, norm: PowerNorm) -> AxesImage:
+def _presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
     world = _world(trace)
     _empty_map(axes, trace, world)
-    edges = (0, world.width, world.height, 0)
+    edges, norm = (0, world.width, world.height, 0), PowerNorm(0.5, 0, DARKEST, clip=True)
     return axes.imshow(density(trace), WHITE_TO_BLUE, norm, extent=edges, interpolation="nearest", zorder=0)
 
 

@@ -34,7 +34,8 @@ class Kind(NamedTuple):
 def networks(kinds: Sequence[Kind]) -> Figure:
     """Kind below kind: senses on the left, networks in the middle, actions on the right, and who teaches whom."""
     height = HEAD + ROW * sum(len(kind.modules) for kind in kinds)
-    figure = Figure((WIDTH, height), layout="none")
+    figure = Figure((WIDTH, height))
+    figure.set_layout_engine("none")  # in inches, from edge to edge
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, WIDTH), ylim=(0, height))
     axes.axis("off")
     for place, heading in zip(

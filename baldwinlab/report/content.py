@@ -68,7 +68,7 @@ def fitness_in_words(foraging: Iterable[Experiment]) -> str:
         return ""
     less = ", less what learning costs" if costs else ""
     gives = " or ".join(f"{energy:g}" for energy in sorted(items))
-    same = ": as many as the items eaten" if items == {1.0} and not costs else ""
+    same = ", so it is the number of items eaten" if items == {1.0} and not costs else ""
     return f"energy of the items that an agent eats in its life{less}; an item gives {gives}{same}"
 
 

@@ -23,6 +23,7 @@ from baldwinlab.statistics import fitness
 from baldwinlab.statistics.tables import to_csv
 
 Looks = Mapping[str, figures.Look]  # of conditions of foragers, by name, as far as their parts are here
+NARROW = 4.0  # inches
 EXPLAINING = ("networks", "senses", "maps")  # figures that say what was run, not what came of it
 
 
@@ -210,9 +211,17 @@ def embed(picture: Picture, folder: Path) -> dict[str, Any]:
         files["CSV"] = f"{picture.name}.csv"
         columns = dict.fromkeys(column for row in picture.table for column in row)
         write_atomically(folder / files["CSV"], to_csv(list(columns), picture.table))
-    words = {"name": picture.name, "title": picture.title, "caption": picture.caption, "alternative": picture.alternative}
-    source = f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}"
-    return words | {"source": source, "files": files, "again": picture.again}
+    width, height = picture.figure.get_size_inches()
+    return {
+        "name": picture.name,
+        "title": picture.title,
+        "caption": picture.caption,
+        "alternative": picture.alternative,
+        "shape": "narrow" if width < NARROW else "tall" if height > width else "",
+        "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
+        "files": files,
+        "again": picture.again,
+    }
 
 
 def replayed(condition: str, run: int, generation: int) -> str:
