@@ -11,7 +11,6 @@ import json
 from itertools import compress
 from typing import Any, Final
 
-import numpy as np
 import xarray as xr
 
 from baldwinlab.factors import SWEEP, Factors
@@ -33,16 +32,20 @@ def of_study(study: Study) -> dict[str, Any]:
     """Of every condition that has a run; None where a number does not exist. Raises StudyError for a record that is damaged."""
     names = [name for name in study.experiments if study.runs(name)]
     answer: dict[str, Any] = {"conditions": names, "factors": factors(study, names), "generation": []}
-    answer |= {part: {} for part in ("curves", "final", "typical_run")}
-    for name in names:
-        data = open_conditions(study, [name])
-        answer["food"] = answer.get("food", False) or "food_eaten" in data  # else, what agents do is not called to eat
-        answer["generation"] = max(answer["generation"], data["generation"].values.tolist(), key=len)
-        answer["curves"][name] = {measure: _curve(measure, values(data)) for measure, values in fitness.MEASURES.items()}
-        answer["final"][name] = {measure: _plain(fitness.final(data, measure)) for measure in fitness.MEASURES}
-        answer["typical_run"][name] = typical_run(data, name)
-    for curve in (curve for measures in answer["curves"].values() for parts in measures.values() for curve in parts.values()):
-        curve += [None] * (len(answer["generation"]) - len(curve))
+    answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {"typical_run": {}}
+    if not names:
+        return answer
+    data = open_conditions(study, names)
+    answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
+    answer["generation"] = data["generation"].values.tolist()
+    for measure, values in fitness.MEASURES.items():
+        average, low, high = fitness.interval_of_mean(values(data))
+        curve = {"mean": average, "low": low, "high": high.clip(max=1) if measure == "share" else high}
+        final = fitness.final(data, measure)
+        for name in names:
+            answer["curves"][name][measure] = {part: _plain(array.sel(condition=name)) for part, array in curve.items()}
+            answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
+    answer["typical_run"] = {name: typical_run(data, name) for name in names}
     return answer
 
 
@@ -56,14 +59,8 @@ def factors(study: Study, names: list[str]) -> dict[str, list[Any]]:
     return {factor: values for factor, values in known.items() if len(set(values)) > 1}
 
 
-def _curve(measure: str, values: xr.DataArray) -> dict[str, list[float | None]]:
-    average, low, high = fitness.interval_of_mean(values)
-    parts = {"mean": average, "low": low, "high": high.clip(max=1) if measure == "share" else high}
-    return {part: _plain(array) for part, array in parts.items()}
-
-
 def _plain(values: xr.DataArray) -> list[float | None]:
-    return [None if np.isnan(value) else value for value in values.isel(condition=0).values.tolist()]
+    return [None if value != value else value for value in values.values.tolist()]
 
 
 def keep(study: Study) -> None:
