@@ -34,6 +34,7 @@ STYLES = ("style.css", "world.css", "watch.css", "replay_page.css")
 MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
 MOST_OF_A_MOVIE = 2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
 _IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w.]+\.js)(?=")')
+_REPORT = re.compile(r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))")
 
 # A report is a file that anybody may have made, so it runs no scripts, reaches nothing, and counts as another page.
 REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -50,10 +51,11 @@ def routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"share": lab.drawn.get(text(request.query_params, "ticket"), 0.0)})
 
     def report(request: Request) -> FileResponse:
-        path = report_of(lab, text(request.query_params, "study"))
-        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
+        path = report_of(lab, request.path_params["place"])
+        kind = "text/plain" if path.suffix == ".csv" else None  # shown, as a sandbox lets nothing be downloaded
+        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind)
 
-    endpoints = {"share": share, "movie": movie, "movie/made": made, "report": report}
+    endpoints = {"share": share, "movie": movie, "movie/made": made, "report/{place:path}": report}
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
@@ -161,12 +163,19 @@ def _scene(life: Life) -> Scene:
     return Scene(trace, experiment.world.width, experiment.world.height)
 
 
-def report_of(lab: Lab, name: str) -> Path:
-    """The report of a study. Raises MissingError where none was made, StudyError where it lies outside of what is served."""
-    path = studies.find(lab, name).directory / "report.html"
+def report_of(lab: Lab, place: str) -> Path:
+    """The report of a study, STUDY/report.html, or a file that it leads to, STUDY/figures/NAME.
+
+    Raises MissingError where there is none, StudyError where it lies outside of what is served.
+    """
+    found = _REPORT.fullmatch(place)
+    if found is None:
+        raise MissingError(f"there is no {place} here")
+    name = found["study"] or "."
+    path = studies.find(lab, name).directory / found["file"]
     studies.require_inside(lab.root, path)
     if not path.is_file():
-        raise MissingError(f"the study {name} has no report yet; `baldwinlab report` makes it")
+        raise MissingError(f"the study {name} has no {found['file']} yet; `baldwinlab report` makes it")
     return path
 
 

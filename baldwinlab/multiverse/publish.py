@@ -41,5 +41,5 @@ def publish(
     analysis.write(multiverse, study.directory / FILE)
     tell("drawing the figures")
     shown = section(multiverse, study.directory / "figures")
-    write_page("The paper's claims under every reading", lead(multiverse), [shown], out)
+    write_page("The paper's claims under every reading", lead(multiverse), [shown], out, study.directory / "figures")
     return multiverse

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import shutil
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -154,14 +155,27 @@ def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -
 
 def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "`baldwinlab report` makes it" in refusal(lab_server.address, "report", 404, study="small")
+    assert "`baldwinlab report` makes it" in refusal(lab_server.address, "report/small/report.html", 404)
     path.write_text("<script>alert(1)</script>")
     try:
-        answer = ask(lab_server.address, "report", study="small")
+        answer = ask(lab_server.address, "report/small/report.html")
         assert answer.headers["content-security-policy"] == share.REPORT_POLICY
         assert answer.text == path.read_text()
     finally:
         path.unlink()
+
+
+def test_the_files_that_a_report_leads_to_are_served_and_no_others(lab_server: LabServer) -> None:
+    folder = lab_server.root / "small" / "figures"
+    folder.mkdir()
+    (folder / "fitness.csv").write_text("condition,mean\n")
+    try:
+        answer = ask(lab_server.address, "report/small/figures/fitness.csv")
+        assert (answer.text, answer.headers["content-type"]) == ("condition,mean\n", "text/plain; charset=utf-8")
+        assert "no figures/other.svg yet" in refusal(lab_server.address, "report/small/figures/other.svg", 404)
+        assert refusal(lab_server.address, "report/small/study.toml", 404) == "there is no small/study.toml here"
+    finally:
+        shutil.rmtree(folder)
 
 
 def test_a_report_that_is_a_link_out_of_the_folder_is_refused(lab_server: LabServer, tmp_path: Path) -> None:
@@ -169,6 +183,6 @@ def test_a_report_that_is_a_link_out_of_the_folder_is_refused(lab_server: LabSer
     secret.write_text("secret")
     path.symlink_to(secret)
     try:
-        assert "lies outside" in refusal(lab_server.address, "report", 400, study="small")
+        assert "lies outside" in refusal(lab_server.address, "report/small/report.html", 400)
     finally:
         path.unlink()
