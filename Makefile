@@ -21,7 +21,6 @@ help:
 reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab reproduce
 	$(BIN)/baldwinlab multiverse
-	$(BIN)/baldwinlab report results/paper
 
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n logical --dist loadfile

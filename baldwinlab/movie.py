@@ -1,4 +1,4 @@
-"""A trace as a moving picture (.mp4 or .gif): the map, its food, the agents with their headings and trails."""
+"""A trace as a moving picture (.mp4 or .gif): the map, its food, the agents with their headings and trails, and what they ate."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import json
 import math
 import os
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from PIL import Image, ImageDraw
+from PIL import Image, ImageColor, ImageDraw
 
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.files import write_atomically, writing
@@ -26,6 +26,9 @@ SCALE = 2  # drawn so much larger and then reduced, for smooth edges
 FRAMES_PER_SECOND = 25
 LONGEST = 20  # seconds; a longer life is shown faster
 TRAIL = 60  # steps
+FLASH = 24  # steps for which a meal is seen
+CAPTION = 44  # pixels above the map
+GAP = 4  # pixels between two scenes
 
 
 class MovieError(BaldwinLabError):
@@ -45,31 +48,64 @@ def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> N
     write_movie_of([Scene(trace, width, height)], path)
 
 
-def write_movie_of(scenes: Sequence[Scene], path: Path) -> None:
-    """As `write_movie`, of scenes side by side and in step; one that ends before the others stands still."""
+def write_movie_of(scenes: Sequence[Scene], path: Path, drawn: Callable[[float], object] = lambda share: None) -> None:
+    """As `write_movie`, of scenes side by side and in step; one that ends before the others stands still.
+
+    `drawn` is told which share of it there is, time and again.
+    """
     steps = max(scene.trace.sizes["step"] for scene in scenes)
     shown = range(0, steps, max(1, math.ceil(steps / (LONGEST * FRAMES_PER_SECOND))))
-    frames = (_beside([_frame(*scene, min(step, scene.trace.sizes["step"] - 1)) for scene in scenes]) for step in shown)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
         with writing(draft):
-            (_write_gif if path.suffix == ".gif" else _write_mp4)(frames, draft)
+            if path.suffix == ".gif":
+                _write_gif(_frames(scenes, shown, drawn), draft, _colours_of(scenes))
+            else:
+                _write_mp4(_frames(scenes, shown, drawn), draft)
         write_atomically(path, draft.read_bytes())
 
 
+def _frames(scenes: Sequence[Scene], shown: range, drawn: Callable[[float], object]) -> Iterator[Image.Image]:
+    cameras = [_Camera(scene) for scene in scenes]
+    for number, step in enumerate(shown):
+        yield _beside([camera.frame(step) for camera in cameras])
+        drawn((number + 1) / len(shown))
+
+
 def _beside(images: Sequence[Image.Image]) -> Image.Image:
-    whole = Image.new("RGB", (sum(image.width for image in images), max(image.height for image in images)), MOVIE["background"])
+    width = sum(image.width for image in images) + GAP * (len(images) - 1)
+    whole = Image.new("RGB", (width, max(image.height for image in images)), MOVIE["line"])
     left = 0
     for image in images:
+        whole.paste(MOVIE["background"], (left, 0, left + image.width, whole.height))
         whole.paste(image, (left, 0))
-        left += image.width
+        left += image.width + GAP
     return whole
 
 
-def _write_gif(frames: Iterator[Image.Image], path: Path) -> None:
-    first = next(frames).quantize(64)
-    rest = (frame.quantize(palette=first, dither=Image.Dither.NONE) for frame in frames)
-    first.save(path, save_all=True, append_images=rest, duration=1000 // FRAMES_PER_SECOND, loop=0, comment=REPLAY.encode())
+def _write_gif(frames: Iterator[Image.Image], path: Path, colours: Image.Image) -> None:
+    reduced = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
+    next(reduced).save(
+        path, save_all=True, append_images=reduced, duration=1000 // FRAMES_PER_SECOND, loop=0, comment=REPLAY.encode()
+    )
+
+
+def _colours_of(scenes: Sequence[Scene]) -> Image.Image:
+    """The palette of a .gif: every colour that is drawn, and those between it and the ground, as edges are smooth."""
+    looks = [json.loads(scene.trace.attrs["look"]) for scene in scenes]
+    named = [shade(thing["colour"]) for look in looks for thing in (*look["item_kinds"], *look["marks"])]
+    colours = list(dict.fromkeys([*MOVIE.values(), *named]))[:256]
+    shades = 256 // len(colours)
+    between = [_mixed(colour, (number + 1) / shades) for colour in colours for number in range(shades)]
+    image = Image.new("P", (1, 1))
+    image.putpalette([level for colour in between for level in colour])
+    return image
+
+
+def _mixed(colour: str, share: float) -> tuple[int, ...]:
+    """A colour that covers the ground so much."""
+    pairs = zip(ImageColor.getrgb(MOVIE["background"]), ImageColor.getrgb(colour), strict=True)
+    return tuple(round(below + (above - below) * share) for below, above in pairs)
 
 
 def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
@@ -97,51 +133,87 @@ def _require_whole(path: Path) -> None:
         raise OSError(number, os.strerror(number), str(path))
 
 
-def _frame(trace: xr.Dataset, width: float, height: float, step: int) -> Image.Image:
-    scale = SIZE * SCALE / max(width, height)
-    size = (round(width * scale / SCALE / 2) * 2, round(height * scale / SCALE / 2) * 2)  # video wants even numbers
-    image = Image.new("RGB", (size[0] * SCALE, size[1] * SCALE), MOVIE["background"])
-    draw = ImageDraw.Draw(image)
-    _draw_things(draw, trace, step, scale)
-    _draw_trails(draw, trace, step, scale)
-    eats = trace.eaten.values[max(0, step - 10) : step + 1].any(axis=0)
-    for agent in range(trace.sizes["agent"]):
-        x, y = trace.x.values[step, agent] * scale, trace.y.values[step, agent] * scale
-        heading = math.radians(float(trace.heading.values[step, agent]))
-        corners = [
-            (x + 8 * scale * math.cos(heading + turn), y + 8 * scale * math.sin(heading + turn)) for turn in (0, 2.5, -2.5)
-        ]
-        draw.polygon(corners, fill=MOVIE["eater"] if eats[agent] else MOVIE["agent"])
-    draw.text(
-        (8 * SCALE, 6 * SCALE),
-        f"{trace.attrs['condition']}  generation {trace.attrs['generation']}  step {step}",
-        MOVIE["text"],
-        font_size=14 * SCALE,
-    )
-    return image.reduce(SCALE)
+class _Camera:
+    """Draws a scene step by step. What agents are is told by the same marks as in the lab."""
 
+    def __init__(self, scene: Scene) -> None:
+        self.trace, width, height = scene
+        self.look = json.loads(self.trace.attrs["look"])
+        self.x, self.y = self.trace.x.values, self.trace.y.values  # (step, agent)
+        self.eaten = self.trace.eaten.values.cumsum(axis=0)  # (step, agent), with that step
+        self.scale = SIZE * SCALE / max(width, height)
+        self.size = tuple(round(side * self.scale / SCALE / 2) * 2 for side in (width, height))  # video wants even numbers
+        self.ground = self._ground()
 
-def _draw_things(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale: float) -> None:
-    """What the look of the world says: walls, and items in the colour of their kind."""
-    look = json.loads(trace.attrs["look"])
-    for mark in look["marks"]:
-        if mark["solid"]:
-            x, y, width, height = (mark[name] * scale for name in ("x", "y", "width", "height"))
-            draw.rectangle((x, y, x + width, y + height), fill=shade(mark["colour"]))
-    xs, ys = trace.item_x.values[step] * scale, trace.item_y.values[step] * scale
-    first = 0
-    for kind in look["item_kinds"]:
-        last = first + kind["number"]
-        for x, y in zip(xs[first:last], ys[first:last], strict=True):
-            draw.rectangle((x - 5 * scale, y - 5 * scale, x + 5 * scale, y + 5 * scale), fill=shade(kind["colour"]))
-        first = last
+    def frame(self, step: int) -> Image.Image:
+        last = self.trace.sizes["step"] - 1
+        step = min(step, last)
+        image = self.ground.copy()
+        draw = ImageDraw.Draw(image)
+        self._draw_trails(draw, step)
+        self._draw_items(draw, step)
+        self._draw_agents(draw, step)
+        width, height = self.size
+        whole = Image.new("RGB", (width, height + CAPTION), MOVIE["background"])
+        whole.paste(image.reduce(SCALE), (0, CAPTION))
+        self._caption(ImageDraw.Draw(whole), step, last)
+        return whole
 
+    def _ground(self) -> Image.Image:
+        """What stands still: where items lie, where agents are born, and what else there is on the map."""
+        width, height = self.size
+        image = Image.new("RGB", (width * SCALE, height * SCALE), MOVIE["background"])
+        draw = ImageDraw.Draw(image)
+        for mark in self.look["marks"]:
+            left, top, wide, high = (mark[name] * self.scale for name in ("x", "y", "width", "height"))
+            box, colour = (left, top, left + wide, top + high), shade(mark["colour"])
+            shape = draw.ellipse if mark["kind"] == "disc" else draw.rectangle
+            if mark["solid"]:
+                shape(box, fill=colour)
+            else:
+                shape(box, fill=None if mark["kind"] == "disc" else _mixed(colour, 0.1), outline=_mixed(colour, 0.5), width=SCALE)
+        return image
 
-def _draw_trails(draw: ImageDraw.ImageDraw, trace: xr.Dataset, step: int, scale: float) -> None:
-    first = max(0, step - TRAIL)
-    xs, ys = trace.x.values[first : step + 1], trace.y.values[first : step + 1]
-    for agent in range(trace.sizes["agent"]):
-        breaks = np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10) + 1  # over the map's edge
-        for path in np.split(np.stack([xs[:, agent], ys[:, agent]], 1) * scale, breaks):
-            if len(path) > 1:
-                draw.line([(float(x), float(y)) for x, y in path], fill=MOVIE["trail"], width=SCALE)
+    def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        xs, ys = self.trace.item_x.values[step] * self.scale, self.trace.item_y.values[step] * self.scale
+        half, first = 5 * self.scale, 0
+        for kind in self.look["item_kinds"]:
+            last = first + kind["number"]
+            for x, y in zip(xs[first:last], ys[first:last], strict=True):
+                draw.rectangle((x - half, y - half, x + half, y + half), fill=shade(kind["colour"]))
+            first = last
+
+    def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        first = max(0, step - TRAIL)
+        xs, ys = self.x[first : step + 1], self.y[first : step + 1]
+        for agent in range(self.trace.sizes["agent"]):
+            breaks = np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10) + 1  # over the map's edge
+            for path in np.split(np.stack([xs[:, agent], ys[:, agent]], 1) * self.scale, breaks):
+                if len(path) > 1:
+                    draw.line([(float(x), float(y)) for x, y in path], fill=MOVIE["trail"], width=SCALE)
+
+    def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
+        """Darts, filled once they have eaten; a meal flashes."""
+        eaten = self.eaten[step]
+        eats = eaten > (self.eaten[step - FLASH] if step >= FLASH else 0)
+        ahead, around = 8 * self.scale, 13 * self.scale
+        for agent, (x, y) in enumerate(zip(self.x[step], self.y[step], strict=True)):
+            x, y = x * self.scale, y * self.scale
+            if eats[agent]:
+                draw.ellipse((x - around, y - around, x + around, y + around), fill=MOVIE["meal"])
+            heading = math.radians(float(self.trace.heading.values[step, agent]))
+            turns = [heading + turn for turn in (0, 2.5, -2.5)]
+            corners = [(x + ahead * math.cos(turn), y + ahead * math.sin(turn)) for turn in turns]
+            draw.polygon(corners, MOVIE["agent"] if eaten[agent] else MOVIE["hungry"], MOVIE["outline"], SCALE)
+
+    def _caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
+        """Above the map: what it is, how far it is, and what has been eaten."""
+        eaten, width = self.eaten[step], self.size[0]
+        lines = (
+            f"{self.trace.attrs['condition']}, generation {self.trace.attrs['generation']}",
+            f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, {(eaten > 0).sum()} of {len(eaten)} agents ate",
+        )
+        for number, line in enumerate(lines):
+            draw.text((8, 4 + 18 * number), line, MOVIE["text"], font_size=14)
+        draw.rectangle((0, CAPTION - 3, width, CAPTION - 1), fill=MOVIE["line"])
+        draw.rectangle((0, CAPTION - 3, width * (step + 1) / (last + 1), CAPTION - 1), fill=MOVIE["agent"])

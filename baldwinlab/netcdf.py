@@ -34,6 +34,12 @@ def verify(raw: bytes) -> None:
         raise DamagedError("its checksum does not fit its content")
 
 
+def claimed(head: bytes) -> str:
+    """The checksum that a file carries, of its first bytes alone and not verified; "" where there is none among these."""
+    found = _CHECKSUM.search(head)
+    return found.group(1).decode() if found else ""
+
+
 def opened(raw: bytes) -> xr.Dataset:
     """A dataset whose coordinates of text are text again, without its checksum. Raises DamagedError for other bytes."""
     try:

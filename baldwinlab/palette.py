@@ -1,6 +1,10 @@
 """Every colour of the house, once: figures, movies, the report and the page of the lab take theirs from here.
 
 M. Okabe and K. Ito, Color Universal Design (2008): told apart with every kind of colour vision. On dark ground some are lighter.
+
+A colour says one thing. In a world, drawn on whatever: blue is an agent, green is food and eating it, orange is what an agent
+senses, plum is what the reader has chosen. In words: green is well, vermilion is not. Conditions are told apart by the colours of
+`SERIES`, in the order of the study; what an agent does in another life, and newborns, by colours that the first conditions lack.
 """
 
 from __future__ import annotations
@@ -9,10 +13,13 @@ from collections.abc import Mapping
 from typing import Final
 
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"
+BROWN, PLUM = "#8c6239", "#9b2f76"
 GREY, DARK_GREY, MID_GREY, PALE = "#666666", "#444444", "#999999", "#e4e4e4"
 
-SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)  # of curves, in print
+SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)  # of conditions, in print
 SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")  # black does not show on a dark page
+LIVES: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GREY}  # of the same newborns
+NEWBORNS: Final = (MID_GREY, "#c8a57a", BROWN, "#4a3016")  # random genomes, then generations, the later the darker
 
 # By name: on a light screen, and on a dark one. A part of the world says by these in which colour it is drawn.
 NAMED: Final[Mapping[str, tuple[str, str]]] = {
@@ -40,9 +47,10 @@ PAGE: Final[Mapping[str, tuple[str, str]]] = {
     "accent-text": ("#ffffff", "#06131c"),
     "accent-soft": ("#e3f0f8", "#16303f"),
     "link": ("#005f96", "#6dbdec"),
-    "warm": NAMED["vermilion"],
+    "warm": ("#a63a00", "#ff8a3d"),  # as vermilion, but dark enough for words on a light screen
     "good": ("#00795a", "#2bc295"),
     "on-orange": ("#201600", "#201600"),
+    "notice": ("#ffe9b3", "#4d3c10"),
 }
 
 # ... in a world that is drawn on it ...
@@ -56,15 +64,15 @@ WORLD: Final[Mapping[str, tuple[str, str]]] = {
     "hungry": ("#ffffff", "#141b22"),
     "outline": ("#56616e", "#8796a5"),
     "trail": NAMED["blue"],
-    "chosen": NAMED["vermilion"],
+    "chosen": (PLUM, "#f08ac8"),
     "sight": NAMED["blue"],
     "lit": NAMED["orange"],
-    "flash": (ORANGE, "#ffd166"),
+    "flash": ("#00795a", "#7fe3c0"),
 }
 
 # ... of what is said of a claim, under its letters ...
 VERDICTS: Final[Mapping[str, str]] = {
-    "holds": "#a9cfe8",
+    "holds": "#a9dcc8",
     "undecided": "#f3f3f3",
     "does not hold": "#f2b08a",
     "not evaluated": "#ffffff",
@@ -74,8 +82,11 @@ VERDICTS: Final[Mapping[str, str]] = {
 MOVIE: Final[Mapping[str, str]] = {
     "background": "#fbfaf7",
     "agent": BLUE,
+    "hungry": "#ffffff",
+    "outline": "#56616e",
     "trail": "#9cc3e0",
-    "eater": VERMILION,
+    "meal": "#f5d48a",
+    "line": "#c3cbd5",
     "text": DARK_GREY,
 }
 
@@ -88,7 +99,7 @@ REPORT: Final[Mapping[str, tuple[str, str, str]]] = {
     "raised": ("#f5f7f9", "#1d2329", "#fff"),
     "good": ("#00614a", "#4fd0a9", "#00614a"),
     "bad": ("#a63a00", "#ff9a63", "#a63a00"),
-    "open": ("#7a5700", "#f0c04d", "#7a5700"),
+    "open": ("#434b54", "#c5ced6", "#434b54"),
     "none": ("#5a646e", "#a3adb7", "#5a646e"),
     "link": ("#00568a", "#7cc4f5", "#00568a"),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,12 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.factors import CONDITIONS, SWEEP
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.multiverse import section as readings
-from baldwinlab.multiverse.analysis import read
-from baldwinlab.multiverse.publish import FILE
+from baldwinlab.multiverse.analysis import STANDARD, read
+from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
+from baldwinlab.report.content import reading, run_counts
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs.estimate import of_replay, of_tables
 from baldwinlab.runs.replay import replay
@@ -45,12 +46,12 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     write(results, data, study.directory, last, study.paper)
     tell("drawing the figures")
     traces = _emergence(study, data, paper)
-    sections, made_by = _sections(study, data, last, paper), paper if study.paper else None
+    sections, made_by = _sections(study, data, last, paper, results), paper if study.paper else None
     write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by, _looks(study))
     return results
 
 
-def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[Section]:
+def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper, results: Sequence[ClaimResult]) -> list[Section]:
     """What else is known of the study: conditions of one's own compared, and what other commands have left in its folder."""
     found = []
     own = set(study.experiments) - set(paper.own() if paper.claims else ())
@@ -58,9 +59,18 @@ def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[S
         found.append(Section("compared", "Conditions compared", render("report/contrasts.html", contrasts=compared, last=last)))
     if measured := stored.read(study.directory, study.factors):
         found.append(assays.section(measured, study.directory, last, paper.words.inference))
-    places = [study.directory / name / FILE for name in ("multiverse-full", "multiverse")]
+    places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
-    return found + [readings.section(multiverse, study.directory / "figures") for multiverse in multiverses[:1]]
+    beside = _beside(study, data, paper, results)
+    return found + [readings.section(multiverse, study.directory / "figures", beside) for multiverse in multiverses[:1]]
+
+
+def _beside(study: Study, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]) -> readings.Beside | None:
+    """The study as it stands beside the readings; None where it follows another than the standard one."""
+    if {reading(experiment, paper) for experiment in study.experiments.values()} != {STANDARD}:
+        return None
+    counts = run_counts(data).values()
+    return readings.Beside({result.claim.id: result.verdict for result in results}, (min(counts), max(counts)))
 
 
 def _can_be_watched(study: Study, condition: str) -> bool:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import uvicorn
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from baldwinlab.console import progress
 from baldwinlab.lab.server import make_app
@@ -29,11 +29,11 @@ CONDITION = "evo%2Bself-taught/A"
 STEPS = 3000
 WORLDS = {20: 50, 1000: 500}  # agents, and items for them to find
 SETTINGS = {
-    "plays at 10x": "",
+    "plays at 10x": "&speed=10",
     "plays at 100x": "&speed=100",
     "whole trails": "&speed=100&trails=life",
-    "an agent open": "&agent=3",
-    "side by side": "&b.condition=evo/A",
+    "an agent open": "&speed=10&agent=3",
+    "side by side": "&speed=10&b.condition=evo/A",
 }
 COUNT_FRAMES = """seconds => new Promise(done => {
   const times = [];
@@ -49,7 +49,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for agents, items in WORLDS.items():
             make_study(Path(folder) / str(agents), agents, items)
-        with serving(Path(folder)) as address, browsing() as page:
+        with serving(Path(folder)) as address, chromium() as browser:
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
             print(f"{'agents':>6}  {'':14}  {'median':>6}  {'slowest 5 %':>11}  frames a second")
             for agents in WORLDS:
                 for name, rest in SETTINGS.items():
@@ -97,11 +98,11 @@ def serving(root: Path) -> Iterator[str]:
 
 
 @contextmanager
-def browsing() -> Iterator[Page]:
+def chromium() -> Iterator[Browser]:
     path = shutil.which("chromium") or shutil.which("google-chrome")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
-        yield browser.new_page(viewport={"width": 1280, "height": 800})
+        yield browser
         browser.close()
 
 

@@ -29,7 +29,7 @@ FLOORS = [
     {"figures"},
     {"report"},
     {"assays", "multiverse", "sweeps"},
-    {"publish", "console"},
+    {"publish", "results", "console"},
     {"api"},
     {"lab"},
     {"cli"},

@@ -19,7 +19,7 @@ from PIL import Image
 
 from baldwinlab import figures
 from baldwinlab.experiment import World
-from baldwinlab.figures.emergence import unwrapped
+from baldwinlab.figures.emergence import density, unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
 from baldwinlab.models.miniworld.look import look
@@ -38,6 +38,11 @@ def six_traces() -> list[xr.Dataset]:
     return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
 
 
+def kind(name: str, modules: int) -> figures.Kind:
+    named = ("action module", "reinforcement module: teaches, fixed for life")[:modules]
+    return figures.Kind(name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named)
+
+
 DRAW: dict[str, Callable[[], Figure]] = {
     "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
     "final-fitness": lambda: figures.fitness_boxes(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))),
@@ -45,6 +50,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
     "senses": lambda: figures.agent_senses(look(load("evo/A")).to_dict()),
+    "networks": lambda: figures.networks([kind("evo", 1), kind("taught", 2)]),
     "readings": lambda: readings(MULTIVERSE),
     "readings-shares": lambda: readings_shares(MULTIVERSE),
 }
@@ -96,6 +102,23 @@ def test_threads_may_draw_at_the_same_time() -> None:
     alone = figures.svg(DRAW["fitness"]())
     with ThreadPoolExecutor(3) as threads:
         assert set(threads.map(lambda _: figures.svg(DRAW["fitness"]()), range(3))) == {alone}
+
+
+def test_where_agents_were_sums_up_to_all_their_time() -> None:
+    shares = density(trace(FORAGERS, 3))
+    assert shares.sum() == pytest.approx(100)
+    assert shares[7].sum() == pytest.approx(100)  # all of it on the line that they walk, at y = 150
+
+
+def test_of_two_networks_one_is_said_to_teach() -> None:
+    texts = [text.get_text() for text in DRAW["networks"]().axes[0].texts]
+    assert texts.count("action module, 3 - 10 - 3 units") == 2
+    assert texts.count("reinforcement module, 3 - 10 - 3 units") == texts.count("teaches,\nfixed for life") == 1
+
+
+def test_no_band_of_fitness_reaches_below_nought() -> None:
+    bands = figures.fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
+    assert bands and min(path.vertices[:, 1].min() for band in bands for path in band.get_paths()) == 0
 
 
 def test_a_way_is_broken_where_it_leaves_the_map() -> None:

@@ -7,17 +7,29 @@ from pathlib import Path
 
 import imageio_ffmpeg
 import pytest
-from PIL import Image
+from PIL import Image, ImageColor
 
-from baldwinlab.movie import MovieError, Scene, write_movie, write_movie_of
+from baldwinlab.movie import CAPTION, GAP, MovieError, Scene, write_movie, write_movie_of
+from baldwinlab.palette import MOVIE
 from baldwinlab.runs.replay import replay
 from tests.small import small
+
+
+def rgb(name: str) -> tuple[int, ...]:
+    return ImageColor.getrgb(MOVIE[name])
+
+
+def colours(movie: Image.Image) -> set[tuple[int, ...]]:
+    """Those on the map of the frame that is shown."""
+    shown = movie.convert("RGB")
+    found = shown.crop((0, CAPTION, shown.width, shown.height)).getcolors(2**24)
+    return {colour for _, colour in found or () if isinstance(colour, tuple)}
 
 
 def test_a_gif_has_a_frame_for_every_few_steps_and_the_map_s_proportions(tmp_path: Path) -> None:
     write_movie(replay(small(), seed=1), 640, 320, tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
-        assert movie.size == (640, 320)
+        assert movie.size == (640, 320 + CAPTION)
         assert getattr(movie, "n_frames", 1) > 200
 
 
@@ -26,7 +38,7 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     path = tmp_path / "life.mp4"
     write_movie(replay(small(), seed=1), 640, 640, path)
     frames = imageio_ffmpeg.read_frames(str(path))
-    assert next(frames)["size"] == (640, 640)
+    assert next(frames)["size"] == (640, 640 + CAPTION)
     assert sum(1 for _ in frames) == 300
 
 
@@ -46,8 +58,32 @@ def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_p
     long, short = (replay(small().replace(lifetime={"steps": steps}), seed=1) for steps in (40, 15))
     write_movie_of([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
     with Image.open(tmp_path / "lives.gif") as movie:
-        assert movie.size == (1280, 640)
+        assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
         assert getattr(movie, "n_frames", 1) > 30
+        picture = movie.convert("RGB")
+    assert {picture.getpixel((640 + at, y)) for at in range(GAP) for y in (0, 300, 640)} == {rgb("line")}
+
+
+def test_agents_and_their_region_are_told_by_the_lab_s_marks(tmp_path: Path) -> None:
+    """A hollow agent has not eaten, a full one has, and one that eats now flashes."""
+    near = {"world": {"start": {"x": 330, "y": 160}}, "lifetime": {"steps": 60}}  # a little before the food
+    trace = replay(small().replace(**near), seed=1)
+    assert 0 < (trace.eaten.sum("step") > 0).sum() < 20
+    write_movie(trace, 640, 640, tmp_path / "life.gif")
+    with Image.open(tmp_path / "life.gif") as movie:
+        born = colours(movie)
+        movie.seek(next(step for step in range(60) if trace.eaten.values[step].any()))
+        fed = colours(movie)
+    assert not {rgb("agent"), rgb("meal")} & born
+    assert rgb("outline") in born
+    assert {rgb("agent"), rgb("meal"), rgb("outline")} <= fed
+
+
+def test_a_movie_tells_how_far_it_is(tmp_path: Path) -> None:
+    shares: list[float] = []
+    short = replay(small().replace(lifetime={"steps": 10}), seed=1)
+    write_movie_of([Scene(short, 640, 640)], tmp_path / "life.gif", shares.append)
+    assert shares == [step / 10 for step in range(1, 11)]
 
 
 def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from baldwinlab import console
+from baldwinlab import console, results
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table
 from baldwinlab.errors import require_positive
 from baldwinlab.factors import MULTIVERSE
@@ -36,8 +36,9 @@ def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
             console.say(f"- {sentence}")
     else:
-        results = publish(study, out, last, console.say)
-        if any(result.record()["verdict"] in VERDICT_STYLE for result in results):
-            console.console.print(claims_table(results))
+        claims = publish(study, out, last, console.say)
+        if any(claim.record()["verdict"] in VERDICT_STYLE for claim in claims):
+            console.console.print(claims_table(claims))
+    results.keep(study)
     console.say(f"report: {out}")
     return out

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from baldwinlab import papers
+from baldwinlab import console, papers
 from baldwinlab.api.bring import assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
+from baldwinlab.assays import ASSAYS, missing_assays
 from baldwinlab.assays.estimate import Planned
 from baldwinlab.errors import require_positive
 from baldwinlab.experiment import Experiment
@@ -36,8 +37,9 @@ def reproduce(
     executor: str = "threads",
     force: bool = False,
 ) -> Study:
-    """Run every condition of a paper and all assays, and write the report. `out` is a folder of results/ unless given.
+    """Run every condition of a paper and all assays, and write the report: when the runs are done, and again with the assays.
 
+    `out` is a folder of results/ unless given.
     `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
     `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
     reading, and as `run` does, which counts in the assays and the report.
@@ -57,7 +59,10 @@ def reproduce(
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     how["afterwards"] = _afterwards(experiments, chosen, wanted, workers)
     study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
-    assay(study, workers=workers, executor=executor, force=force)
+    if missing_assays(study, tuple(ASSAYS)):
+        report(study, last=last, force=force)
+        console.say("so far without assays: they follow, and then the report is written again, with them")
+        assay(study, workers=workers, executor=executor, force=force)
     report(study, last=last, force=force)
     return Study(study)
 

@@ -1,6 +1,6 @@
 """What assays show of the Baldwin effect: a column for each condition that evolves and learns.
 
-Lines are means over runs, bands the 95 % intervals of those means (Student's t).
+Lines are medians over runs, as are the numbers of the section's text, and bands the 95 % intervals of those medians.
 """
 
 from __future__ import annotations
@@ -15,38 +15,38 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.assays.stored import AS_EVOLVED, RANDOM, Assays, conditions, distances, factors_of, lifetime, lives, share
-from baldwinlab.assays.words import fitting
-from baldwinlab.factors import Factors
-from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, WIDTH, Series, series, styled
-from baldwinlab.statistics.fitness import interval_of_mean
+from baldwinlab.assays.words import of_foragers
+from baldwinlab.experiment.paths import name_of
+from baldwinlab.figures.style import BLACK, BROWN, GREY, LINES, MARKERS, WIDTH, Series, series, styled
+from baldwinlab.palette import LIVES, NEWBORNS
+from baldwinlab.statistics.fitness import interval_of_median
 
-LIFE_LOOKS = {
-    "on": ("learning on", Series(BLUE, "-", "o")),
-    "off": ("learning off: innate", Series(VERMILION, "--", "s")),
-    "frozen": ("weights at death, learning off", Series(GREEN, "-.", "^")),
-    "drift": ("random change in place of learning", Series(GREY, ":", "D")),
+LIFE_NAMES = {
+    "on": "learning on",
+    "off": "learning off: innate",
+    "frozen": "weights at death, learning off",
+    "drift": "random change in place of learning",
 }
-SHARES = {"innate": Series(VERMILION, "--", "s"), "kept": Series(GREEN, "-.", "^")}
-NEWBORN_LOOKS = (Series(GREY, ":", "D"), Series(ORANGE, "--", "s"), Series(SKY, "-.", "^"), Series(BLUE, "-", "o"))
-MODULE_LOOKS = (Series(BLUE, "-", "o"), Series(GREEN, "-", "^"), Series(ORANGE, "-", "s"), Series(GREY, "-", "D"))
+LIFE_LOOKS = {life: Series(LIVES[life], line, marker) for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)}
+NEWBORN_LOOKS = [Series(colour, line, marker) for colour, line, marker in zip(NEWBORNS, LINES[::-1], MARKERS, strict=False)]
 
 
 @styled
 def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Above, food by generation in each kind of life; below, the innate share and what the weights at death are worth."""
+    """Above, fitness by generation in each kind of life; below, the innate share and what the weights at death are worth."""
     figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.4)
     for (above, below), subject in zip(grid, subjects, strict=True):
         food = lives(assays["innate"][subject])
-        for life, (label, look) in LIFE_LOOKS.items():
-            _curve(above, food.sel(life=life), look, label)
+        for life, look in LIFE_LOOKS.items():
+            _curve(above, food.sel(life=life), look, LIFE_NAMES[life])
         on = food.sel(life="on")
-        _curve(below, share(food.sel(life="off"), on), SHARES["innate"], "innate share (off / on)")
-        _curve(below, share(food.sel(life="frozen"), on), SHARES["kept"], "learned weights alone (frozen / on)")
+        _curve(below, share(food.sel(life="off"), on), LIFE_LOOKS["off"], "innate share (off / on)")
+        _curve(below, share(food.sel(life="frozen"), on), LIFE_LOOKS["frozen"], "learned weights alone (frozen / on)")
         _from_zero(above)
         below.axhline(1, color=GREY, lw=0.8)
         below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
         _generations(below)
-    _label(grid, fitting("food (energy)", assays), fitting("share of food\nwith learning on", assays))
+    _label(grid, _unit(assays), "share of the fitness\nwith learning on")
     figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=2)
     figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
@@ -59,14 +59,14 @@ def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
     for (above, below), subject in zip(grid, subjects, strict=True):
         data = assays["innate"][subject]
         food = lives(data)
-        _curve(above, food.sel(life="on") - food.sel(life="off"), Series(BLUE, "-", "o"), "")
+        _curve(above, food.sel(life="on") - food.sel(life="off"), LIFE_LOOKS["on"], "")
         above.axhline(0, color=GREY, lw=0.8)
         layers = {name.partition(", ")[2]: moved for name, moved in distances(data).items() if ", " in name}
         for number, (layer, moved) in enumerate(layers.items()):
-            _curve(below, moved, series(number + 2), layer)
+            _curve(below, moved, Series(BROWN, LINES[number % 4], MARKERS[number % 7]), layer)
         _from_zero(below)
         _generations(below)
-    _label(grid, "gain from learning\n(on - off, energy)", "distance, birth to death")
+    _label(grid, f"gain from learning,\n{_unit(assays)}", "distance, birth to death")
     figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
@@ -108,17 +108,17 @@ def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
 
 @styled
 def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Food of agents with evolved and with random modules: a point a run, the median as a line."""
+    """Fitness of agents with evolved and with random modules: a point a run, the median as a line."""
     figure, grid = _grid(assays["modules"], subjects, rows=1, height=2.3)
     for number, ((axes,), subject) in enumerate(zip(grid, subjects, strict=True)):
         data = assays["modules"][subject]
         names = [str(name) for name in data["modules"].values]
-        for place, (name, look) in enumerate(zip(names, MODULE_LOOKS, strict=False)):
+        for place, name in enumerate(names):
             food = data["energy"].sel(modules=name).mean("agent").values
             aside = 0.4 * (np.arange(food.size) * 0.618 % 1 - 0.5)  # spread evenly, and the same each time
-            axes.plot(food, place + aside, look.marker, color=look.colour, ms=3.2, alpha=0.6, mew=0)
+            axes.plot(food, place + aside, "o", color=GREY, ms=3.2, alpha=0.6, mew=0)
             axes.vlines(np.median(food), place - 0.32, place + 0.32, color=BLACK, lw=1.8)
-        axes.set(yticks=range(len(names)), yticklabels=[name.replace(", ", ",\n") for name in names], xlabel="food (energy)")
+        axes.set(yticks=range(len(names)), yticklabels=[name.replace(", ", ",\n") for name in names], xlabel=_unit(assays))
         axes.tick_params(labelleft=number % 2 == 0)
         axes.grid(visible=False, axis="y")
         axes.invert_yaxis()
@@ -127,11 +127,12 @@ def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
 
 @styled
 def reaction_norms(assays: Assays) -> Figure:
-    """Food of the last generation under circumstances it did not evolve in: a row a field, a column a map, a line a condition."""
+    """Fitness of the last generation in what it did not evolve in: a row a field, a column a map, a line a condition."""
     stored = assays["reaction"]
-    experiments = {name: experiment.to_dict() for name, experiment in conditions({"reaction": stored}).items()}
-    factors = {name: factors_of(data) for name, data in stored.items()}
-    learners, maps = _distinct(factors)
+    typed = conditions({"reaction": stored})
+    experiments = {name: experiment.to_dict() for name, experiment in typed.items()}
+    factors, looks = {name: factors_of(data) for name, data in stored.items()}, _learners(assays)
+    maps = list(dict.fromkeys(one.map for one in factors.values()))
     fields = list(dict.fromkeys(str(field) for data in stored.values() for field in data["field"].values if field != AS_EVOLVED))
     figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
@@ -141,22 +142,28 @@ def reaction_norms(assays: Assays) -> Figure:
             norms = {name: _norm(stored[name], field, _as_evolved(factors[name].map, experiments[name], field)) for name in shown}
             labels = sorted({label for norm in norms.values() for label in norm}, key=_number)
             for name, norm in norms.items():
-                _reaction(axes, norm, labels, series(learners.index(factors[name].learner)))
+                _reaction(axes, norm, labels, looks[factors[name].learner])
             base = {_as_evolved(factors[name].map, experiments[name], field) for name in shown}
             axes.set_xticks(range(len(labels)), [f"({label})" if label in base else label for label in labels])
-            axes.set(xlim=(-0.4, max(len(labels), 1) - 0.6), xlabel=field)
+            axes.set(xlim=(-0.4, max(len(labels), 1) - 0.6), xlabel=name_of(field, *typed.values()))
             _from_zero(axes)
-        row[0].set_ylabel("food (energy)")
+        row[0].set_ylabel(_unit(assays))
     for axes, map_name in zip(grid[0], maps, strict=True):
         axes.set_title(f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold")
-    _legend(figure, learners)
+    _legend(figure, {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}})
     return figure
 
 
-def _distinct(factors: Mapping[str, Factors]) -> tuple[list[str], list[str]]:
-    """The learners, and the maps, that there are."""
-    found = factors.values()
-    return list(dict.fromkeys(one.learner for one in found)), list(dict.fromkeys(one.map for one in found))
+def _learners(assays: Assays) -> dict[str, Series]:
+    """How each learner is drawn: as in the figures of the study, whichever of them was assayed."""
+    stored = [data for assay in assays.values() for data in assay.values()]
+    known = [name for data in stored for name in data.attrs.get("learners", ())]
+    names = dict.fromkeys([*known, *(factors_of(data).learner for data in stored)])
+    return {name: series(number) for number, name in enumerate(names)}
+
+
+def _unit(assays: Assays) -> str:
+    return "fitness (energy)" if of_foragers(assays) else "fitness"
 
 
 def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> str:
@@ -170,7 +177,7 @@ def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> 
 
 
 def _norm(data: xr.Dataset, field: str, as_evolved: str) -> dict[str, xr.DataArray]:
-    """Food (run) at each value of a field, the one it evolved with among them; nothing where the field was not varied."""
+    """Fitness (run) at each value of a field, the one it evolved with among them; nothing where the field was not varied."""
     food = data["energy"].mean("agent")
     found = {}
     for number, (name, value) in enumerate(zip(data["field"].values, data["value"].values, strict=True)):
@@ -198,8 +205,8 @@ def _reaction(axes: Axes, norm: Mapping[str, xr.DataArray], labels: Sequence[str
 def descent(assays: Assays) -> Figure:
     """Left, since when all agents have had a common ancestor; right, of how many founders the gene pool is made, in effect."""
     stored = {name: data for name, data in assays["descent"].items() if data["effective_ancestors"].notnull().any()}
-    factors = {name: factors_of(data) for name, data in stored.items()}
-    learners, maps = _distinct(factors)
+    factors, looks = {name: factors_of(data) for name, data in stored.items()}, _learners(assays)
+    maps = list(dict.fromkeys(one.map for one in factors.values()))
     figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
     grid = figure.subplots(len(maps), 2, squeeze=False)
     measures = {
@@ -209,12 +216,12 @@ def descent(assays: Assays) -> Figure:
     for row, map_name in zip(grid, maps, strict=True):
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
             for name in (name for name in stored if factors[name].map == map_name):
-                _curve(axes, stored[name][measure], series(learners.index(factors[name].learner)), "")
+                _curve(axes, stored[name][measure], looks[factors[name].learner], "")
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)
             _from_zero(axes)
             _generations(axes)
-    _legend(figure, learners)
+    _legend(figure, {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}})
     return figure
 
 
@@ -233,14 +240,14 @@ def _grid(data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, he
 
 
 def _curve(axes: Axes, values: xr.DataArray, look: Series, label: str, along: str = "generation") -> None:
-    """A mean over runs with its band; nothing where there is no value."""
+    """A median over runs with its band; nothing where there is no value."""
     shown = values.dropna(along, how="all")
     if not shown.size:
         return
-    average, low, high = interval_of_mean(shown)
+    middle, low, high = interval_of_median(shown)
     x, every = shown[along].values, max(1, shown.sizes[along] // 8)
     axes.fill_between(x, low, high, color=look.colour, alpha=0.18, lw=0)
-    axes.plot(x, average, color=look.colour, ls=look.line, lw=1.5, marker=look.marker, ms=3.5, markevery=every, label=label)
+    axes.plot(x, middle, color=look.colour, ls=look.line, lw=1.5, marker=look.marker, ms=3.5, markevery=every, label=label)
 
 
 def _from_zero(axes: Axes) -> None:
@@ -269,10 +276,9 @@ def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
     return list(found.values())
 
 
-def _legend(figure: Figure, learners: Sequence[str]) -> None:
-    looks = [series(number) for number in range(len(learners))]
+def _legend(figure: Figure, looks: Mapping[str, Series]) -> None:
     handles = [
         figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner)[0]
-        for look, learner in zip(looks, learners, strict=True)
+        for learner, look in looks.items()
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)

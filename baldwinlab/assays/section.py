@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
 from matplotlib.figure import Figure
 
 from baldwinlab.assays import figures, verdict
@@ -16,25 +17,26 @@ from baldwinlab.papers.words import Inference
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render
 from baldwinlab.report.words import number
+from baldwinlab.statistics.fitness import interval_of_median
 
 TITLE = "Is it the Baldwin effect?"
 PHASES = {1: "Phase one: learning guides selection", 2: "Phase two: what was learned becomes innate", None: "How it comes about"}
 
 MEASURES = {
-    "off": "food, learning off (innate)",
-    "on": "food, learning on",
-    "frozen": "food, weights at death and learning off",
-    "drift": "food, random change in place of learning",
-    "on, where drift was lived": "food, learning on, in the generations in which drift was lived",
+    "off": "fitness, learning off (innate)",
+    "on": "fitness, learning on",
+    "frozen": "fitness, weights at death and learning off",
+    "drift": "fitness, random change in place of learning",
+    "on, where drift was lived": "fitness, learning on, in the generations in which drift was lived",
     "gain": "gain from learning (on - off)",
     "innate share": "innate share (off / on)",
     "kept share": "weights at death, share (frozen / on)",
-    "off, beside the neutral twin": "food, learning off (innate), beside the neutral twin",
-    "on, beside the neutral twin": "food, learning on, beside the neutral twin",
+    "off, beside the neutral twin": "fitness, learning off (innate), beside the neutral twin",
+    "on, beside the neutral twin": "fitness, learning on, beside the neutral twin",
     "gain, beside the neutral twin": "gain from learning, beside the neutral twin",
     "distance": "distance that learning moves the weights",
-    "modules": "food with these modules",
-    "setting": "food in this setting",
+    "modules": "fitness with these modules",
+    "setting": "fitness in this setting",
     "setting, relative": "the same, relative to as evolved",
     "first meal": "steps to the first meal",
     "ever ate": "share of agents that ever ate",
@@ -55,20 +57,22 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
     """
     analysis = evaluate(assays, last)
     write(analysis, directory)
+    headlines = {subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects}
     body = render(
         "assays/section.html",
         analysis=analysis,
         last=last,
         phases=PHASES,
         rules=rules(),
-        headlines={subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects},
+        headlines=headlines,
         findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
         paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference and of_foragers(assays) else "",
         figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
         table=numbers_table(analysis),
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
     )
-    return Section("baldwin", TITLE, fitting(body, assays))
+    short = " ".join(f"On {where}: {headline}" for where, headline in headlines.values())
+    return Section("baldwin", TITLE, fitting(body, assays), fitting(short, assays))
 
 
 def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:
@@ -89,8 +93,24 @@ def pictures(assays: Assays, analysis: Analysis) -> Iterator[Picture]:
         subjects = [subject.condition for subject in analysis.subjects if subject.condition in assays.get(assay, {})]
         if subjects:
             medians = "; ".join(f"{condition}: {_medians(analysis, condition, shown)}" for condition in subjects)
-            text = f"{title}. Medians over runs: {medians}."
-            yield Picture(f"baldwin-{name}", title, caption, text, figure(assays, subjects))
+            text, drawn = f"{title}. Medians over runs: {medians}.", assays[assay]
+            yield Picture(f"baldwin-{name}", title, caption, text, figure(assays, subjects), _over_runs(drawn), _measured(assay))
+
+
+def _over_runs(drawn: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
+    """What a figure is drawn from: of each condition and quantity, at each place of an axis, the median over runs."""
+    rows = []
+    for condition, data in drawn.items():
+        for name, values in data.data_vars.items():
+            means = values.mean("agent") if "agent" in values.dims else values
+            numbers = dict(zip(("median", "low", "high"), interval_of_median(means), strict=True))
+            table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
+            rows += [{"condition": condition, "quantity": name, **row} for row in table]
+    return rows
+
+
+def _measured(assay: str) -> tuple[str, ...]:
+    return (f"baldwinlab assay . --only {assay}",)
 
 
 def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
@@ -98,14 +118,14 @@ def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str
     return ", ".join(f"{MEASURES[one.measure]}, {one.when}, {number(one.median)}" for one in found)
 
 
-BANDS = "Lines are means over runs, bands their 95 % intervals (Student's t)."
+BANDS = "Lines are medians over runs, bands their 95 % intervals, by the sign test, of six runs or more."
 
 _PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], Figure], Sequence[str]]] = (
     (
         "innate", "lives", "Innate and learned",
-        "Newborns of each generation, lived again. Above: what the average agent eats with learning on, with learning off (what "
+        "Newborns of each generation, lived again. Above: fitness of the average agent with learning on, with learning off (what "
         "is innate), with the weights of its own death and learning off, and with random change in place of learning. Below: the "
-        "share of the food with learning that is eaten without; genetic assimilation would raise the innate share towards 1. "
+        "share of the fitness with learning that is reached without it; assimilation would raise the innate share towards 1. "
         f"{BANDS}",
         figures.innate_and_learned, ("on", "off", "frozen", "drift"),
     ),
@@ -129,7 +149,7 @@ _PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], 
     ),
     (
         "reaction", "reaction-norms", "Reaction norms",
-        "What the last generation eats under circumstances that it did not evolve in, one changed at a time; in parentheses the "
+        "Fitness of the last generation under circumstances that it did not evolve in, one changed at a time; in parentheses the "
         f"value that it evolved with. {BANDS}",
         lambda assays, subjects: figures.reaction_norms(assays), ("setting",),
     ),

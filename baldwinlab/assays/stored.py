@@ -31,17 +31,20 @@ AS_EVOLVED = "as evolved"
 def read(directory: Path, factors: Mapping[str, Factors] = MappingProxyType({})) -> dict[str, dict[str, xr.Dataset]]:
     """The assays stored in a study's directory, `assays/ASSAY/CONDITION.nc`; none where none is.
 
-    Each has the factors of its condition among its attributes. Raises ValueError, naming the file, where one is damaged or is
-    not the assay it should be.
+    Each has the factors of its condition among its attributes, and all `learners` of the study. Conditions stand in the order
+    of `factors`. Raises ValueError, naming the file, where one is damaged or is not the assay it should be.
     """
     found: dict[str, dict[str, xr.Dataset]] = {}
+    learners = list(dict.fromkeys(one.learner for one in factors.values()))
     for assay in ASSAYS:
         folder = directory / "assays" / assay
-        for path in sorted(folder.rglob("*.nc")):
-            condition = path.relative_to(folder).with_suffix("").as_posix()
+        there = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.nc"))}
+        for condition in dict.fromkeys(name for name in (*factors, *there) if name in there):
+            path = there[condition]
             known = factors.get(condition, Factors())
             named = known._replace(learner=known.learner or condition)  # of a sweep's points, nothing is written down
-            found.setdefault(assay, {})[condition] = read_one(path, assay, condition).assign_attrs(named._asdict())
+            data = read_one(path, assay, condition).assign_attrs(named._asdict(), learners=learners)
+            found.setdefault(assay, {})[condition] = data
     return found
 
 

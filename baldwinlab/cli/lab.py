@@ -17,7 +17,7 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.cli.common import Directory, Parts, Whole, load_parts
-from baldwinlab.errors import RefusedError
+from baldwinlab.errors import BaldwinLabError, RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
 from baldwinlab.runs.warm_up import warm_up
@@ -45,8 +45,6 @@ def lab(
     load_parts(part)
     with listening(port) as listener:
         address = f"http://{HOST}:{listener.getsockname()[1]}/"
-        seconds = warm_up([Experiment()])
-        console.say(f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before")
         console.say(f"the lab is open at {address} and shows {directory}; ctrl-C closes it")
         if browser:
             threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
@@ -72,18 +70,29 @@ def listening(port: int) -> socket.socket:
 
 
 def _serve(directory: Path, listener: socket.socket) -> None:
-    """Until ctrl-C."""
+    """Until ctrl-C. Pages are there before the engine is: where it must be compiled first, they say so."""
     from baldwinlab.lab.clients import server_of  # here, because only the extra has what they need, and it takes a while to load
     from baldwinlab.lab.server import make_app
 
+    warming = threading.Thread(target=_warm_up)
+    warming.start()
     with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
-        server_of(make_app(directory)).run(sockets=[listener])
+        server_of(make_app(directory, ready=lambda: not warming.is_alive())).run(sockets=[listener])
     console.say("the lab is closed")
     _leave()
 
 
+def _warm_up() -> None:
+    try:
+        seconds = warm_up([Experiment()])
+    except BaldwinLabError as error:  # whoever wants a life hears of it again
+        console.complain(str(error))
+    else:
+        console.say(f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before")
+
+
 def _leave() -> None:
-    """End the process where Python would wait for threads first: for a long life that is lived again, or a disk that hangs."""
+    """End the process where Python would wait for threads first: the engine's, a life that is lived again, a disk that hangs."""
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         sys.stdout.flush()
         sys.stderr.flush()

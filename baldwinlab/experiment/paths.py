@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from contextlib import suppress
 from typing import Any
 
 from pydantic import BaseModel
@@ -25,6 +27,31 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
         else:
             raise ExperimentError(_absent(plain(value), step, path))
     return value, meaning
+
+
+def name_of(path: str, *experiments: BaseModel) -> str:
+    """What is at a path, in a few words for an axis, in the first of these experiments that has it; else the path itself.
+
+    A number has its meaning, without what follows a colon and without the reading it belongs to: "learning rate, per step". A
+    choice, whose meaning lists what there is to choose, has its name: "evolution: selection". Of several regions, which one.
+    """
+    for experiment in experiments:
+        with suppress(ExperimentError):
+            value, meaning = look_up(experiment, path)
+            if isinstance(value, str):
+                return path.replace(".", ": ").replace("_", " ")
+            if meaning:
+                return re.sub(r" \(R\d+\)$", "", re.split("[;:]", meaning)[0]) + _which(path, experiment)
+    return path
+
+
+def _which(path: str, experiment: BaseModel) -> str:
+    """Such as ", food 2"; nothing of the only one there is."""
+    steps = path.split(".")
+    for number, step in enumerate(steps):
+        if step.isdecimal() and len(look_up(experiment, ".".join(steps[:number]))[0]) > 1:
+            return f", {steps[number - 1]} {int(step) + 1}"
+    return ""
 
 
 def put(tree: dict[str, Any], path: str, value: Any) -> None:

@@ -2,15 +2,18 @@
 
 from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
+from baldwinlab.figures.networks import Kind, networks
 from baldwinlab.figures.style import png, save, svg
 from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
 __all__ = [
+    "Kind",
     "Look",
     "agent_senses",
     "emergence",
     "fitness_boxes",
     "fitness_curves",
+    "networks",
     "png",
     "save",
     "sectors",

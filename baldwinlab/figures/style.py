@@ -17,11 +17,12 @@ from matplotlib import style
 from matplotlib.figure import Figure
 
 from baldwinlab.files import write_atomically
-from baldwinlab.palette import BLACK, BLUE, GREEN, GREY, ORANGE, PALE, PURPLE, SERIES, SKY, VERMILION
+from baldwinlab.palette import BLACK, BLUE, BROWN, DARK_GREY, GREEN, GREY, ORANGE, PALE, SERIES
 
-__all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "VERMILION"]
+__all__ = ["BLACK", "BLUE", "BROWN", "DARK_GREY", "GREEN", "GREY", "ORANGE", "PALE"]
 
 WIDTH = 7.2  # inches
+LINES, MARKERS = ("-", "--", "-.", ":"), ("o", "s", "^", "D", "v", "P", "X")
 
 SETTINGS: dict[str, Any] = {
     "axes.grid": True,
@@ -68,8 +69,7 @@ class Series(NamedTuple):
 
 def series(number: int) -> Series:
     """The look of the `number`-th condition; the first 28 differ."""
-    lines, markers = ("-", "--", "-.", ":"), ("o", "s", "^", "D", "v", "P", "X")
-    return Series(SERIES[number % 7], lines[(number % 7 + number // 7) % 4], markers[number % 7])
+    return Series(SERIES[number % 7], LINES[(number % 7 + number // 7) % 4], MARKERS[number % 7])
 
 
 @styled

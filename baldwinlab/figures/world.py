@@ -8,7 +8,6 @@ of Foods and Agents".
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import cycle
 from types import MappingProxyType
 from typing import Any
 
@@ -19,12 +18,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
 
 from baldwinlab.experiment import FoodRegion, World
-from baldwinlab.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, WIDTH, styled
+from baldwinlab.figures.style import BLACK, BLUE, GREY, ORANGE, PALE, WIDTH, styled
 from baldwinlab.palette import shade
 
 BODY = 10.0  # side of an agent and of an item, units of length
 EXAMPLE = 1906  # seed of the places shown
-SECTORS = (SKY, GREEN, VERMILION, PURPLE, ORANGE)
 
 Look = Mapping[str, Any]  # `models.miniworld.look.Look` as plain data
 
@@ -130,13 +128,14 @@ def sectors(look: Look) -> dict[tuple[float, float, float], list[str]]:
 
 @styled
 def agent_senses(look: Look) -> Figure:
-    """An agent heading right, to scale, the sectors in which its inputs look, and an item in the last of them."""
+    """An agent heading right, to scale, the sectors in which its inputs look, and an item in the last, which lights up."""
     found = sectors(look)
     radius = max((distance for _, _, distance in found), default=4 * BODY)
     figure = Figure((3.6, 3.1))
     axes = figure.subplots()
-    for ((first, past, distance), names), colour in zip(found.items(), cycle(SECTORS), strict=False):
-        axes.add_patch(Wedge((0, 0), distance, first, past, fc=colour, alpha=0.35, ec=colour, lw=1))
+    for number, ((first, past, distance), names) in enumerate(found.items(), 1):
+        colour = ORANGE if number == len(found) else PALE  # as in the lab, that of an input which is not 0
+        axes.add_patch(Wedge((0, 0), distance, first, past, fc=colour, alpha=0.55, ec=GREY, lw=1))
         _at(axes, 1.06 * radius, _middle(first, past), "\n".join(names), ha="left", va="center", fontweight="bold")
     for edge in dict.fromkeys(edge for first, past, _ in found for edge in (first, past)):
         _at(axes, 1.1 * radius, edge, f"{abs((edge + 180) % 360 - 180):g}°", ha="center", va="center", color=GREY)

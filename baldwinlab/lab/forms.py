@@ -10,15 +10,19 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
 from baldwinlab.lab import Lab
-from baldwinlab.lab.query import body
+from baldwinlab.lab.live_size import check_size
+from baldwinlab.lab.query import body, whole
+from baldwinlab.models.miniworld.about import about
 from baldwinlab.models.miniworld.look import look
+from baldwinlab.runs.simulate import check_seed
 
 UNKNOWN = ": there is no such field"  # how the sentence about one goes on after its path
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
     async def check(request: Request) -> JSONResponse:
-        return JSONResponse({"errors": faults((await body(request)).get("experiment"))})
+        order = await body(request)
+        return JSONResponse({"errors": faults(order.get("experiment")) or _beyond(order)})
 
     async def schema(request: Request) -> JSONResponse:
         return JSONResponse(form_of((await body(request)).get("experiment")))
@@ -32,8 +36,12 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def shown(experiment: Experiment) -> dict[str, Any]:
-    """The world of an experiment, as the header of a recording has it."""
-    return {"world": experiment.world.model_dump(mode="json"), "look": look(experiment).to_dict()}
+    """The world of an experiment, and what one sees of it, as the header of a recording has it."""
+    return {
+        "world": experiment.world.model_dump(mode="json"),
+        "look": look(experiment).to_dict(),
+        "about": [topic._asdict() for topic in about(experiment)],
+    }
 
 
 def form_of(tree: Any) -> dict[str, Any]:
@@ -98,6 +106,19 @@ def faults(tree: Any) -> list[dict[str, str]]:
         validate(tree)
     except ExperimentError as error:
         return [{"path": _path_in(line, tree), "message": line} for line in str(error).splitlines()]
+    return []
+
+
+def _beyond(order: dict[str, Any]) -> list[dict[str, str]]:
+    """Why a live run of an experiment in which nothing is wrong cannot be, as `faults` says it: its size, its seed."""
+    if "runs" not in order:
+        return []
+    try:
+        runs, seed = whole(order, "runs", 1), whole(order, "seed", 0)
+        check_seed(seed)
+        check_size(validate(order["experiment"]), runs)
+    except ValueError as error:
+        return [{"path": _path_in(str(error), order), "message": str(error)}]
     return []
 
 

@@ -28,7 +28,7 @@ from baldwinlab.lab.clients import PATIENCE
 from baldwinlab.lab.live_run import LiveRun, seconds_in
 from baldwinlab.lab.live_size import check_size, memory_of
 from baldwinlab.lab.memory import give_back
-from baldwinlab.lab.query import body, parsed
+from baldwinlab.lab.query import body, parsed, whole
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import create
@@ -167,13 +167,6 @@ def _new_directory(root: Path, name: str) -> Path:
     return directory
 
 
-def _whole(order: dict[str, Any], name: str, default: int) -> int:
-    value = order.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"{name} = {value!r} must be a whole number")
-    return value
-
-
 def _about(run: LiveRun) -> dict[str, Any]:
     """What a page must know of a live run to show it."""
     return {
@@ -251,7 +244,7 @@ async def _follow(websocket: WebSocket, live: Live) -> None:
 def routes(lab: Lab) -> list[BaseRoute]:
     async def start(request: Request) -> JSONResponse:
         order = await body(request)
-        runs, seed, seconds = _whole(order, "runs", 1), _whole(order, "seed", 0), seconds_in(order)
+        runs, seed, seconds = whole(order, "runs", 1), whole(order, "seed", 0), seconds_in(order)
         run = lab.live.start(validate(order.get("experiment", {})), seed, runs, seconds)
         return JSONResponse({"id": run.id}, 201)
 

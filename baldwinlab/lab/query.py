@@ -31,6 +31,14 @@ def number(query: Query, name: str, default: int | None = None) -> int:
     return int(given)
 
 
+def whole(order: Mapping[str, Any], name: str, default: int) -> int:
+    """A whole number in what is posted. Raises ValueError for anything else."""
+    value = order.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError(f"{name} = {value!r} must be a whole number")
+    return value
+
+
 def parsed(text: str | bytes) -> Any:
     """What JSON says. Raises ValueError where it is none, and for what nests too deep to be anything that we know."""
     try:

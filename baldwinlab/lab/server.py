@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -26,19 +27,26 @@ from baldwinlab.studies.records import StudyError
 STATIC = Path(__file__).parent / "static"
 
 
-def make_app(root: Path) -> Starlette:
-    """The application that serves the studies in `root`: at any depth, and nothing outside it."""
-    lab = Lab(root.resolve(), live.Live())
+def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
+    """The application that serves the studies in `root`: at any depth, and nothing outside it.
+
+    Pages wait with what lives until the engine is `ready`.
+    """
+    lab = Lab(root.resolve(), live.Live(), ready=ready)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         yield
         lab.live.close()
 
+    def engine(request: Request) -> JSONResponse:
+        return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
+
     routes = [route for part in (studies, forms, recording, inside, live, share) for route in part.routes(lab)]
+    routes += [Route("/api/engine", engine), Route("/palette.css", _palette)]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
-        routes=[*routes, Route("/palette.css", _palette), WebSocketRoute("/{path:path}", _no_websocket), files],
+        routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), files],
         lifespan=lifespan,
         middleware=[Middleware(InPieces), Middleware(Guard)],
         exception_handlers={

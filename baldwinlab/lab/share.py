@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -13,7 +13,7 @@ from urllib.parse import parse_qsl, quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import palette, presets
@@ -30,9 +30,11 @@ from baldwinlab.version import __version__
 
 STATIC = Path(__file__).parent / "static"
 PLAYER = "replay_page.js"  # the module that a shared page begins with
+STYLES = ("style.css", "world.css", "watch.css", "replay_page.css")
 MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
 MOST_OF_A_MOVIE = 2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
 _IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w.]+\.js)(?=")')
+_REPORT = re.compile(r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))")
 
 # A report is a file that anybody may have made, so it runs no scripts, reaches nothing, and counts as another page.
 REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -45,11 +47,16 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def movie(request: Request) -> Response:
         return InTurn(lab, lambda: _movie(lab, request.query_params))
 
-    def report(request: Request) -> FileResponse:
-        path = report_of(lab, text(request.query_params, "study"))
-        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
+    def made(request: Request) -> JSONResponse:
+        return JSONResponse({"share": lab.drawn.get(text(request.query_params, "ticket"), 0.0)})
 
-    return [Route("/api/share", share), Route("/api/movie", movie), Route("/api/report", report)]
+    def report(request: Request) -> FileResponse:
+        path = report_of(lab, request.path_params["place"])
+        kind = "text/plain" if path.suffix == ".csv" else None  # shown, as a sandbox lets nothing be downloaded
+        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind)
+
+    endpoints = {"share": share, "movie": movie, "movie/made": made, "report/{place:path}": report}
+    return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
 def _shared(lab: Lab, query: Query) -> Response:
@@ -59,8 +66,13 @@ def _shared(lab: Lab, query: Query) -> Response:
 
 
 def _movie(lab: Lab, query: Query) -> Response:
-    shown, kind = [lives.find(lab, given) for given in _sources(query)], text(query, "format")
-    return _attachment(movie_of(shown, kind), MOVIES[kind], f"{_file_name(shown)}.{kind}")
+    """With a `ticket`, a name of its own, how far it is can be asked for meanwhile."""
+    shown, kind, ticket = [lives.find(lab, given) for given in _sources(query)], text(query, "format"), query.get("ticket", "")
+    try:
+        movie = movie_of(shown, kind, lambda share: lab.drawn.update({ticket: share}))
+    finally:
+        lab.drawn.pop(ticket, None)
+    return _attachment(movie, MOVIES[kind], f"{_file_name(shown)}.{kind}")
 
 
 def _sources(query: Query) -> list[dict[str, str]]:
@@ -79,7 +91,7 @@ def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page = environment.get_template("replay.html").render(
         title=" and ".join(panel["title"] for panel in panels),
-        styles=palette.lab_css() + (STATIC / "style.css").read_text("utf-8") + (STATIC / "replay_page.css").read_text("utf-8"),
+        styles=palette.lab_css() + "".join((STATIC / name).read_text("utf-8") for name in STYLES),
         modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(PLAYER).items()},
         replay={"version": __version__, "step": step, "panels": panels},
     )
@@ -126,8 +138,11 @@ def _is_preset(life: Life) -> bool:
         return False
 
 
-def movie_of(shown: Sequence[Life], kind: str) -> bytes:
-    """Whole lifetimes as a moving picture, side by side. Raises ValueError for other kinds than `MOVIES`, and MovieError."""
+def movie_of(shown: Sequence[Life], kind: str, drawn: Callable[[float], object]) -> bytes:
+    """Whole lifetimes as a moving picture, side by side; `drawn` is told which share of it there is.
+
+    Raises ValueError for other kinds than `MOVIES`, and MovieError.
+    """
     if kind not in MOVIES:
         raise ValueError(f"format = {kind!r} must be one of {', '.join(MOVIES)}")
     for experiment in (life.experiment for life in shown):
@@ -138,7 +153,7 @@ def movie_of(shown: Sequence[Life], kind: str) -> bytes:
             )
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"life.{kind}"
-        write_movie_of([_scene(life) for life in shown], path)
+        write_movie_of([_scene(life) for life in shown], path, drawn)
         return path.read_bytes()
 
 
@@ -148,12 +163,19 @@ def _scene(life: Life) -> Scene:
     return Scene(trace, experiment.world.width, experiment.world.height)
 
 
-def report_of(lab: Lab, name: str) -> Path:
-    """The report of a study. Raises MissingError where none was made, StudyError where it lies outside of what is served."""
-    path = studies.find(lab, name).directory / "report.html"
+def report_of(lab: Lab, place: str) -> Path:
+    """The report of a study, STUDY/report.html, or a file that it leads to, STUDY/figures/NAME.
+
+    Raises MissingError where there is none, StudyError where it lies outside of what is served.
+    """
+    found = _REPORT.fullmatch(place)
+    if found is None:
+        raise MissingError(f"there is no {place} here")
+    name = found["study"] or "."
+    path = studies.find(lab, name).directory / found["file"]
     studies.require_inside(lab.root, path)
     if not path.is_file():
-        raise MissingError(f"the study {name} has no report yet; `baldwinlab report` makes it")
+        raise MissingError(f"the study {name} has no {found['file']} yet; `baldwinlab report` makes it")
     return path
 
 

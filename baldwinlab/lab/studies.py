@@ -9,12 +9,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab import papers, presets
+from baldwinlab import papers, presets, results
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
@@ -22,10 +21,10 @@ from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import parsed, text
 from baldwinlab.lab.turns import InTurn
 from baldwinlab.report import typical_run
-from baldwinlab.statistics import fitness
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
+from baldwinlab.sweeps import design as sweeps
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -36,9 +35,13 @@ def routes(lab: Lab) -> list[BaseRoute]:
         study = find(lab, text(request.query_params, "study"))
         return JSONResponse(condition(study, text(request.query_params, "condition")).to_dict())
 
-    async def results(request: Request) -> Response:
+    async def all_results(request: Request) -> Response:
         name = text(request.query_params, "study")
         return InTurn(lab, lambda: Response(results_of(lab, name), media_type="application/json"))
+
+    async def typical(request: Request) -> Response:
+        name, condition = (text(request.query_params, key) for key in ("study", "condition"))
+        return InTurn(lab, lambda: Response(typical_of(lab, name, condition), media_type="application/json"))
 
     def all_presets(request: Request) -> JSONResponse:
         return JSONResponse({"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)})
@@ -46,7 +49,14 @@ def routes(lab: Lab) -> list[BaseRoute]:
     def preset(request: Request) -> JSONResponse:
         return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
 
-    endpoints = {"studies": studies, "experiment": experiment, "results": results, "presets": all_presets, "preset": preset}
+    endpoints = {
+        "studies": studies,
+        "experiment": experiment,
+        "results": all_results,
+        "typical": typical,
+        "presets": all_presets,
+        "preset": preset,
+    }
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
@@ -188,42 +198,41 @@ def load_preset(name: str) -> Experiment:
     return presets.load(name)
 
 
+def typical_of(lab: Lab, name: str, label: str) -> bytes:
+    """The run of a condition to look at first, as JSON. Raises StudyError as `find` does, and for a record that is damaged."""
+    study = find(lab, name)
+    condition(study, label)
+    stored = [study.path(label, run) for run in study.runs(label)]
+    if not stored:
+        raise MissingError(f"{study.directory} has no run of {label}")
+    for path in stored:
+        require_inside(lab.root, path)
+    written = tuple(path.stat().st_mtime_ns for path in stored)
+
+    def make() -> bytes:
+        return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
+
+    return lab.answers.get(("typical", study.directory, label, written), make)
+
+
 def results_of(lab: Lab, name: str) -> bytes:
     """Curves, final values and claims of a study, as JSON: null where a number does not exist.
 
-    Every condition that has a run is in it. Raises StudyError as `find` does, and for a record or claims that are damaged.
+    As they were kept beside its report, where they still fit. Raises StudyError as `find` does, and for a record or claims that
+    are damaged.
     """
     study = find(lab, name)
     stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
     claims = study.directory / "claims.json"
-    for path in (*stored, claims):
+    for path in (*stored, claims, study.directory / results.FILE, study.directory / sweeps.FILE):
         require_inside(lab.root, path)
     written = tuple((path, path.stat().st_mtime_ns) for path in (*stored, claims) if path.exists())
-    return lab.answers.get(("results", study.directory, written), lambda: json.dumps(_results(study, claims)).encode())
 
+    def answer() -> bytes:
+        found = results.kept(study) or results.of_study(study)
+        return json.dumps(found | {"claims": _claims(claims)}).encode()
 
-def _results(study: Study, claims: Path) -> dict[str, Any]:
-    found = [name for name in study.experiments if study.runs(name)]
-    empty: dict[str, Any] = {name: {} for name in ("curves", "final", "typical_run")}
-    answer = {"conditions": found, "generation": [], **empty, "claims": _claims(claims)}
-    if not found:
-        return answer
-    data = open_conditions(study, found)
-    answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
-    answer["generation"] = data["generation"].values.tolist()
-    for measure, values in fitness.MEASURES.items():
-        of_measure = dict(zip(("mean", "low", "high"), fitness.interval_of_mean(values(data)), strict=True))
-        final = fitness.final(data, measure)
-        for name in found:
-            curve = {part: _plain(array.sel(condition=name)) for part, array in of_measure.items()}
-            answer["curves"].setdefault(name, {})[measure] = curve
-            answer["final"].setdefault(name, {})[measure] = _plain(final.sel(condition=name, run=study.runs(name)))
-    answer["typical_run"] = {name: typical_run(data, name) for name in found}
-    return answer
-
-
-def _plain(values: xr.DataArray) -> list[float | None]:
-    return [None if value != value else value for value in values.values.tolist()]
+    return lab.answers.get(("results", study.directory, written), answer)
 
 
 def _claims(path: Path) -> list[dict[str, Any]]:

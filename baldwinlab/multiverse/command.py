@@ -7,13 +7,17 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from baldwinlab import console
 from baldwinlab.api.bring import bring
 from baldwinlab.api.report import report
 from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, Runs, Seed, Workers, load_parts
 from baldwinlab.errors import require_positive
 from baldwinlab.factors import MULTIVERSE
 from baldwinlab.multiverse.design import combinations, experiments, factors, one_at_a_time
+from baldwinlab.multiverse.publish import FOLDERS
+from baldwinlab.outputs import is_study
 from baldwinlab.papers import DEFAULT, PaperError, load
+from baldwinlab.studies.store import Study
 
 ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when Holm corrects 19 tests; 6 against 6 only 0.041
 
@@ -38,7 +42,8 @@ def multiverse(
     """Hold a paper's claims against every reading of the paper: each choice it leaves open, made otherwise.
 
     With 8 runs of each condition, a difference that every pair of runs shows stays significant when all tests of a reading are
-    corrected together (p = 0.003); with fewer than 6, none can be.
+    corrected together (p = 0.003); with fewer than 6, none can be. Where the folder lies in a study of the paper, as it does
+    unless --out is given, the report of that study is written again.
     """
     load_parts(part)
     require_positive("last", last)
@@ -52,3 +57,6 @@ def multiverse(
         experiments(readings), out, runs=runs, seed=seed, paper=chosen, kind=MULTIVERSE, factors=factors(readings), **how
     )
     report(study, last=last, force=force)
+    if out.name in FOLDERS and is_study(out.parent):
+        console.say(f"{out.parent} is a study of the paper: its report is written again, with the readings")
+        report(Study(out.parent), last=last, force=force)

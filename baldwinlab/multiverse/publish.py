@@ -14,6 +14,7 @@ from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions
 
 FILE = "multiverse.json"  # what came of a multiverse, in its folder
+FOLDERS = ("multiverse-full", "multiverse")  # in a study of the paper: the first that is there stands in its report
 
 
 def publish(
@@ -40,5 +41,5 @@ def publish(
     analysis.write(multiverse, study.directory / FILE)
     tell("drawing the figures")
     shown = section(multiverse, study.directory / "figures")
-    write_page("The paper's claims under every reading", lead(multiverse), [shown], out)
+    write_page("The paper's claims under every reading", lead(multiverse), [shown], out, study.directory / "figures")
     return multiverse

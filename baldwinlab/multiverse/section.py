@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from baldwinlab.multiverse import analysis, figures
 from baldwinlab.multiverse.analysis import Multiverse, Reading
@@ -13,15 +13,27 @@ from baldwinlab.report.content import span
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render
 from baldwinlab.report.words import number, signed
-from baldwinlab.statistics.rules import FAILS, HOLDS, UNDECIDED
+from baldwinlab.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
 WORDS = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
 FEW, MANY = 2, 8  # readings beside the standard that are named, and without it; more are counted
 
 
-def section(multiverse: Multiverse, folder: Path) -> Section:
-    """The section "Every reading" of a report. Its figures are kept in `folder` as SVG and PNG. Raises OSError."""
+class Beside(NamedTuple):
+    """The study under the standard reading in whose report the section stands."""
+
+    verdicts: Mapping[str, Verdict]  # by claim
+    runs: tuple[int, int]  # of the condition with the fewest, and with the most
+
+
+def section(multiverse: Multiverse, folder: Path, study: Beside | None = None) -> Section:
+    """The section "Every reading" of a report. Its figures are kept in `folder` as SVG and PNG. Raises OSError.
+
+    Where it stands in the report of a `study`, it says why verdicts differ between the two.
+    """
     singles = multiverse.singles
+    why = other_runs(multiverse, study) if study else ""
+    said = verdict(singles)
     body = render(
         "multiverse/section.html",
         readings=len(singles.readings),
@@ -29,14 +41,33 @@ def section(multiverse: Multiverse, folder: Path) -> Section:
         open=len(singles.choices),
         combinations=len(multiverse.readings),
         runs=span(count for reading in multiverse.readings for count in reading.runs),
-        sentences=verdict(singles),
+        sentences=[*filter(None, [why]), *said],
         sentences_of_combinations=combinations(multiverse),
         figures=[embed(picture, folder) for picture in _pictures(multiverse)],
         claims=multiverse.claims,
         sized=_sized(multiverse),
         rows=[_row(reading, list(_sized(multiverse))) for reading in singles.readings],
     )
-    return Section("every-reading", "Every reading", body)
+    return Section("every-reading", "Every reading", body, short=said[0], of_claims=why)
+
+
+def other_runs(multiverse: Multiverse, study: Beside) -> str:
+    """Why the standard reading has other verdicts here than in a study of other runs; nothing where it has not."""
+    standard = next((reading for reading in multiverse.readings if not reading.choices), None)
+    if standard is None or standard.runs == study.runs:
+        return ""
+    both = [(name, study.verdicts.get(name, NOT_EVALUATED), outcome.verdict) for name, outcome in standard.outcomes.items()]
+    differing = [(name, there, here) for name, there, here in both if there != here and NOT_EVALUATED not in (there, here)]
+    if not differing:
+        return ""
+    verdicts = _listed([f"{name} {WORDS[there]} with {span(study.runs)} and {WORDS[here]} with {span(standard.runs)}"
+                        for name, there, here in differing])  # fmt: skip
+    return (
+        f"The study and the standard reading differ in their number of runs alone, {span(study.runs)} of each condition and "
+        f"{span(standard.runs)} under every reading, so some verdicts differ: {verdicts}. That is no contradiction: the fewer "
+        "runs there are, the larger a difference must be to be told from chance, and undecided says only that these runs cannot "
+        "tell. Trust the verdicts of more runs; compare readings with each other, as they have equally many."
+    )
 
 
 def lead(multiverse: Multiverse) -> str:
@@ -86,6 +117,7 @@ def _pictures(multiverse: Multiverse) -> Iterator[Picture]:
         "without, a level.",
         f"A table of verdicts. Claims that hold, by reading: {'; '.join(held)}.",
         figures.readings(multiverse),
+        list(_outcomes(singles)),
     )
     if multiverse.combined:
         yield Picture(
@@ -95,7 +127,16 @@ def _pictures(multiverse: Multiverse) -> Iterator[Picture]:
             "choice differ, the claim depends on it.",
             " ".join(combinations(multiverse)),
             figures.readings_shares(multiverse),
+            [share._asdict() for share in analysis.shares(multiverse)],
         )
+
+
+def _outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
+    """A row a reading and claim."""
+    for reading in multiverse.readings:
+        for claim, outcome in reading.outcomes.items():
+            low, high = outcome.interval or (None, None)
+            yield {"reading": reading.name, "claim": claim, **outcome.model_dump(exclude={"interval"}), "low": low, "high": high}
 
 
 def verdict(multiverse: Multiverse) -> list[str]:

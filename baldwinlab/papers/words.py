@@ -10,8 +10,8 @@ from pydantic import Field
 
 from baldwinlab.papers.files import Declared, declared, read
 
-Figure = Literal["fitness", "final-fitness", "emergence", "maps", "senses"]
-FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "maps", "senses")
+Figure = Literal["fitness", "final-fitness", "emergence", "networks", "senses", "maps"]
+FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "networks", "senses", "maps")
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need",
     "movement", "cost", "sooner", "guidance", "built-innate", "built-learned", "reinforcement", "action",

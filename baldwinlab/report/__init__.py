@@ -14,8 +14,8 @@ from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.report import content
 from baldwinlab.report.content import typical_run
-from baldwinlab.report.pictures import Looks, embed, pictures
-from baldwinlab.report.sections import Section, render, write_page
+from baldwinlab.report.pictures import EXPLAINING, Looks, embed, pictures
+from baldwinlab.report.sections import Section, finished, render, write_page
 from baldwinlab.report.words import measures
 from baldwinlab.statistics.summary import by_condition
 
@@ -25,9 +25,13 @@ PANELS = 6
 
 
 def emergence_generations(generations: int) -> list[int]:
-    """The generations at which emergence is shown: up to six, evenly spread, with the first and the last."""
-    panels = min(PANELS, generations)
-    return [-(-number * (generations - 1) // max(panels - 1, 1)) for number in range(panels)]
+    """The generations at which emergence is shown: up to six, the first, the last, and each of the others a few times as late.
+
+    What emerges does so early: of a hundred generations they are 0, 1, 3, 10, 31 and 99.
+    """
+    if generations <= PANELS:
+        return list(range(generations))
+    return sorted({0, *(round((generations - 1) ** (number / (PANELS - 2))) for number in range(PANELS - 1))})
 
 
 def write_report(
@@ -66,6 +70,7 @@ def write_report(
         verdict_counts=content.verdict_counts(results),
         results=results,
         figures=shown,
+        explaining=EXPLAINING,
         measures=measures("food_eaten" in study),
         last=last,
         differing=differing,
@@ -76,4 +81,4 @@ def write_report(
         provenance=provenance,
         timing=content.timing(provenance),
     )
-    return write_atomically(out, page.encode())
+    return write_atomically(out, finished(page, out, directory / "figures").encode())

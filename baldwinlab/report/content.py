@@ -51,10 +51,25 @@ def overview(study: xr.Dataset, conditions: Experiments, provenance: Mapping[str
         ("generations a run", span(experiment.evolution.generations for experiment in settings)),
         ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
         ("agents in a world" if foraging else "agents", span(experiment.population.size for experiment in settings)),
+        ("fitness", fitness_in_words(foraging)),
         ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment, paper) for experiment in foraging))),
         ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
     ]
     return [(heading, text) for heading, text in found if text and (heading, text) != ("models", "miniworld")]
+
+
+def fitness_in_words(foraging: Iterable[Experiment]) -> str:
+    """What fitness is, in which unit, and what an item counts; nothing where nobody forages."""
+    items, costs = set[float](), False
+    for experiment in foraging:
+        items |= {region.energy for region in experiment.world.food}
+        costs |= experiment.learning.cost_per_step > 0 or experiment.learning.cost_per_change > 0
+    if not items:
+        return ""
+    less = ", less what learning costs" if costs else ""
+    gives = " or ".join(f"{energy:g}" for energy in sorted(items))
+    same = ", so it is the number of items eaten" if items == {1.0} and not costs else ""
+    return f"energy of the items that an agent eats in its life{less}; an item gives {gives}{same}"
 
 
 def span(values: Iterable[int]) -> str:

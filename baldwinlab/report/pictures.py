@@ -5,21 +5,26 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
 from baldwinlab import figures
+from baldwinlab.experiment import Experiment
 from baldwinlab.factors import of_study
+from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.papers.words import Figure
 from baldwinlab.report.content import Experiments, foragers, typical_run, worlds
 from baldwinlab.report.words import number
 from baldwinlab.statistics import fitness
+from baldwinlab.statistics.tables import to_csv
 
 Looks = Mapping[str, figures.Look]  # of conditions of foragers, by name, as far as their parts are here
+NARROW = 4.0  # inches
+EXPLAINING = ("networks", "senses", "maps")  # figures that say what was run, not what came of it
 
 
 class Picture(NamedTuple):
@@ -28,6 +33,8 @@ class Picture(NamedTuple):
     caption: str
     alternative: str
     figure: Drawing
+    table: Sequence[Mapping[str, Any]] = ()  # its numbers, a row each
+    again: Sequence[str] = ()  # commands that live again what it shows, in the study's folder
 
 
 def pictures(
@@ -41,11 +48,12 @@ def pictures(
 ) -> Iterator[Picture]:
     """Those that the paper has, in its order, as far as there is something to draw: traces, foragers, and how they look."""
     foraging = foragers(conditions)
-    there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks)}
+    there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "fitness": lambda: _fitness(study, last),
         "final-fitness": lambda: _final_fitness(study, results, last),
         "emergence": lambda: _emergence(study, traces),
+        "networks": lambda: _networks(study, foraging, looks, paper),
         "maps": lambda: _maps(study, foraging, looks),
         "senses": lambda: _senses(looks),
     }
@@ -63,7 +71,26 @@ def _fitness(study: xr.Dataset, last: int) -> Picture:
         f"{_of_whom(study)} of each generation: mean over runs, and the 95 % interval of that mean (Student's t) as a band.",
         f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
         figures.fitness_curves(study),
+        [row for measure in ("best", "mean") for row in _over_generations(study, measure)],
+        _typical_lives(study),
     )
+
+
+def _over_generations(study: xr.Dataset, measure: str) -> list[dict[str, Any]]:
+    """Mean over runs and its interval: a row a condition and generation in which anybody lived."""
+    average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
+    numbers = xr.Dataset({"mean": average, "low": low, "high": high})[["mean", "low", "high"]]
+    table = numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index()
+    return [{"condition": row.pop("condition"), "measure": measure, **row} for row in table.to_dict("records")]
+
+
+def _typical_lives(study: xr.Dataset) -> list[str]:
+    """The commands that show a typical life of each condition of foragers at last."""
+    if "food_eaten" not in study:
+        return []
+    lived = study["energy"].notnull().any(("run", "agent"))
+    last = {str(name): lived.sel(condition=name) for name in study["condition"].values if bool(lived.sel(condition=name).any())}
+    return [replayed(name, typical_run(study, name), int(there["generation"][there][-1])) for name, there in last.items()]
 
 
 def _of_whom(study: xr.Dataset) -> str:
@@ -82,7 +109,14 @@ def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int)
         "the farthest run within 1.5 times the box. Brackets: p of the Mann-Whitney test, corrected for all claims (Holm).",
         f"Box plots of final fitness by condition. {final_medians(study, last)}",
         figures.fitness_boxes(study, results, last),
+        _final_of_runs(study, last),
     )
+
+
+def _final_of_runs(study: xr.Dataset, last: int) -> list[dict[str, Any]]:
+    """A row a condition and run that was lived."""
+    numbers = xr.Dataset({measure: fitness.final(study, measure, last) for measure in ("best", "mean")})
+    return [*numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index().to_dict("records")]
 
 
 def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
@@ -109,12 +143,40 @@ def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
     return Picture(
         "emergence",
         "The emergence of foraging",
-        f"{condition}, run {run}{why}. Above: the ways of all agents through a whole life, fading towards birth, a dot where it "
-        "ends; the circle is where they are born, rectangles are where items lie. Below: the share of agents that ate at least "
+        f"{condition}, run {run}{why}. Above: where all agents together spent their life, the darker the longer, all in one "
+        "scale; the circle is where they are born, rectangles are where items lie. Below: the share of agents that ate at least "
         "one item, mean over runs with its 95 % interval.",
-        f"Trajectories on the map at several generations. Agents that ate: {counts}.",
+        f"Maps of where the agents were, at several generations. Agents that ate: {counts}.",
         figures.emergence(study, traces),
+        [row for row in _over_generations(study, "share") if row["condition"] == condition],
+        [replayed(condition, run, int(trace.attrs["generation"])) for trace in traces],
     )
+
+
+def _networks(study: xr.Dataset, conditions: Experiments, looks: Looks, paper: Paper) -> Picture:
+    kinds: dict[str, figures.Kind] = {}
+    for name, found in of_study(study).items():
+        if name in looks and name in conditions:
+            kinds.setdefault(found.learner, _kind(found.learner, conditions[name], looks[name]))
+    described = {learner: kind for kind in ("conditions", "controls") for learner in paper.names(kind) if learner in kinds}
+    said = " ".join(f"{learner}: {paper.describe(kind, learner)}." for learner, kind in described.items())
+    return Picture(
+        "networks",
+        "Who lives there",
+        "What an agent senses (orange) goes through its action module, whose strongest output is what it does. A second network, "
+        f"where there is one, senses the same and stays as it was born; learning changes the first by its answers. {said}",
+        "; ".join(f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}" for kind in kinds.values()) + ".",
+        figures.networks(list(kinds.values())),
+    )
+
+
+def _kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.Kind:
+    inherits = experiment.evolution.inheritance != "none"
+    lines = (
+        "evolves: inherits weights" if inherits else "does not evolve: all weights\ndrawn anew at birth",
+        f"learns in life: {experiment.learning.rule}" if experiment.learns else "does not learn",
+    )
+    return figures.Kind(learner, lines, look["inputs"], experiment.network.hidden, look["actions"], look["modules"])
 
 
 def _senses(looks: Looks) -> Picture:
@@ -141,9 +203,27 @@ def final_medians(study: xr.Dataset, last: int) -> str:
     return f"Average agent at last, median over runs: {', '.join(values)}."
 
 
-def embed(picture: Picture, folder: Path) -> dict[str, str]:
-    """Keep the picture as SVG and PNG in `folder`, and give what the page needs to show it without any file."""
+def embed(picture: Picture, folder: Path) -> dict[str, Any]:
+    """Keep the picture in `folder` as SVG and PNG, its numbers as CSV, and give what the page needs to show it without them."""
     drawing = figures.save(picture.figure, folder, picture.name)
-    source = f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}"
-    words = {"name": picture.name, "title": picture.title, "caption": picture.caption, "alternative": picture.alternative}
-    return words | {"source": source}
+    files = {"SVG": f"{picture.name}.svg", "PNG": f"{picture.name}.png"}
+    if picture.table:
+        files["CSV"] = f"{picture.name}.csv"
+        columns = dict.fromkeys(column for row in picture.table for column in row)
+        write_atomically(folder / files["CSV"], to_csv(list(columns), picture.table))
+    width, height = picture.figure.get_size_inches()
+    return {
+        "name": picture.name,
+        "title": picture.title,
+        "caption": picture.caption,
+        "alternative": picture.alternative,
+        "shape": "narrow" if width < NARROW else "tall" if height > width else "",
+        "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
+        "files": files,
+        "again": picture.again,
+    }
+
+
+def replayed(condition: str, run: int, generation: int) -> str:
+    """The command that lives a life of the study again."""
+    return f"baldwinlab replay . --condition {condition} --run {run} --generation {generation} --out life.mp4"

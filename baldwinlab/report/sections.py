@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from os.path import relpath
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab import palette
-from baldwinlab.files import write_atomically
+from baldwinlab.files import is_local, write_atomically
 from baldwinlab.report import content, words
+
+FIGURE = re.compile(r'<figure id="([^"]+)"')
+REFERENCE = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
+HEADING = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
+CONTENTS = "<!-- contents -->"
 
 
 class Section(NamedTuple):
@@ -19,6 +27,8 @@ class Section(NamedTuple):
     anchor: str
     title: str
     body: str  # HTML
+    short: str = ""  # what a reader in a hurry is told of it
+    of_claims: str = ""  # what is said of it where the claims of the study stand
 
 
 def render(template: str, **values: Any) -> str:
@@ -32,6 +42,21 @@ def render(template: str, **values: Any) -> str:
     return environment.get_template(template).render(**values)
 
 
-def write_page(title: str, lead: str, sections: Sequence[Section], out: Path) -> Path:
-    """Write a self-contained page of these sections under a title and a lead (plain text). Raises OSError."""
-    return write_atomically(out, render("report/page.html", title=title, lead=lead, sections=sections).encode())
+def write_page(title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path) -> Path:
+    """Write a self-contained page of these sections under a title and a lead (plain text). Raises OSError.
+
+    `figures` is the folder in which their figures are kept.
+    """
+    page = render("report/page.html", title=title, lead=lead, sections=sections)
+    return write_atomically(out, finished(page, out, figures).encode())
+
+
+def finished(page: str, out: Path, figures: Path) -> str:
+    """A page with its contents, its figures numbered in their order, and links to the files of these as they lie from `out`."""
+    numbers = {name: number for number, name in enumerate(FIGURE.findall(page), 1)}
+    page = REFERENCE.sub(lambda found: f"{found[1]}Figure\N{NO-BREAK SPACE}{numbers[found[2]]}</a>", page)
+    entries = "".join(f'<li><a href="#{anchor}">{title}</a></li>' for anchor, title in HEADING.findall(page))
+    if is_local(out) and is_local(figures):
+        place = quote(Path(relpath(figures, out.parent)).as_posix())
+        page = page.replace('href="figures/', f'href="{place}/')
+    return page.replace(CONTENTS, f'<nav class="contents" aria-label="Contents"><ol>{entries}</ol></nav>' if entries else "")

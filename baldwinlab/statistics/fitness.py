@@ -73,9 +73,30 @@ def most(study: xr.Dataset) -> xr.DataArray:
 
 
 def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
-    """Mean over runs (or another dimension) and its 95 % interval by Student's t; the interval is NaN for a single one."""
+    """Mean over runs (or another dimension) and its 95 % interval by Student's t; the interval is NaN for a single one.
+
+    Of values none of which is negative, the mean is not either: the interval ends at 0, and still covers it as often.
+    """
     count = values.count(over)
     average = values.mean(over)
     spread = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
     half = np.sqrt(spread / count) * xr.zeros_like(average).copy(data=stats.t.ppf(0.975, np.maximum(count - 1, 1)))
-    return average, average - half, average + half
+    low = average - half
+    return average, low if bool((values < 0).any()) else low.clip(min=0), average + half
+
+
+def interval_of_median(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+    """Median over runs (or another dimension) and its 95 % interval, whose ends are values of the sample.
+
+    It is the interval of the sign test, from the k-th smallest to the k-th largest value, whatever their distribution; of fewer
+    than six there is none (NaN). Source: W. R. Thompson, Annals of Mathematical Statistics 7 (1936).
+    """
+    ordered, count = values.transpose(..., over), values.count(over)
+    sample = np.sort(ordered.values, axis=-1)  # NaN last
+    rank = stats.binom.ppf(0.025, np.maximum(count.values, 1), 0.5).astype(np.int64)
+
+    def the(place: np.ndarray) -> xr.DataArray:
+        found = np.take_along_axis(sample, np.maximum(place, 0)[..., None], axis=-1)[..., 0]
+        return count.copy(data=np.where(rank > 0, found, np.nan))
+
+    return values.median(over), the(rank - 1), the(count.values - rank)

@@ -26,6 +26,7 @@ from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.fields import lines
 from baldwinlab.experiment.miniworld import LONGEST_LIFE
+from baldwinlab.experiment.paths import name_of
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
 from baldwinlab.studies.records import StudyError
@@ -164,8 +165,16 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     if sweep.design == "grid":
         data = _as_grid(data, list(labels))
     for field in labels:
-        data[field].attrs["long_name"] = _look_up(points[0], field)[1]
+        data[field].attrs["long_name"] = name_of(field, points[0])
     return data.assign_attrs(design=sweep.design, fields=list(labels), base=sweep.experiment, set=_assignments(sweep.fixed))
+
+
+def settings(study: Study) -> dict[str, list[int | float] | list[str]]:
+    """What each swept field, by its name in words, is at each point of a sweep; nothing where its file is gone."""
+    if not (study.directory / FILE).exists():
+        return {}
+    points = list(study.experiments.values())
+    return {name_of(field, points[0]): _labels(points, field) for field in read(study.directory / FILE).fields}
 
 
 def _as_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:

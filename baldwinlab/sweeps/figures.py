@@ -53,19 +53,23 @@ def response_curves(measured: xr.Dataset) -> Figure:
     for row, field in zip(grid, fields, strict=True):
         for axes, measure in zip(row, COLUMNS, strict=True):
             _curve(axes, measured, field, measure)
-        label = f"{field}\n{textwrap.fill(_meaning(measured, field), 60)}".rstrip()
-        row[0].set_xlabel(label, loc="left")
+        row[0].set_xlabel(textwrap.fill(meaning(measured, field), 60), loc="left")
     for axes, (measure, title) in zip(grid[0], COLUMNS.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
         top = 1.0 if measure == "share" else axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
         axes.set_ylim(-0.025 * top, 1.025 * top)
     for row in grid:
-        row[0].set_ylabel("fitness (energy)" if measured.attrs["food"] else "fitness")
+        row[0].set_ylabel(_unit(measured))
     return figure
 
 
-def _meaning(measured: xr.Dataset, field: str) -> str:
-    return str(measured[field].attrs.get("long_name", ""))
+def _unit(measured: xr.Dataset) -> str:
+    return "fitness (energy)" if measured.attrs["food"] else "fitness"
+
+
+def meaning(measured: xr.Dataset, field: str) -> str:
+    """What a field is, in words; its path where nothing else is known."""
+    return str(measured[field].attrs.get("long_name") or field)
 
 
 def _curve(axes: Axes, measured: xr.Dataset, field: str, measure: str) -> None:
@@ -117,14 +121,14 @@ def heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
         top = 1.0 if measure == "share" else max(float(np.nanmax(values, initial=0.0)), 1e-9)
         drawn = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
         figure.colorbar(
-            drawn, ax=axes, location="top", label="fitness (energy)" if measure != "share" else "share of agents", aspect=30
+            drawn, ax=axes, location="top", label=_unit(measured) if measure != "share" else "share of agents", aspect=30
         )
         axes.set_title(title, loc="left", fontweight="bold")
         axes.grid(visible=False)
         _name_values(axes, down, across)
         _write_values(axes, values, top)
-    grid[0].set_ylabel("\n".join(textwrap.wrap(row, LONG)))
-    grid[1].set_xlabel(column)
+    grid[0].set_ylabel(textwrap.fill(meaning(measured, row), LONG))
+    grid[1].set_xlabel(textwrap.fill(meaning(measured, column), 60))
     return figure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ def write_sweep_report(directory: Path, measured: xr.Dataset, provenance: Mappin
     fields = measured.attrs["fields"]
     title = f"{measured.attrs['base']}, swept over {_listed(fields)}"
     lead = f"Each run counts with its average over its last {last} generations."
-    return write_page(title, lead, [section(directory, measured, provenance)], out)
+    return write_page(title, lead, [section(directory, measured, provenance)], out, directory / "figures")
 
 
 def section(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any]) -> Section:
@@ -113,6 +114,7 @@ def pictures(measured: xr.Dataset) -> Iterator[Picture]:
         f"{dots if sampled else lines}its 95 % interval over {'points' if sampled else 'runs'} (Student's t) as a bar.",
         f"Fitness by {_listed(measured.attrs['fields'])}. {' '.join(findings(measured))}",
         figures.response_curves(measured),
+        analysis.by_point(measured),
     )
     for row, column in analysis.pairs(measured):
         values = analysis.table(measured, row, column, AVERAGE)
@@ -120,8 +122,24 @@ def pictures(measured: xr.Dataset) -> Iterator[Picture]:
         spread = f"from {number(float(known.min()))} to {number(float(known.max()))}"
         yield Picture(
             f"responses-{row}-{column}",
-            f"{row} and {column} together",
+            f"{_upper(figures.meaning(measured, row))}, and {figures.meaning(measured, column)}",
             "Means over runs, and over all other fields. Values are evenly spaced, whatever their distance.",
             f"Heat map of fitness by {row} and {column}. The average agent: {spread}.",
             figures.heat_maps(measured, row, column),
+            _cells(measured, row, column),
         )
+
+
+def _cells(measured: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
+    """A row a cell of the heat maps."""
+    tables = {measure: analysis.table(measured, row, column, measure) for measure in fitness.MEASURES}
+    down, across = analysis.groups(measured, row), analysis.groups(measured, column)
+    return [
+        {row: one.label, column: other.label, **{measure: float(values[place]) for measure, values in tables.items()}}
+        for (i, one), (j, other) in product(enumerate(down), enumerate(across))
+        for place in ((i, j),)
+    ]
+
+
+def _upper(text: str) -> str:
+    return text[0].upper() + text[1:]

@@ -99,7 +99,7 @@ def test_one_run_is_undecided() -> None:
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("study")
-    return write_page("A study", "Its assays.", [section(whole(), folder)], folder / "page.html")
+    return write_page("A study", "Its assays.", [section(whole(), folder)], folder / "page.html", folder / "figures")
 
 
 def text_of(path: Path) -> str:
@@ -110,12 +110,24 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
     text = text_of(page)
     assert "<strong>On map A (evo+self-taught)</strong>: the Baldwin effect in both its phases" in text
     assert text.index("On map B") < text.index("Phase one") < text.index("Phase two") < text.index("How it comes about")
-    assert text.index("How it comes about") < text.index("<figure>") < text.index("All numbers of the assays")
-    assert text.count("<figure>") == 6 and "✓" in text and "✗" in text
+    assert text.index("How it comes about") < text.index("<figure") < text.index("All numbers of the assays")
+    assert text.count("<figure") == 6 and "✓" in text and "✗" in text
     assert "nan" not in text.lower()
     names = {path.name for path in page.parent.iterdir()}
     assert names == {"page.html", "figures", "baldwin.json", "baldwin.csv"}
     assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 6
+
+
+def test_its_verdict_is_what_a_reader_in_a_hurry_is_told(tmp_path: Path) -> None:
+    short = section(whole(), tmp_path).short
+    assert short.startswith("On map A (evo+self-taught): the Baldwin effect in both its phases") and "On map B" in short
+
+
+def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
+    section({"innate": {A: innate(A, off=constant(2), on=constant(9))}}, tmp_path)
+    first, *rows = (tmp_path / "figures" / "baldwin-lives.csv").read_text().splitlines()
+    assert first.startswith("condition,quantity,generation,life,median,low,high")
+    assert any(row.startswith(f"{A},energy,0,off,2.") for row in rows)
 
 
 @pytest.mark.parametrize("assay", list(whole(runs=1)))
@@ -127,15 +139,15 @@ def test_a_single_assay_of_a_single_run_has_a_section_too(assay: str, tmp_path: 
 def test_without_a_condition_that_evolves_and_learns_there_are_only_numbers(tmp_path: Path) -> None:
     stored: Assays = {"innate": {"evo/A": innate("evo/A", off=constant(3))}}
     text = section(stored, tmp_path).body
-    assert "there is nothing to ask" in text and "<figure>" not in text and "food, learning off (innate)" in text
+    assert "there is nothing to ask" in text and "<figure" not in text and "fitness, learning off (innate)" in text
 
 
 def test_the_table_has_a_row_for_each_quantity_and_leaves_blank_what_there_is_not() -> None:
     data = innate(A, off=constant(1), on=constant(2))
     data["energy"].loc[{"life": "on"}] = np.nan
     rows = numbers_table(evaluate({"innate": {A: data, "evo/A": innate("evo/A", off=constant(1))}}))
-    assert (rows[0]["measure"], rows[0]["when"]) == ("food, learning off (innate)", "first")
-    assert not any(row["measure"] == "food, learning on" for row in rows)
+    assert (rows[0]["measure"], rows[0]["when"]) == ("fitness, learning off (innate)", "first")
+    assert not any(row["measure"] == "fitness, learning on" for row in rows)
     assert set(rows[0]["numbers"]) == {A, "evo/A"}
 
 

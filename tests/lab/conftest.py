@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,9 +31,9 @@ class LabServer:
 
 
 @contextmanager
-def serving(root: Path) -> Iterator[LabServer]:
-    """A server in a thread, on a free port of loopback."""
-    server = server_of(make_app(root))
+def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
+    """A server in a thread, on a free port of loopback, which says whether its engine is ready."""
+    server = server_of(make_app(root, ready))
     with listening(0) as listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()
@@ -56,8 +56,17 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 
 @pytest.fixture
-def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
-    """A page that is not yet opened; its test fails if the page writes an error to the console or does not catch one."""
+def page(newcomer: Page) -> Page:
+    """A page that is not yet opened, of a reader who has closed what explains the tabs."""
+    closed = ("world", "live", "results")
+    kept = "".join(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed)
+    newcomer.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
+    return newcomer
+
+
+@pytest.fixture
+def newcomer(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+    """The page of a first visit; its test fails if the page writes an error to the console or does not catch one."""
     context = browser.new_context(base_url=lab_server.address, viewport={"width": 1280, "height": 800})
     opened, faults = context.new_page(), list[str]()
     opened.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)

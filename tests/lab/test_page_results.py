@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Iterator
 from urllib.parse import parse_qsl
 
+import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.factors import Factors
+from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies.store import create
 from tests.lab.asking import data
 from tests.lab.conftest import LabServer
+from tests.small import small
 
 CLAIM = {
     "id": "C1",
@@ -65,7 +72,7 @@ def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(page: Page,
 
 def test_the_keyboard_reaches_the_same_place(page: Page) -> None:
     open_results(page)
-    plot = page.get_by_role("group", name="What the best agent eats, generation by generation")
+    plot = page.get_by_role("group", name="Fitness of the best agent, generation by generation")
     plot.press("Home")
     plot.press("ArrowRight")
     plot.press("Enter")
@@ -78,7 +85,7 @@ def test_each_run_is_a_point_that_leads_to_its_last_generation(page: Page, lab_s
     expect(points).to_have_count(4)
     names = [points.nth(number).get_attribute("aria-label") for number in range(4)]
     final = data(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"]["best"][1]
-    assert f"evo+self-taught/A, run 1: {final:.1f} items. Replay its last generation." in names
+    assert f"evo+self-taught/A, run 1: {final:.1f} energy. Replay its last generation." in names
     points.nth(3).focus()
     page.keyboard.press("Enter")
     expect(page).to_have_url(re.compile(r"#/world\?study=small&condition=.*&run=1&generation=2"))
@@ -94,6 +101,61 @@ def test_measures_and_conditions_are_switched_and_the_address_keeps_them(page: P
     page.reload()
     expect(key).to_have_attribute("aria-pressed", "false")
     expect(page.get_by_test_id("measure-share")).to_have_attribute("aria-pressed", "true")
+
+
+@pytest.fixture(scope="module")
+def many(lab_server: LabServer) -> Iterator[str]:
+    """A study of nine conditions: three learners with three numbers of items, called maps."""
+    learners, maps = ("evo", "self-taught", "evo+self-taught"), (5, 50, 90)
+    named = {f"{learner}/{count}": Factors(learner, str(count)) for learner in learners for count in maps}
+    made = {name: small().replace(name=name, lifetime={"steps": 20}) for name in named}
+    life = simulate(made["evo/5"], seed=5)
+    study = create(lab_server.root / "many", list(made.values()), 5, factors=named)
+    for number, (name, experiment) in enumerate(made.items()):
+        eaten = life.food_eaten * 0 + number
+        record = life.assign(food_eaten=eaten, energy=eaten.astype(np.float64))
+        study.write(name, 0, record.assign_attrs(condition=name, experiment=to_toml(experiment)))
+    yield "many"
+    shutil.rmtree(study.directory)
+
+
+def test_many_conditions_are_drawn_together_filtered_and_taken_apart(page: Page, many: str) -> None:
+    open_results(page, f"study={many}")
+    keys = page.get_by_test_id("curves").locator(".chart-key")
+    expect(keys).to_have_text(["evo", "self-taught", "evo+self-taught"])
+    page.get_by_test_id("group").select_option("map")
+    page.get_by_test_id("only-learner").select_option("evo")
+    expect(keys).to_have_text(["5", "50", "90"])
+    expect(page).to_have_url(re.compile("group=map&only.learner=evo"))
+    page.get_by_test_id("group").select_option("each")
+    expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
+    page.reload()
+    expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
+    expect(page.get_by_test_id("final-mean").locator("a.chart-point")).to_have_count(3)
+    page.get_by_test_id("results-study").select_option("small")
+    expect(page).to_have_url(re.compile(r"results\?study=small$"))
+
+
+def test_a_click_on_a_curve_of_several_conditions_shows_these(page: Page, many: str) -> None:
+    open_results(page, f"study={many}&measure=mean")
+    plot = page.get_by_role("group", name="Fitness of the average agent, generation by generation")
+    plot.press("Home")
+    plot.press("Enter")
+    keys = page.get_by_test_id("curves").locator(".chart-key")
+    expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
+
+
+def test_runs_stand_in_a_table_that_sorts_and_can_be_saved(page: Page, many: str) -> None:
+    open_results(page, f"study={many}")
+    page.get_by_test_id("runs").locator("summary").click()
+    rows = page.get_by_test_id("runs").locator("tbody tr")
+    expect(rows.first).to_contain_text("evo+self-taught/90")
+    page.get_by_test_id("sort-condition").click()
+    expect(rows.first).to_contain_text("evo+self-taught/5")
+    with page.expect_download() as saved:
+        page.get_by_test_id("download-runs.csv").click()
+    text = saved.value.path().read_text()
+    assert text.splitlines()[:2] == ["condition,run,best,mean,share", "evo/5,0,0,0,0"]
 
 
 def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_both_worlds(page: Page, claims: None) -> None:

@@ -64,14 +64,14 @@ def last_drawn(page: Page, time: int) -> list[dict[str, Any]]:
     """The worlds as they were drawn last at a step, in the order of their panels."""
     page.wait_for_function("time => globalThis.drawn.at(-1)?.time === time", arg=time)
     drawn = page.evaluate("globalThis.drawn")
-    return [world for world in drawn if world["time"] == time][-page.locator("canvas").count() :]
+    return [world for world in drawn if world["time"] == time][-page.get_by_test_id("replay-canvas").count() :]
 
 
 def test_a_shared_page_plays_from_a_file(lonely: Page, lab_server: LabServer, tmp_path: Path) -> None:
     open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL))
     step = lonely.get_by_test_id("replay-step")
     expect(step).to_have_text("step 0 of 300")
-    lonely.get_by_test_id("replay-speed").select_option("100")
+    lonely.get_by_test_id("replay-speed").select_option("20")
     lonely.get_by_role("button", name="Play").click()
     expect(lonely.get_by_role("button", name="Pause")).to_be_visible()
     expect(step).to_have_text("step 299 of 300")
@@ -85,12 +85,45 @@ def test_a_shared_page_shows_the_agents_where_the_replay_has_them(lonely: Page, 
     expect(lonely.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
     lonely.evaluate(SPY)
     for step in (210, 17):
-        lonely.get_by_test_id("replay-scrub").fill(str(step))
+        lonely.get_by_test_id("timeline").fill(str(step))
         worlds = last_drawn(lonely, step)
         for world, condition in zip(worlds, ("evo+self-taught/A", "evo/A"), strict=True):
             trace = trace_of(lab_server, condition).isel(step=step)
             assert world["x"] == trace.x.values.tolist()
             assert world["y"] == trace.y.values.tolist()
+
+
+def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_agent(
+    lonely: Page, lab_server: LabServer, tmp_path: Path
+) -> None:
+    lonely.set_viewport_size({"width": 390, "height": 844})
+    open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL), step=250)
+    trace = trace_of(lab_server, "evo+self-taught/A")
+    eaten = trace.eaten.values[:251].sum(axis=0)
+    canvas, facts = lonely.get_by_test_id("replay-canvas"), lonely.get_by_test_id("replay-canvas-facts")
+    expect(lonely.get_by_test_id("replay-canvas-count")).to_have_text(f"{eaten.sum()} eaten · {(eaten > 0).sum()} of 20 ate")
+    for meaning in ("food", "has eaten", "never ate", "sensor fires", "eats now"):
+        expect(lonely.get_by_test_id("legend")).to_contain_text(meaning)
+    assert lonely.evaluate(
+        "[...document.querySelector('.timeline canvas').getContext('2d').getImageData(0, 0, 300, 30).data].some(Boolean)"
+    )
+    agent = int(eaten.argmax())
+    lonely.evaluate(SPY)
+    lonely.get_by_test_id("zoom-closer").click()
+    lonely.get_by_test_id("zoom-whole").click()
+    (world,) = last_drawn(lonely, 250)
+    box = canvas.bounding_box()
+    assert box and box["width"] >= 240 and box["height"] >= 240
+    margin = min(28, box["width"] * 0.03)
+    scale = (min(box["width"], box["height"]) - 2 * margin) / 640
+    left, top = ((box[side] - 640 * scale) / 2 for side in ("width", "height"))
+    canvas.click(position={"x": left + world["x"][agent] * scale, "y": top + world["y"][agent] * scale})
+    action = ("left", "forward", "right")[int(trace.action.values[250, agent])]
+    expect(facts).to_contain_text(f"Agent {agent}: {eaten[agent]} eaten")
+    expect(facts).to_contain_text(f"does: {action}")
+    lonely.locator("body").press("Escape")
+    expect(facts).to_be_hidden()
+    assert lonely.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 def test_a_shared_page_says_what_it_is_and_how_to_have_it_again(lonely: Page, lab_server: LabServer, tmp_path: Path) -> None:
@@ -127,7 +160,7 @@ def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(page: Page, lonel
     with Image.open(tmp_path / "shared.png") as picture:
         assert picture.width > 900
     lonely.goto((tmp_path / "shared.html").as_uri())
-    expect(lonely.locator("canvas")).to_have_count(2)
+    expect(lonely.get_by_test_id("replay-canvas")).to_have_count(2)
     expect(lonely.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
 
 

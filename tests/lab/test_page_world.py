@@ -60,8 +60,9 @@ def test_the_keyboard_steers_time_speed_and_generation(page: Page) -> None:
     for key, step in (("ArrowRight", 1), ("Shift+ArrowRight", 101), ("ArrowLeft", 100), ("End", 299), ("Home", 0)):
         page.keyboard.press(key)
         expect_step(page, step)
+    expect(part(page, "speed")).to_have_value("5")  # of so short a life
     page.keyboard.press("+")
-    expect(part(page, "speed")).to_have_value("20")
+    expect(part(page, "speed")).to_have_value("10")
     page.keyboard.press("[")
     expect(part(page, "generation-a")).to_have_value("1")
     page.keyboard.press("Space")
@@ -101,7 +102,7 @@ def test_an_agent_opens_with_its_networks_and_kin_and_a_parent_opens_its_own_lif
     trace = replay(small(), seed=5, run=1, generation=2)
     box = part(page, "world-a").bounding_box()
     assert box is not None
-    margin = min(28.0, 0.03 * box["width"])
+    margin = min(28.0, 0.03 * min(box["width"], box["height"]))
     scale = min(box["width"], box["height"]) - 2 * margin
     left, top = (box["x"] + (box["width"] - scale) / 2, box["y"] + (box["height"] - scale) / 2)
     x, y = (float(trace[axis].isel(step=0, agent=7)) / 640 * scale for axis in ("x", "y"))

@@ -5,7 +5,9 @@ from __future__ import annotations
 import base64
 import json
 import re
+import shutil
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
@@ -18,9 +20,10 @@ from PIL import Image
 
 from baldwinlab.cli import main
 from baldwinlab.lab import frames, share
+from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, ask, refusal
+from tests.lab.asking import SMALL, ask, data, refusal
 from tests.lab.conftest import LabServer
 
 MEGABYTE = 1_000_000
@@ -113,7 +116,22 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(lab_server: 
     assert answer.headers["content-disposition"].endswith(f"''{name}")
     (tmp_path / "life.gif").write_bytes(answer.content)
     with Image.open(tmp_path / "life.gif") as movie:
-        assert movie.size == (1280, 640)
+        assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
+
+
+def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[float] = []
+
+    def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
+        for part in (0.25, 0.75):
+            drawn(part)
+            told.append(data(lab_server.address, "movie/made", ticket="mine")["share"])
+        path.write_bytes(b"GIF")
+
+    monkeypatch.setattr(share, "write_movie_of", write)
+    assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
+    assert told == [0.25, 0.75]
+    assert data(lab_server.address, "movie/made", ticket="mine") == {"share": 0}  # nothing is kept of it
 
 
 def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:
@@ -137,14 +155,27 @@ def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -
 
 def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "`baldwinlab report` makes it" in refusal(lab_server.address, "report", 404, study="small")
+    assert "`baldwinlab report` makes it" in refusal(lab_server.address, "report/small/report.html", 404)
     path.write_text("<script>alert(1)</script>")
     try:
-        answer = ask(lab_server.address, "report", study="small")
+        answer = ask(lab_server.address, "report/small/report.html")
         assert answer.headers["content-security-policy"] == share.REPORT_POLICY
         assert answer.text == path.read_text()
     finally:
         path.unlink()
+
+
+def test_the_files_that_a_report_leads_to_are_served_and_no_others(lab_server: LabServer) -> None:
+    folder = lab_server.root / "small" / "figures"
+    folder.mkdir()
+    (folder / "fitness.csv").write_text("condition,mean\n")
+    try:
+        answer = ask(lab_server.address, "report/small/figures/fitness.csv")
+        assert (answer.text, answer.headers["content-type"]) == ("condition,mean\n", "text/plain; charset=utf-8")
+        assert "no figures/other.svg yet" in refusal(lab_server.address, "report/small/figures/other.svg", 404)
+        assert refusal(lab_server.address, "report/small/study.toml", 404) == "there is no small/study.toml here"
+    finally:
+        shutil.rmtree(folder)
 
 
 def test_a_report_that_is_a_link_out_of_the_folder_is_refused(lab_server: LabServer, tmp_path: Path) -> None:
@@ -152,6 +183,6 @@ def test_a_report_that_is_a_link_out_of_the_folder_is_refused(lab_server: LabSer
     secret.write_text("secret")
     path.symlink_to(secret)
     try:
-        assert "lies outside" in refusal(lab_server.address, "report", 400, study="small")
+        assert "lies outside" in refusal(lab_server.address, "report/small/report.html", 400)
     finally:
         path.unlink()

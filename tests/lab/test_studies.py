@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from baldwinlab import results
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
@@ -126,6 +127,26 @@ def test_the_page_names_no_preset_of_its_own() -> None:
         assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name
 
 
+def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(lab_server: LabServer) -> None:
+    assert data(lab_server.address, "results", study="small")["factors"] == {"learner": ["evo", "evo+self-taught"]}
+
+
+def test_results_are_kept_beside_the_report_and_used_while_they_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = small_study(tmp_path / "it", runs=1)
+    read = studies.results_of(Lab(tmp_path, Live()), "it")
+    results.keep(study)
+    with monkeypatch.context() as patch:
+        patch.setattr(results, "of_study", None)  # nothing is read again
+        assert studies.results_of(Lab(tmp_path, Live()), "it") == read
+    kept = tmp_path / "it" / results.FILE
+    for other in (b"{", b"[1]", kept.read_bytes().replace(b'"typical_run"', b'"typical_ran"')):
+        kept.write_bytes(other)
+        assert studies.results_of(Lab(tmp_path, Live()), "it") == read
+    results.keep(study)
+    study.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
+    assert len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"]) == 2
+
+
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
 def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) -> None:
     study = open_study(lab_server.root / "small")
@@ -133,12 +154,14 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
     assert found["conditions"] == ["evo/A", "evo+self-taught/A"]
     assert found["generation"] == [0, 1, 2]
     average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
+    high = high.clip(max=1) if measure == "share" else high
     for name in found["conditions"]:
         curve = found["curves"][name][measure]
         for part, values in (("mean", average), ("low", low), ("high", high)):
             assert np.array_equal(curve[part], values.sel(condition=name))
         assert found["final"][name][measure] == fitness.final(study, measure).sel(condition=name).values.tolist()
         assert found["typical_run"][name] == typical_run(study, name)
+        assert data(lab_server.address, "typical", study="small", condition=name) == {"run": typical_run(study, name)}
 
 
 def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(tmp_path: Path) -> None:
@@ -161,9 +184,11 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
         found = data(server.address, "results", study="it")
         query = {"study": "it", "condition": "evo+self-taught/A", "run": 0, "generation": 0}
         sentence = refusal(server.address, "recording", 404, **query)
+        nothing = refusal(server.address, "typical", 404, study="it", condition="evo+self-taught/A")
+    assert nothing == f"{tmp_path}/it has no run of evo+self-taught/A"
     assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; none is stored yet"
     names = ("curves", "final", "typical_run")
-    assert found == {"conditions": [], "generation": [], **{name: {} for name in names}, "claims": []}
+    assert found == {"conditions": [], "factors": {}, "generation": [], **{name: {} for name in names}, "claims": []}
 
 
 def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(lab_server: LabServer, tmp_path: Path) -> None:

@@ -10,8 +10,9 @@ from playwright.sync_api import Browser
 
 from baldwinlab.multiverse.analysis import Multiverse, read, write
 from baldwinlab.multiverse.design import one_at_a_time
-from baldwinlab.multiverse.section import combinations, lead, section, verdict
+from baldwinlab.multiverse.section import Beside, combinations, lead, other_runs, section, verdict
 from baldwinlab.report import write_page
+from baldwinlab.statistics.rules import HOLDS, UNDECIDED
 from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of, with_gain
 from tests.report.browsing import complaints_and_width
 
@@ -72,12 +73,29 @@ def test_of_all_combinations_it_names_the_choice_that_moves_a_claim_most() -> No
     assert combinations(small_multiverse()) == []
 
 
+def test_beside_a_study_of_more_runs_it_says_why_verdicts_differ(tmp_path: Path) -> None:
+    few = small_multiverse()
+    undecided = Beside(dict.fromkeys([claim.id for claim in few.claims], HOLDS) | {"C6": UNDECIDED}, (30, 30))
+    said = other_runs(few, undecided)
+    assert "30 of each condition and 8 under every reading" in said
+    assert "some verdicts differ: C6 is undecided with 30 and holds with 8. That is no contradiction" in said
+    made = section(few, tmp_path, undecided)
+    assert made.of_claims == said and said in made.body
+
+
+def test_of_equal_runs_or_equal_verdicts_there_is_nothing_to_explain() -> None:
+    few = small_multiverse()
+    all_hold = dict.fromkeys([claim.id for claim in few.claims], HOLDS)
+    assert other_runs(few, Beside(all_hold, (30, 30))) == ""
+    assert other_runs(few, Beside(all_hold | {"C6": UNDECIDED}, few.readings[0].runs)) == ""
+
+
 def test_the_section_is_made_of_the_json_alone_and_keeps_its_figures(tmp_path: Path) -> None:
     found = read(write(full_multiverse(), tmp_path / "multiverse.json"))
     made = section(found, tmp_path / "figures")
     assert made == section(full_multiverse(), tmp_path / "again")
     assert (made.anchor, made.title) == ("every-reading", "Every reading")
-    names = {f"{name}.{end}" for name in ("readings", "readings-shares") for end in ("svg", "png")}
+    names = {f"{name}.{end}" for name in ("readings", "readings-shares") for end in ("svg", "png", "csv")}
     assert {path.name for path in (tmp_path / "figures").iterdir()} == names
     text = re.sub(r'src="[^"]*"', "", made.body)
     assert "nan" not in text.lower() and "None" not in text
@@ -89,5 +107,5 @@ def test_a_browser_shows_the_page_without_complaint_and_without_scrolling_sidewa
     browser: Browser, tmp_path: Path, width: int, height: int
 ) -> None:
     several = full_multiverse()
-    page = write_page("Every reading", lead(several), [section(several, tmp_path)], tmp_path / "report.html")
+    page = write_page("Every reading", lead(several), [section(several, tmp_path)], tmp_path / "report.html", tmp_path)
     assert complaints_and_width(browser, page, width, height) == ([], width)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 import xarray as xr
@@ -16,8 +16,9 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, typical_run, write_report
-from baldwinlab.report.content import open_choices, overview, reading, setting, timing, worlds
+from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability
+from tests.axe import barriers
 from tests.report.browsing import complaints_and_width
 from tests.statistics.studies import AS_THE_PAPER, study, trace
 
@@ -58,24 +59,63 @@ def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
 
 
 def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -> None:
-    section = page.read_text("utf-8").split("Where this study and the paper differ")[1].split("<h2>")[0]
+    section = page.read_text("utf-8").split('id="differences"')[1].split("<h2")[0]
     assert "C6" in section and "C2" not in section
     assert "senses.visual_radius</code> is 40" in section
 
 
 def test_it_needs_nothing_but_itself(page: Path) -> None:
     text = page.read_text("utf-8")
-    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#)|@import|url\(|<script|<link(?! rel="icon")""", text)
+    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#|figures/)|@import|url\(|<script|<link(?! rel="icon")""", text)
     assert page.stat().st_size < 4_000_000
 
 
+def test_its_contents_lead_to_every_section(page: Path) -> None:
+    text = page.read_text("utf-8")
+    contents = text.split('aria-label="Contents"')[1].split("</nav>")[0]
+    assert re.findall(r'href="#([^"]+)"', contents) == re.findall(r'<h2 id="([^"]+)"', text)
+    assert text.count("<h2") == text.count('<h2 id="') == contents.count("<li>") > 5
+
+
+def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert re.findall(r'href="#figure-([\w-]+)">Figure\xa0(\d)</a>', text) == [
+        ("networks", "1"), ("senses", "2"), ("maps", "3"), ("fitness", "4"), ("final-fitness", "5"), ("emergence", "6"),
+    ]  # fmt: skip
+    files = re.findall(r'href="(figures/[^"]+)"', text)
+    assert {"figures/emergence.svg", "figures/emergence.png", "figures/emergence.csv"} < set(files)
+    assert all((page.parent / file).is_file() for file in files)
+    assert "baldwinlab replay . --condition evo+self-taught/B --run 0 --generation 11 --out life.mp4" in text
+
+
+def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
+    folder, out = tmp_path / "a study", tmp_path / "pages" / "report.html"
+    write_report(folder, study(AS_THE_PAPER), [], [], {}, out)
+    assert 'href="../a%20study/figures/fitness.csv"' in out.read_text("utf-8")
+
+
+def test_the_numbers_of_a_curve_are_those_of_its_file(page: Path) -> None:
+    first, *rows = (page.parent / "figures" / "fitness.csv").read_text().splitlines()
+    assert first == "condition,measure,generation,mean,low,high"
+    assert any(row.startswith("evo/A,best,0,83.5,") for row in rows)
+
+
 def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
-    names = {"fitness", "final-fitness", "emergence", "maps", "senses"}
-    assert {path.name for path in (page.parent / "figures").iterdir()} == {
+    names = {"fitness", "final-fitness", "emergence", "networks", "maps", "senses"}
+    assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
         f"{name}{end}" for name in names for end in (".svg", ".png")
     }
     alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
     assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier_in_it(browser: Browser, page: Path, scheme: Literal["light", "dark"]) -> None:
+    with browser.new_context(color_scheme=scheme) as context:
+        opened = context.new_page()
+        opened.goto(page.as_uri())
+        opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
+        assert barriers(opened) == []
 
 
 def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
@@ -103,8 +143,8 @@ def test_names_are_text_and_not_markup(tmp_path: Path) -> None:
     assert "<script>" not in text
 
 
-def test_generations_of_the_panel_are_spread_with_both_ends() -> None:
-    assert emergence_generations(100) == [0, 20, 40, 60, 80, 99]
+def test_generations_of_the_panel_are_the_denser_the_earlier_with_both_ends() -> None:
+    assert emergence_generations(100) == [0, 1, 3, 10, 31, 99]
     assert emergence_generations(6) == [0, 1, 2, 3, 4, 5]
     assert emergence_generations(2) == [0, 1]
     assert emergence_generations(1) == [0]
@@ -163,9 +203,26 @@ def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
     assert complaints_and_width(browser, page, width, height) == ([], width)
 
 
+def test_fitness_is_said_in_its_unit() -> None:
+    assert fitness_in_words([load("evo/A")]).endswith("; an item gives 1, so it is the number of items eaten")
+    costly = load("evo+self-taught/A").replace(learning={"cost_per_step": 0.1})
+    assert fitness_in_words([costly]).endswith("in its life, less what learning costs; an item gives 1")
+    assert fitness_in_words([]) == ""
+
+
+def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
+    opened = browser.new_page()
+    opened.goto(page.as_uri())
+    opened.emulate_media(media="print")
+    heights = opened.evaluate("[...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)")
+    assert max(heights) < 265 * 96 / 25.4  # what A4 leaves between its margins, in CSS pixels
+    assert opened.pdf(format="A4").count(b"/Type /Page\n") <= 14
+    opened.close()
+
+
 def test_a_study_that_no_claim_concerns_is_reported_without_the_claims(tmp_path: Path) -> None:
     text = report_of(study({"mine": range(8)}), tmp_path).read_text("utf-8")
     assert "<h1>Evolution and lifetime learning: mine</h1>" in text
     assert "None of the paper's claims compares what was run here." in text
     assert "not evaluated" not in text
-    assert "<h2>The claims" not in text
+    assert ">The claims</h2>" not in text

@@ -17,6 +17,11 @@ export function follow(place) {
   shown = place;
 }
 
+/** What the page shows now, as `follow` was told and `navigate` has changed it; null while a view is on its way. */
+export function followed() {
+  return shown && { ...shown };
+}
+
 /**
  * Change the address. With `replace`, the address follows what the view shows already, and the view hears nothing; without,
  * it is a new place in the history and the view is updated. `patch.view` goes to another view, with the rest as its state.

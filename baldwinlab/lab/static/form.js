@@ -10,6 +10,7 @@ import { el } from "./common.js";
  * @property {HTMLElement} element
  * @property {Object<string, any>} value what the form says now
  * @property {(faults: {path: string, message: string}[]) => void} show puts each sentence next to the field that it is about
+ * @property {(path: string) => void} go to a field, or to the group around it
  *
  * @typedef {object} Place one field or group
  * @property {HTMLElement|null} fault where its sentence goes; null: where that of what is around it goes
@@ -31,7 +32,19 @@ export function schemaForm(schema, start, onChange, onChoose) {
   const fault = el("p", { class: "fault", hidden: true });
   places.set("", { fault, input: null });
   const element = el("div", { class: "form" }, fault, ...fieldsOf(form, schema, value, ""));
-  return { element, value, show: (faults) => showFaults(places, faults) };
+  return { element, value, show: (faults) => showFaults(places, faults), go: (path) => go(places, path) };
+}
+
+function go(places, path) {
+  const [input, fault] = [places.get(path)?.input, shelf(places, path)];
+  open(fault);
+  input?.focus({ preventScroll: true });
+  (input ?? fault).scrollIntoView({ block: "center" });
+}
+
+/** Open all groups around an element. */
+function open(element) {
+  for (let group = element.closest("details"); group; group = group.parentElement.closest("details")) group.open = true;
 }
 
 function showFaults(places, faults) {
@@ -47,7 +60,7 @@ function showFaults(places, faults) {
     const input = places.get(path)?.input;
     input?.setAttribute("aria-invalid", "true");
     if (input && input === document.activeElement) fault.scrollIntoView({ block: "nearest" });
-    for (let group = fault.closest("details"); group; group = group.parentElement.closest("details")) group.open = true;
+    open(fault);
   }
 }
 

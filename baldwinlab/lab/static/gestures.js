@@ -1,13 +1,19 @@
-/** Hands on a world: wheel and pinch zoom, dragging moves, a click or tap picks. */
+/** Hands on a world: wheel (with Ctrl, where the page scrolls) and pinch zoom, dragging moves, a click or tap picks. */
 
 const STILL = 5; // CSS pixels that a pointer may move and still click
+
+/** Whether the wheel moves the page, which then goes before zooming. */
+function scrolls(page) {
+  return page !== null && page.scrollHeight > page.clientHeight + 1;
+}
 
 /**
  * @param {HTMLCanvasElement} canvas
  * @param {import("./world.js").WorldView} view
- * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void}} tell
+ * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void,
+ *   hovered?: (agent: number|null, x: number, y: number) => void}} tell
  */
-export function listen(canvas, view, { changed, picked, fitted }) {
+export function listen(canvas, view, { changed, picked, fitted, hovered }) {
   const pointers = new Map();
   let moved = 0;
   const place = (event) => [event.offsetX, event.offsetY];
@@ -15,6 +21,7 @@ export function listen(canvas, view, { changed, picked, fitted }) {
   canvas.addEventListener(
     "wheel",
     (event) => {
+      if (!event.ctrlKey && scrolls(canvas.closest("main"))) return;
       event.preventDefault();
       const lines = event.deltaMode === 1 ? 16 : 1;
       view.zoomAt(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), ...place(event));
@@ -22,6 +29,9 @@ export function listen(canvas, view, { changed, picked, fitted }) {
     },
     { passive: false },
   );
+
+  // Two fingers zoom the map, and do not move the page as one does.
+  canvas.addEventListener("touchmove", (event) => event.touches.length > 1 && event.preventDefault(), { passive: false });
 
   canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
@@ -33,7 +43,9 @@ export function listen(canvas, view, { changed, picked, fitted }) {
   canvas.addEventListener("pointermove", (event) => {
     const old = pointers.get(event.pointerId);
     if (!old) {
-      canvas.style.cursor = view.agentAt(...place(event)) === null ? "grab" : "pointer";
+      const under = view.agentAt(...place(event));
+      canvas.style.cursor = under === null ? "grab" : "pointer";
+      if (event.pointerType === "mouse") hovered?.(under, ...place(event));
       return;
     }
     const now = place(event);
@@ -57,6 +69,7 @@ export function listen(canvas, view, { changed, picked, fitted }) {
     if (pointers.delete(event.pointerId) && moved <= STILL)
       picked(view.agentAt(...place(event), event.pointerType === "touch" ? 28 : 16));
   });
+  canvas.addEventListener("pointerleave", () => hovered?.(null, 0, 0));
   canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
   canvas.addEventListener("dblclick", fitted);
 }

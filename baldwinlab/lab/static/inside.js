@@ -33,7 +33,7 @@ export class Inspector {
     this.traces.weights.root.append(hint(["lit", "of the first layer"], ["agent", "of those after it"]));
     this.body = el(
       "div",
-      { class: "inside" },
+      { class: "inside", tabindex: 0, role: "group", "aria-label": "Networks, weights and kin" },
       el("div", { class: "row" }, this.inputs, this.action),
       el("figure", {}, this.nets, hint(["agent", "weight above 0"], ["chosen", "below 0; the wider, the larger"])),
       ...Object.values(this.traces).map(({ root }) => root),
@@ -45,8 +45,8 @@ export class Inspector {
       icon("M5 5l10 10M15 5L5 15"),
     );
     this.root = el(
-      "aside",
-      { class: "inspector", "aria-label": "Inside an agent", hidden: true },
+      "section",
+      { class: "inspector", "aria-label": "Inside an agent", tabindex: -1, hidden: true },
       el("header", { class: "row" }, el("div", {}, this.title, this.facts), close),
       this.body,
     );

@@ -12,16 +12,17 @@ const WORDS = {
 /**
  * @param {HTMLElement} root is filled
  * @param {import("./live_feed.js").Feed} feed whose run is known
- * @param {Object<string, string>} state of the address: speed
+ * @param {Object<string, string>} state of the address: what of the world is shown
  * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
+ * @param {(about: import("./live_feed.js").Feed["about"]) => void} again the reader wants to change the run and start it again
  * @returns {{update: () => void, close: () => void}}
  */
-export function livePanel(root, feed, state, navigate) {
+export function livePanel(root, feed, state, navigate, again) {
   const { experiment, runs, seed } = feed.about;
-  const world = !experiment.world ? noWorld(experiment.model) : new LiveWorld({ id: feed.id, runs, speed: Number(state.speed) || 100, onSpeed: (speed) => navigate({ speed }) });
+  const world = !experiment.world ? noWorld(experiment.model) : new LiveWorld(feed.id, runs, state, navigate);
   const [badge, progress] = [el("span", { "data-testid": "live-state" }), el("progress", { "aria-label": "Generations that have lived" })];
   const [count, fault] = [el("span", { class: "number", "data-testid": "live-count" }), el("p", { class: "fault", hidden: true, "data-testid": "live-fault" })];
-  const buttons = controls(feed, experiment, seed, navigate);
+  const buttons = controls(feed, experiment, seed, again);
   const [fitness, share] = [el("div", { "data-testid": "live-fitness" }), el("div", { "data-testid": "live-share" })];
   const about = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
   root.replaceChildren(
@@ -29,7 +30,7 @@ export function livePanel(root, feed, state, navigate) {
       el("div", { class: "row" }, el("h1", {}, experiment.name), badge, el("span", { class: "soft" }, about), el("span", { class: "spread" }), ...buttons.elements),
       el("div", { class: "row live-progress" }, progress, count), fault),
     el("div", { class: "live-both" }, el("div", { class: "live-curves" }, el("section", { class: "card" }, fitness), el("section", { class: "card" }, share)), world.element));
-  const charts = curves(feed, fitness, share, runs, experiment.world, (generation) => world.load(generation));
+  const charts = curves(feed, fitness, share, runs, experiment.world, (generation) => world.pick(generation));
 
   const update = () => {
     const [word, kind] = WORDS[feed.state];
@@ -59,7 +60,7 @@ export function livePanel(root, feed, state, navigate) {
 function noWorld(model) {
   const element = el("section", { class: "card", "data-testid": "live-no-world" }, el("p", { class: "soft" }, `Lives of the model ${model} have no world to watch.`));
   const nothing = () => {};
-  return { element, load: nothing, offer: nothing, keptAs: nothing, close: nothing };
+  return { element, pick: nothing, offer: nothing, keptAs: nothing, close: nothing };
 }
 
 /** Curves of fitness and of the share that eats; a click on one shows that generation's world, if there are worlds. */
@@ -93,11 +94,12 @@ function curves(feed, fitness, share, runs, worlds, pick) {
   };
 }
 
-/** Pause or resume, stop, keep. */
-function controls(feed, experiment, seed, navigate) {
+/** Pause or resume, stop, keep, change and run again. */
+function controls(feed, experiment, seed, again) {
   const pause = el("button", { type: "button", "data-testid": "pause" });
   const stop = el("button", { type: "button", class: "danger", "data-testid": "stop" }, "Stop");
   const keep = el("button", { type: "button", class: "primary", "data-testid": "keep", hidden: true }, "Keep as a study …");
+  const change = el("button", { type: "button", "data-testid": "again", onclick: () => again(feed.about) }, "Change and run again");
   const kept = el("a", { class: "button primary", "data-testid": "open-kept", hidden: true }, "Open the study");
   pause.addEventListener("click", () => feed.send({ do: feed.state === "paused" ? "resume" : "pause" }));
   stop.addEventListener("click", () => feed.send({ do: "stop" }));
@@ -114,7 +116,7 @@ function controls(feed, experiment, seed, navigate) {
     kept.hidden = !feed.about.kept;
     if (feed.about.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.about.kept })}`;
   };
-  return { elements: [pause, stop, keep, kept], update };
+  return { elements: [pause, stop, change, keep, kept], update };
 }
 
 /** A dialog that asks for a study's name until `keep` takes it. */

@@ -25,7 +25,7 @@ export class Setup {
     this.given = { runs: number(state.runs, 5), seed: number(state.seed, 0), pace: state.pace ?? PACE };
     this.body = el("div", { class: "live-form" });
     this.description = el("p", { class: "hint" });
-    this.fault = el("p", { class: "fault", hidden: true, "data-testid": "setup-fault" });
+    this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
     this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
     this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
     this.waiting = this.turn = 0;
@@ -33,6 +33,7 @@ export class Setup {
 
   /** Fill `root`, when the presets are there. */
   async show(root) {
+    this.root = root;
     const { presets, default: usual } = await getJSON("/api/presets", this.signal);
     this.presets = presets;
     const { preset } = this.state;
@@ -44,21 +45,36 @@ export class Setup {
     root.replaceChildren(this.element());
   }
 
+  /** The form says what a run is, so that it can be changed and run again. */
+  async again({ experiment, runs, seed, seconds }) {
+    const name = this.presets.some((preset) => preset.name === experiment.name) ? experiment.name : this.preset.value;
+    this.preset.value = name;
+    this.given = { runs, seed, pace: String(seconds) };
+    this.navigate({ preset: name, ...this.given });
+    const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
+    await this.load(changesOf(experiment, base));
+    this.root.replaceChildren(this.element());
+    this.heading.focus();
+    this.heading.scrollIntoView({ block: "nearest" });
+  }
+
   element() {
     const { given, body, fault, start } = this;
     const remember = (name) => (value) => {
       given[name] = value;
       this.navigate({ [name]: value });
       if (name === "pace") this.listener.paced(Number(value));
+      else this.check();
     };
+    this.heading = el("h1", { tabindex: -1 }, "Live run");
     const element = el("form", { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
-      el("h1", {}, "Live run"),
+      this.heading,
       el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
       el("div", { class: "live-numbers" },
         counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
         counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
         pacePicker(given.pace, remember("pace"))),
-      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body, fault, start);
+      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body, start, fault);
     element.addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();
@@ -115,40 +131,52 @@ export class Setup {
     this.check();
   }
 
-  /** Ask the server, soon after the last change, what is wrong with what the form says. */
+  /** Ask the server, soon after the last change, what is wrong with what the form says; what was, may be mended. */
   check() {
     clearTimeout(this.waiting);
     this.waiting = setTimeout(async () => {
       const [form, mine] = [this.form, ++this.turn];
-      const { errors } = await postJSON("/api/validate", { experiment: form.value }, this.signal);
+      const { errors } = await postJSON("/api/validate", this.order(), this.signal);
       if (mine !== this.turn) return;
-      form.show(errors);
+      form.show(errors.filter(({ path }) => !(path in this.given)));
+      for (const name of ["runs", "seed"]) this.root.querySelector(`#setup-${name}`)?.setAttribute("aria-invalid", errors.some(({ path }) => path === name));
       this.start.disabled = errors.length > 0;
+      this.explain(errors);
       if (errors.length) return;
       const shown = await postJSON("/api/look", { experiment: form.value }, this.signal);
       if (mine === this.turn) this.listener.valid(shown);
     }, CHECK_AFTER);
   }
 
+  order() {
+    const { runs, seed, pace } = this.given;
+    return { experiment: this.form.value, runs, seed, seconds: Number(pace) };
+  }
+
+  /** Beside the button that does not start: why, and a way to the field. */
+  explain(errors) {
+    const [first, ...rest] = errors;
+    const more = rest.length ? ` And ${rest.length} more.` : "";
+    const way = el("button", { type: "button", class: "quiet", "data-testid": "setup-show", onclick: () => this.form.go(first.path) }, "Show it");
+    this.fault.replaceChildren(...(first ? [`${first.message}.${more} `] : []), ...(first?.path && !(first.path in this.given) ? [way] : []));
+  }
+
   async begin() {
-    const { given, fault, start } = this;
-    start.disabled = true;
-    fault.hidden = true;
+    this.start.disabled = true;
     try {
-      const order = { experiment: this.form.value, runs: given.runs, seed: given.seed, seconds: Number(given.pace) };
-      this.listener.started((await postJSON("/api/live", order, this.signal)).id);
+      this.listener.started((await postJSON("/api/live", this.order(), this.signal)).id);
     } catch (refusal) {
       if (refusal.name === "AbortError") return;
-      fault.textContent = refusal.message;
-      fault.hidden = false;
+      this.explain([{ path: "", message: refusal.message }]);
     } finally {
-      start.disabled = false;
+      this.start.disabled = false;
     }
   }
 }
 
 function counter(title, name, value, min, max, changed) {
-  const input = el("input", { type: "number", min, max, step: 1, value, "data-testid": `setup-${name}` });
+  const id = `setup-${name}`;
+  const input = el("input", { type: "number", min, max, step: 1, value, id, "data-testid": id });
   input.addEventListener("input", () => changed(input.value === "" ? "" : Number(input.value)));
   return el("label", { class: "field" }, el("span", {}, title), input);
 }

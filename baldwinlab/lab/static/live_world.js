@@ -1,55 +1,71 @@
-/** The world of the latest generation of a live run; when its life is over, the one that is the latest then. */
+/** The world of a live run: of its newest generation, as one follows the other, or of one that the reader looks at. */
 
 import { el, getBinary, message } from "./common.js";
-import { Player, SPEEDS } from "./player.js";
+import { Inspector } from "./inside.js";
+import { Legend } from "./legend.js";
+import { Player } from "./player.js";
 import { Lifetime, Recording } from "./recording.js";
 import { mountShare } from "./share.js";
-import { WorldView } from "./world.js";
+import { query } from "./sources.js";
+import { TimeBar } from "./time_bar.js";
+import { WorldFigure } from "./world_figure.js";
+
+const HOLD = 1000; // ms for which a generation is to be seen before a newer one takes its place
+const SPEED = 100;
 
 export class LiveWorld {
-  /** @param {{id: string, runs: number, speed: number, onSpeed: (speed: number) => void}} options */
-  constructor({ id, runs, speed, onSpeed }) {
-    this.id = id;
-    this.run = 0;
-    this.lived = 0;
-    this.generation = null; // that is shown
-    this.life = this.coming = this.kept = null;
-    this.canvas = el("canvas", { "data-testid": "live-canvas", role: "img", "aria-label": "The world of the generation that is shown" });
-    this.caption = el("p", { class: "number soft", "data-testid": "live-caption" }, "The first generation lives …");
-    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
-    this.element = el("section", { class: "card live-world" },
-      el("div", { class: "row" }, el("h2", {}, "The latest generation"), el("span", { class: "spread" }), this.runPicker(runs), this.speedPicker(speed, onSpeed)),
-      el("div", { class: "live-map" }, this.canvas),
-      el("div", { class: "row" }, this.caption, el("span", { class: "spread" }), this.open));
-    this.player = new Player((time) => this.show(time));
-    this.player.changed = () => this.next();
-    this.player.setSpeed(speed);
-    this.sized = new ResizeObserver(() => {
-      this.view ??= new WorldView(this.canvas);
-      this.view.resize();
-      this.player.invalidate();
+  /**
+   * @param {string} id of the live run
+   * @param {number} runs
+   * @param {Object<string, string>} state of the address: speed; run, generation, step and agent of the world, the newest without
+   * @param {(patch: Object<string, any>) => void} navigate
+   */
+  constructor(id, runs, state, navigate) {
+    Object.assign(this, { id, navigate, lived: 0, life: null, coming: null, generation: null, kept: null, since: 0, waiting: 0 });
+    this.run = Math.min(whole(state.run) ?? 0, runs - 1);
+    this.asked = { generation: whole(state.generation), step: whole(state.step) ?? 0 };
+    this.follows = this.asked.generation === null;
+    this.player = new Player((time) => this.draw(time));
+    this.player.setSpeed(Number(state.speed) || SPEED);
+    this.figure = new WorldFigure("The world of the generation that is shown", "live-canvas", {
+      invalidate: () => this.player.invalidate(),
+      picked: (agent) => this.picked(agent),
     });
-    this.sized.observe(this.canvas);
+    this.figure.agent = whole(state.agent);
+    this.bar = new TimeBar(this.player, "live", () => this.hold());
+    this.legend = new Legend();
+    this.inspector = new Inspector({
+      open: (source, agent) => this.openKin(source, agent),
+      close: () => this.figure.pick(null),
+      seek: (step) => (step === null ? this.player.invalidate() : this.goTo(step)),
+    });
+    this.element = this.build(runs);
+    this.player.changed = () => this.changed();
+  }
+
+  build(runs) {
+    this.title = el("h2", { class: "number", "data-testid": "live-caption" }, "The first generation lives …");
+    const newest = "Go on with the newest generation as the run goes on";
+    this.newest = el("button", { type: "button", "aria-pressed": this.follows, title: newest, "data-testid": "live-newest", onclick: () => this.follow() }, "Newest");
+    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
+    const { stage, foot } = this.figure;
+    stage.classList.add("scrolls");
+    stage.addEventListener("wheel", (event) => this.letScroll(event), { capture: true });
+    const element = el("section", { class: "card live-world", "aria-label": "World" },
+      el("div", { class: "row" }, this.title, this.newest, el("span", { class: "spread" }), this.runPicker(runs), this.open),
+      stage, this.bar.root, foot, this.legend.root, this.inspector.root);
+    element.addEventListener("keydown", (event) => this.key(event));
+    return element;
   }
 
   runPicker(runs) {
     if (runs === 1) return null;
     const options = Array.from({ length: runs }, (_, run) => el("option", { value: run }, `run ${run}`));
     const picker = el("select", { "aria-label": "Which run's world is shown", "data-testid": "live-run" }, ...options);
+    picker.value = String(this.run);
     picker.addEventListener("change", () => {
       this.run = Number(picker.value);
-      this.load(this.generation ?? 0);
-    });
-    return picker;
-  }
-
-  speedPicker(speed, onSpeed) {
-    const options = SPEEDS.map((each) => el("option", { value: each }, `${each}×`));
-    const picker = el("select", { "aria-label": "Speed of the world", "data-testid": "live-speed" }, ...options);
-    picker.value = String(speed);
-    picker.addEventListener("change", () => {
-      this.player.setSpeed(picker.value);
-      onSpeed(Number(picker.value));
+      if (this.generation !== null) this.load(this.generation);
     });
     return picker;
   }
@@ -57,81 +73,162 @@ export class LiveWorld {
   /** So many generations have lived. */
   offer(lived) {
     this.lived = lived;
-    if (lived && this.generation === null && !this.coming) this.load(lived - 1);
+    if (!lived || this.coming) return;
+    if (this.generation === null) this.load(Math.min(this.asked.generation ?? lived - 1, lived - 1), this.asked.step);
+    else this.next();
   }
 
-  /** Show a generation that has lived, once it is there. */
-  load(generation) {
+  /** The newest generation, where that is what the reader wants, and the one before has been seen. */
+  next() {
+    if (!this.follows || this.coming || this.waiting || this.lived - 1 <= this.generation) return;
+    const early = this.since + HOLD - performance.now();
+    if (early <= 0) return this.load(this.lived - 1);
+    this.waiting = setTimeout(() => {
+      this.waiting = 0;
+      this.next();
+    }, early);
+  }
+
+  follow() {
+    this.follows = true;
+    this.figure.pick(null);
+    this.remember();
+    this.next();
+    this.player.play();
+  }
+
+  /** The reader looks closer: no other generation comes in between. */
+  hold() {
+    if (!this.follows) return;
+    this.follows = false;
+    this.remember();
+  }
+
+  /** Show a generation for the reader. */
+  pick(generation) {
+    this.follows = false;
+    this.load(generation, 0);
+  }
+
+  /** Show a generation, from a step on, once it is there; where none is given, time goes on. */
+  load(generation, step = null) {
     this.coming?.close();
-    const { id, run } = this;
-    const query = { live: id, run, generation };
+    const source = { live: this.id, run: this.run, generation };
     const life = new Lifetime(
-      async (part, signal) => new Recording(await getBinary(`/api/recording?${new URLSearchParams({ ...query, ...part })}`, signal)),
-      () => (life === this.coming ? this.begin(life, query) : this.player.invalidate()),
+      async (part, signal) => new Recording(await getBinary(`/api/recording?${new URLSearchParams({ ...source, ...part })}`, signal)),
+      () => (life === this.coming ? this.begin(life, source, step) : this.player.invalidate()),
       (fault) => message(fault.message, "error"),
     );
     this.coming = life;
   }
 
-  begin(life, query) {
+  begin(life, source, step) {
     this.coming = null;
     if (!life.length) return;
+    const first = this.generation === null;
     this.life?.close();
-    this.life = life;
-    this.generation = query.generation;
+    Object.assign(this, { life, source, generation: source.generation, since: performance.now() });
     this.share ??= mountShare(document.getElementById("actions"), () => this.shared());
-    this.link();
+    this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
+    this.figure.show(life);
+    this.legend.showKinds(life.header.look.item_kinds);
     this.player.last = life.steps - 1;
-    this.player.time = 0;
-    this.player.play();
-    this.player.invalidate();
+    this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (first && this.follows && !still) this.player.play();
+    this.inspect();
+    this.remember();
+    this.next();
+  }
+
+  picked(agent) {
+    if (agent !== null) this.hold();
+    this.inspect();
+    this.remember();
+  }
+
+  inspect() {
+    const { agent } = this.figure;
+    if (agent === null || !this.source) this.inspector.hide();
+    else this.inspector.show(this.source, agent);
+  }
+
+  /** The life of a parent or a child, in the generation before or after. */
+  openKin({ generation }, agent) {
+    this.follows = false;
+    this.figure.agent = agent;
+    this.load(generation, 0);
+  }
+
+  goTo(step) {
+    this.hold();
+    this.player.seek(step);
+  }
+
+  /** The player has been started, stopped or moved. What is newest plays again and again until something newer comes. */
+  changed() {
+    const { player } = this;
+    this.bar.showTime();
+    if (this.follows && this.life && !player.playing && player.last > 0 && player.time >= player.last) player.play();
+    else this.remember();
+  }
+
+  /** The address holds which world is shown, and where time stands in it. */
+  remember() {
+    this.newest.setAttribute("aria-pressed", this.follows);
+    if (this.generation === null) return;
+    const { generation, run, player, figure } = this;
+    const place = this.follows ? { generation: null, step: null } : { generation, step: Math.floor(player.time) };
+    this.navigate({ ...place, run: run || null, agent: figure.agent, speed: player.speed === SPEED ? null : player.speed });
+    this.open.hidden = !this.kept;
+    this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run, generation })}`;
   }
 
   /** What the share menu takes along. */
   shared() {
-    const source = String(new URLSearchParams({ live: this.id, run: this.run, generation: this.generation }));
-    return { panels: [{ source, canvas: this.canvas }], step: Math.floor(this.player.time) };
+    return { panels: [{ source: String(query(this.source)), canvas: this.figure.canvas }], step: Math.floor(this.player.time) };
   }
 
   /** The run is kept as a study: from there, the World tab shows more of what is seen here. */
   keptAs(study, condition) {
     this.kept = { study, condition };
-    this.link();
+    this.remember();
   }
 
-  link() {
-    this.open.hidden = !this.kept || this.generation === null;
-    this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run: this.run, generation: this.generation })}`;
+  draw(time) {
+    const { there, ready } = this.figure.draw(time);
+    if (!ready) this.player.invalidate();
+    if (!this.life) return there;
+    const step = Math.floor(time);
+    this.bar.draw(step, this.life.steps, [{ life: this.life, chosen: this.figure.agent }]);
+    this.inspector.draw(step);
+    if (this.player.playing && !this.follows) this.remember();
+    return there;
   }
 
-  /** When a life is over: the latest one, or where there is no newer one, the same again. */
-  next() {
-    const { player } = this;
-    if (player.playing || !this.life || player.time < player.last || this.coming) return;
-    if (this.lived - 1 > this.generation) this.load(this.lived - 1);
-    else player.play();
+  /** The keys of the World tab, where the focus is in here. */
+  key(event) {
+    if (event.key === "Escape" && this.figure.agent !== null) this.figure.pick(null);
+    else if (this.life) this.bar.steer(event);
   }
 
-  show(time) {
-    const recording = this.life?.at(Math.floor(time));
-    if (!this.view || (this.life && !recording)) return false;
-    this.view.draw(recording ?? null, time);
-    if (recording) this.tell(Math.floor(time), recording);
-    return true;
-  }
-
-  tell(step, recording) {
-    let eaten = 0;
-    for (let agent = 0; agent < recording.agents; agent++) eaten += recording.eatenBefore(step + 1, agent);
-    const run = this.run ? ` of run ${this.run}` : "";
-    this.caption.textContent = `Generation ${this.generation}${run}, step ${step.toLocaleString("en")} of ${recording.steps.toLocaleString("en")}: ${eaten.toLocaleString("en")} items eaten`;
+  /** The wheel scrolls the page; over a map that is larger than its box, or with ctrl, as a trackpad's pinch is told, it zooms. */
+  letScroll(event) {
+    if (!event.ctrlKey && this.figure.view.camera.zoom === 1) event.stopPropagation();
   }
 
   close() {
+    clearTimeout(this.waiting);
     this.share?.close();
-    this.sized.disconnect();
+    this.figure.close();
+    this.inspector.hide();
     this.player.close();
     this.coming?.close();
     this.life?.close();
   }
+}
+
+/** A whole number in an address, or null. */
+function whole(text) {
+  return /^\d+$/.test(text ?? "") ? Number(text) : null;
 }

@@ -1,40 +1,101 @@
 /** The page: which view is shown follows from the address. */
 
-import { asked, follow, navigate } from "./address.js";
+import { address, asked, follow, followed, navigate } from "./address.js";
 import { message } from "./common.js";
+import { Guide } from "./guide.js";
+import { PRESETS } from "./sources.js";
 
+const LIVE = [
+  { title: "Evolution, live", text: "Every generation lives its life, and who does best has children. Choose a preset, change any parameter, and start: the generations follow each other while you watch." },
+  { title: "The curves", text: "How well the best and the average agent do, a point a generation, as mean of all runs; the shaded band is where the true mean lies with 95 % confidence. A click on a curve shows that generation's life." },
+  { title: "What to look for", text: "Do the curves rise, and how soon? Start the same once more without learning, or with another seed, and compare. What is worth keeping can be kept as a study." },
+];
+const RESULTS = [
+  { title: "The curves", text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. A click on a curve shows the life behind it." },
+  { title: "The boxes", text: "Each run is a point: its mean over the last generations. The line in a box is the median, half of the runs lie in the box." },
+  { title: "What to look for", text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The claims below say what follows from all of them." },
+];
 const VIEWS = {
-  world: { title: "World", load: () => import("./view_world.js") },
-  live: { title: "Live run", load: () => import("./view_live.js") },
-  results: { title: "Results", load: () => import("./view_results.js") },
+  world: { title: "World", lives: true, load: () => import("./view_world.js"), about: [] }, // what it shows is in the recording's own words
+  live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: LIVE },
+  results: { title: "Results", load: () => import("./view_results.js"), about: RESULTS },
 };
 
+const root = document.getElementById("view");
+const guide = new Guide(document.getElementById("about"));
+const left = new Map(); // by name, how views were left: {state, top}, the last one at the end
 let shown = null; // {name, view}
+let returning = null; // watches for the place to scroll back to
 let turn = 0; // so that a slow view does not come up after a faster one
 
 async function show() {
   const mine = ++turn;
   const place = asked(Object.keys(VIEWS), "world");
+  const now = followed();
+  if (now && now.name !== place.name) {
+    left.delete(now.name);
+    left.set(now.name, { state: now.state, top: root.scrollTop });
+  }
+  const bare = !Object.keys(place.state).length; // as a tab's link is: the view as it was
+  if (bare) place.state = now?.name === place.name ? now.state : asLeft(place.name);
   const { name, state } = place;
-  follow(shown?.name === name ? place : null);
   for (const tab of document.querySelectorAll("[data-view]")) {
     tab.dataset.view === name ? tab.setAttribute("aria-current", "page") : tab.removeAttribute("aria-current");
   }
   if (shown?.name === name) {
-    shown.view.update(state);
+    settle(place, bare);
+    if (!bare) shown.view.update(state);
     return;
   }
+  follow(null);
   const { mount } = await VIEWS[name].load();
   if (mine !== turn) return;
   shown?.view.unmount();
+  returning?.disconnect();
   document.getElementById("actions").replaceChildren();
-  const root = document.getElementById("view");
+  guide.begin(name, VIEWS[name].about);
   root.replaceChildren();
   root.className = `view-${name}`;
   document.title = `${VIEWS[name].title} · baldwinlab`;
+  settle(place, bare);
+  const here = (shown = { name, view: { update() {}, unmount() {} } });
+  if (VIEWS[name].lives) await engineReady(() => shown === here);
+  if (shown !== here) return;
+  root.prepend(guide.root);
+  here.view = mount(root, followed().state, navigate, guide);
+  if (state.study === left.get(name)?.state.study) scrollBack(left.get(name)?.top);
+}
+
+/** What lives waits for the engine. */
+async function engineReady(wanted) {
+  const { untilReady } = await import("./first_life.js");
+  await untilReady(root, wanted);
+}
+
+/** The address, and the guide, say what is shown from now on. */
+function settle(place, bare) {
   follow(place);
-  shown = { name, view: { update() {}, unmount() {} } };
-  shown.view = mount(root, state, navigate);
+  if (bare) address();
+  guide.follow(place.state);
+}
+
+/** A view as it was left; but where another study has been looked at since, that one. */
+function asLeft(name) {
+  const before = left.get(name)?.state ?? {};
+  const last = [...left.values()].at(-1)?.state.study;
+  return last && last !== PRESETS && last !== before.study && name !== "live" ? { study: last } : { ...before };
+}
+
+/** Down to where the reader was, once the page has become as long again, unless the reader goes elsewhere first. */
+function scrollBack(top) {
+  if (!top) return;
+  const grown = new ResizeObserver(() => {
+    root.scrollTop = top;
+    if (Math.abs(root.scrollTop - top) < 2) grown.disconnect();
+  });
+  for (const part of root.children) grown.observe(part);
+  for (const act of ["wheel", "pointerdown", "keydown"]) root.addEventListener(act, () => grown.disconnect(), { once: true });
+  returning = grown;
 }
 
 addEventListener("hashchange", show);

@@ -2,10 +2,13 @@
 
 import { el, getBinary, icon } from "./common.js";
 import { listen } from "./gestures.js";
+import { named } from "./population.js";
 import { Lifetime, Recording } from "./recording.js";
 import { PRESETS, nearest, query } from "./sources.js";
+import { Tip } from "./tip.js";
 import { WorldView } from "./world.js";
 
+const TOUR = "Play one generation after the other (g)";
 const PART = 1_300_000; // agent-steps fetched at once, about 17 MB
 
 export class Panel {
@@ -13,7 +16,7 @@ export class Panel {
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
    * @param {{invalidate: () => void, chosen: (source: import("./sources.js").Source) => void, loaded: () => void, failed: (fault: Error) => void,
-   *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void}} tell
+   *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void, toured: () => void}} tell
    */
   constructor(name, studies, tell) {
     Object.assign(this, { name, studies, tell, life: null, source: null });
@@ -28,7 +31,9 @@ export class Panel {
       this.stage,
     );
     this.view = new WorldView(this.canvas);
-    listen(this.canvas, this.view, { changed: tell.moved, picked: tell.picked, fitted: tell.fitted });
+    this.tip = new Tip(this.stage);
+    const hovered = (agent, x, y) => this.tip.show(agent === null || !this.seen ? null : this.seen(agent), x, y);
+    listen(this.canvas, this.view, { changed: tell.moved, picked: tell.picked, fitted: tell.fitted, hovered });
     this.sized = new ResizeObserver(() => {
       this.view.resize();
       tell.invalidate();
@@ -66,6 +71,8 @@ export class Panel {
         },
         icon(path),
       );
+    const touring = { type: "button", class: "quiet square", "data-testid": `tour-${this.name}`, "aria-pressed": "false", onclick: this.tell.toured };
+    this.tour = el("button", { ...touring, title: TOUR, "aria-label": TOUR }, icon("M3 5l6 5-6 5zM10 5l6 5-6 5z"));
     return el(
       "div",
       { class: "pickers" },
@@ -79,6 +86,7 @@ export class Panel {
         by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
         this.number,
         by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
+        this.tour,
         this.slide,
       ),
       this.note,
@@ -181,13 +189,8 @@ export class Panel {
   }
 
   showCount(recording, step) {
-    let [items, fed] = [0, 0];
-    for (let agent = 0; agent < recording.agents; agent++) {
-      const eaten = recording.eatenBefore(step + 1, agent);
-      items += eaten;
-      if (eaten) fed += 1;
-    }
-    const text = `${items.toLocaleString("en")} eaten · ${fed} of ${recording.agents} ate`;
+    this.seen = (agent) => named(agent, recording.eatenBefore(step + 1, agent));
+    const text = recording.eaten(step + 1);
     if (this.note.textContent !== text) this.note.textContent = text;
   }
 

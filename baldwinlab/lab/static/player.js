@@ -2,6 +2,12 @@
 
 export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const STEPS_A_SECOND = 10; // at speed 1
+const WHOLE_LIFE = 6; // seconds that a life takes at least, at its usual speed
+
+/** The speed at which a life of so many steps is seen in some seconds, so that something happens. */
+export function usualSpeed(steps) {
+  return SPEEDS.findLast((speed) => steps / (speed * STEPS_A_SECOND) >= WHOLE_LIFE) ?? SPEEDS[0];
+}
 
 export class Player {
   /** @param {(time: number) => boolean} show draws a moment; false: it is not there yet, so time waits */
@@ -12,6 +18,7 @@ export class Player {
     this.speed = 10;
     this.playing = false;
     this.changed = () => {};
+    this.ended = () => {}; // has played to the last step
     this.asked = 0;
     this.before = 0;
   }
@@ -32,9 +39,15 @@ export class Player {
       if (this.time >= this.last) {
         this.show(this.time);
         this.pause();
+        this.ended();
       }
     }
     this.invalidate();
+  }
+
+  /** Play by itself, unless the reader wants nothing to move. */
+  begin() {
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
 
   /** From the beginning, where the end has been reached. */

@@ -12,7 +12,7 @@ export class Population {
     this.list = el("div", { class: "agents" });
     this.facts = el("p", { class: "soft number" });
     this.root = el(
-      "aside",
+      "section",
       { class: "population", "aria-label": "All agents", "data-testid": "population" },
       el("header", {}, el("h2", {}, "Agents"), this.facts),
       this.list,
@@ -32,6 +32,7 @@ export class Population {
       const eaten = recording.eatenBefore(step + 1, agent);
       if (number.textContent === String(eaten)) return;
       number.textContent = eaten;
+      line.setAttribute("aria-label", named(agent, eaten));
       bar.style.transform = `scaleX(${eaten / this.best})`;
       line.classList.toggle("fed", eaten > 0);
     });
@@ -48,15 +49,23 @@ export class Population {
         : `the ${SHOWN} that eat most, of ${agents.length.toLocaleString("en")}`;
     this.lines = shown.map((agent) => {
       const [bar, number] = [el("i", {}), el("b", { class: "number" })];
+      const act = { "aria-label": named(agent, 0), "data-testid": `agent-${agent}`, onclick: () => this.pick(agent) };
       const line = el(
         "button",
-        { type: "button", class: "agent-line", "data-testid": `agent-${agent}`, onclick: () => this.pick(agent) },
+        { type: "button", class: "agent-line", ...act },
         el("span", { class: "number" }, agent),
         el("span", { class: "gauge" }, bar),
         number,
       );
       return { agent, bar, number, line };
     });
+    const focused = this.list.contains(document.activeElement) && document.activeElement.dataset.testid;
     this.list.replaceChildren(...this.lines.map(({ line }) => line));
+    if (focused) this.lines.find(({ line }) => line.dataset.testid === focused)?.line.focus(); // the same agent of another life
   }
+}
+
+/** Such as: agent 3, 12 items eaten. */
+export function named(agent, eaten) {
+  return `agent ${agent}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
 }

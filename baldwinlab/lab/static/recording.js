@@ -45,10 +45,27 @@ export class Recording {
     return Boolean((this.arrays.sensor[byte] >> (input & 7)) & 1);
   }
 
+  /** Whether an agent, or null: any of them, eats in a step. */
+  eats(step, agent) {
+    if (agent === null) return this.meals[step - this.first] > 0;
+    return step > this.first && this.eatenBefore(step + 1, agent) > this.eatenBefore(step, agent);
+  }
+
   /** Items that an agent has eaten before a step. */
   eatenBefore(step, agent) {
     const row = Math.min(step, this.last) - this.first - 1;
     return row < 0 ? 0 : this.arrays.eaten_in_life[row * this.agents + agent];
+  }
+
+  /** What was eaten before a step, in words: items, and agents that ate. */
+  eaten(step) {
+    let [items, fed] = [0, 0];
+    for (let agent = 0; agent < this.agents; agent++) {
+      const eaten = this.eatenBefore(step, agent);
+      items += eaten;
+      if (eaten) fed += 1;
+    }
+    return `${items.toLocaleString("en")} eaten · ${fed} of ${this.agents} ate`;
   }
 }
 
@@ -107,6 +124,16 @@ export class Lifetime {
     }
     if (part.last < part.steps && step - part.first > this.length / 2) this.fetch(number + 1);
     return part;
+  }
+
+  /** The nearest step after another (`way` 1) or before it (-1) in which an agent, or null: any of them, eats; null: none that is here. */
+  meal(step, way, agent) {
+    for (let at = step + way; at >= 0 && at < this.steps; at += way) {
+      const part = this.parts.get(Math.floor(at / this.length));
+      if (!part) return null;
+      if (part.eats(at, agent)) return at;
+    }
+    return null;
   }
 
   async fetch(number) {

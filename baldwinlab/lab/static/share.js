@@ -1,9 +1,10 @@
 /** The share menu: what is on the screen as a link, a page that plays anywhere, a picture or a movie. */
 
 import { address } from "./address.js";
-import { el, icon, message, request } from "./common.js";
+import { el, getJSON, icon, message, request } from "./common.js";
 
 const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
+const HOW_FAR = 400; // ms between two questions how far a movie is
 const CAPTION = 30; // CSS pixels under each world in a picture
 
 /**
@@ -15,7 +16,7 @@ const CAPTION = 30; // CSS pixels under each world in a picture
  */
 export function mountShare(root, getState) {
   const menu = el("div", { popover: "auto", id: "share-menu", class: "share-menu", role: "dialog", "aria-label": "Share", "data-testid": "share-menu" });
-  const button = el("button", { type: "button", popovertarget: "share-menu", "data-testid": "share" }, icon(SHARE), "Share");
+  const button = el("button", { type: "button", popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" }, icon(SHARE), el("span", { class: "wide" }, "Share"));
   menu.addEventListener("toggle", (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)));
   menu.addEventListener("keydown", (event) => event.stopPropagation()); // keys of the menu do not steer the world
   root.append(button, menu);
@@ -33,8 +34,8 @@ function entries(getState) {
     linkRow(),
     saver("Page that plays anywhere", ".html, needs no server", "share-html", made("share", () => ({ step: getState().step }))),
     saver("Picture", ".png of this moment", "share-png", () => picture(getState())),
-    saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", made("movie", () => ({ format: "mp4" }))),
-    saver("Movie for slides and mail", ".gif, the same", "share-gif", made("movie", () => ({ format: "gif" }))),
+    saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", movie("mp4", getState)),
+    saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),
   ];
 }
 
@@ -63,7 +64,7 @@ function saver(title, what, testid, make) {
     button.disabled = true;
     hint.textContent = "making it …";
     try {
-      const { blob, name } = await make();
+      const { blob, name } = await make((share) => (hint.textContent = `making it … ${Math.round(100 * share)} %`));
       download(blob, name);
       message(`Saved as ${name}.`, "done");
     } catch (fault) {
@@ -81,6 +82,25 @@ async function fetchFile(kind, query) {
   const answer = await request(`api/${kind}?${new URLSearchParams(query)}`, {});
   const name = decodeURIComponent(answer.headers.get("Content-Disposition").split("''")[1]);
   return { blob: await answer.blob(), name };
+}
+
+/** A movie takes some seconds: `tell` hears which share of it there is. */
+function movie(format, getState) {
+  return async (tell) => {
+    const ticket = Math.random().toString(36).slice(2);
+    let done = false;
+    const ask = async () => {
+      const { share } = await getJSON(`api/movie/made?${new URLSearchParams({ ticket })}`);
+      if (!done) tell(share);
+    };
+    const asking = setInterval(ask, HOW_FAR);
+    try {
+      return await fetchFile("movie", { ...sources(getState()), format, ticket });
+    } finally {
+      done = true;
+      clearInterval(asking);
+    }
+  };
 }
 
 /** The worlds as they are drawn now, side by side, with what they are under each. */

@@ -4,11 +4,11 @@ import { getJSON } from "./common.js";
 
 export const PRESETS = "@presets"; // in place of a study: the conditions that come with baldwinlab
 
-/** @typedef {{study: string, condition: string, run: number, generation: number}} Source */
+/** @typedef {{study: string, condition: string, run: number, generation: number}|{live: string, run: number, generation: number}} Source */
 
 /** What /api/recording and its like are asked for. */
-export function query({ study, condition, run, generation }) {
-  const from = study === PRESETS ? { preset: condition } : { study, condition };
+export function query({ live, study, condition, run, generation }) {
+  const from = live ? { live } : study === PRESETS ? { preset: condition } : { study, condition };
   return new URLSearchParams({ ...from, run, generation });
 }
 
@@ -31,6 +31,18 @@ export function nearest(studies, { study, condition, run, generation }, strict =
     run: one.runs.includes(Number(run)) ? Number(run) : one.runs[0],
     generation: Math.min(asked, last),
   };
+}
+
+/** What an address asks for; where it names no run, the typical one of its condition. */
+export async function withTypicalRun(studies, state) {
+  if (state.run !== undefined) return state;
+  const { study, condition } = nearest(studies, state);
+  if (study === PRESETS) return state;
+  try {
+    return { ...state, ...(await getJSON(`api/typical?${new URLSearchParams({ study, condition })}`)) };
+  } catch {
+    return state; // what is wrong with it is said when it is shown
+  }
 }
 
 /** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */

@@ -2,6 +2,10 @@
 
 import { el } from "./common.js";
 import { palette } from "./palette.js";
+import { Tip } from "./tip.js";
+
+const BAR = 3; // CSS pixels a bar of meals
+const THUMB = 16;
 
 /**
  * @typedef {object} Track
@@ -23,7 +27,11 @@ export class Timeline {
       oninput: () => seek(Number(this.slider.value)),
     });
     this.root = el("div", { class: "timeline" }, this.canvas, this.slider);
+    this.tip = new Tip(this.root);
+    this.slider.addEventListener("pointermove", (event) => event.pointerType === "mouse" && this.tip.show(this.about(event.offsetX), event.offsetX, 0));
+    this.slider.addEventListener("pointerleave", () => this.tip.show(null));
     this.key = [];
+    this.tracks = [];
   }
 
   setLast(last) {
@@ -35,27 +43,49 @@ export class Timeline {
     if (this.slider.valueAsNumber !== step) this.slider.value = step;
   }
 
+  /** What is eaten at a place of the slider, which is wider than its canvas by half a thumb at each end. */
+  about(x) {
+    const steps = Number(this.slider.max) + 1;
+    const perPixel = steps / Math.max(1, this.canvas.clientWidth);
+    const first = Math.floor(Math.min(Math.max(0, (x - THUMB / 2) * perPixel), steps - 1));
+    const last = Math.min(steps - 1, Math.max(first, Math.floor(first + BAR * perPixel) - 1));
+    const eaten = this.tracks.map(({ life }) => eatenIn(life, first, last).toLocaleString("en"));
+    const when = first === last ? `step ${first.toLocaleString("en")}` : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
+    return `${when}: ${eaten.join(" and ")} eaten`;
+  }
+
   /** Draw the meals, one row a track; nothing is done where nothing has changed. */
   draw(tracks) {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
-    const key = [width, height, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
+    this.tracks = tracks;
+    const steps = Number(this.slider.max) + 1;
+    const key = [width, height, steps, palette.map, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()])];
     if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return;
     this.key = key;
     this.canvas.width = Math.max(1, width);
     this.canvas.height = Math.max(1, height);
     const pen = this.canvas.getContext("2d");
     const row = height / tracks.length;
-    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots }));
+    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots, steps }));
   }
 }
 
-function drawTrack(pen, { life, chosen }, { top, width, row, dots }) {
-  const wide = 3 * dots;
+/** Items that all agents eat from a step to another, both of them; of parts that are not here, nothing. */
+function eatenIn(life, from, to) {
+  let sum = 0;
+  for (const part of life.parts.values()) {
+    for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++) sum += part.meals[step - part.first];
+  }
+  return sum;
+}
+
+function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
+  const wide = BAR * dots;
   const bars = new Float32Array(Math.ceil(width / wide));
   const own = new Set();
   for (const part of life.parts.values()) {
-    const place = (step) => Math.floor(((step / part.steps) * width) / wide);
+    const place = (step) => Math.floor(((step / steps) * width) / wide);
     part.meals.forEach((count, at) => (bars[place(part.first + at)] += count));
     for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
       if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen)) own.add(place(step - 1));

@@ -1,7 +1,8 @@
 /** The bar below the worlds: time, what is drawn, and help. */
 
 import { el, icon } from "./common.js";
-import { cssShade } from "./palette.js";
+import { help } from "./keys.js";
+import { Legend } from "./legend.js";
 import { SPEEDS } from "./player.js";
 
 const PATHS = {
@@ -9,35 +10,28 @@ const PATHS = {
   pause: "M7 4v12M13 4v12",
   back: "M12 5l-6 5 6 5zM15 5v10",
   on: "M8 5l6 5-6 5zM5 5v10",
+  mealBefore: "M8 5l-5 5 5 5M12 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
+  mealAfter: "M12 5l5 5-5 5M3.6 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
   fit: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
   beside: "M3 4h6v12H3zM11 4h6v12h-6z",
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
+  agents: "M7 5h10M7 10h10M7 15h10M3 5h.01M3 10h.01M3 15h.01",
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "whole trails" };
-const LEGEND = { agent: "has eaten", hungry: "never ate", lit: "sensor fires", meal: "eats now" };
-const KEYS = {
-  space: "play or pause",
-  "← →": "a step back or on; with shift: 100",
-  "Home End": "first or last step",
-  "+ −": "faster or slower",
-  "[ ]": "generation before or after",
-  0: "the whole map",
-  c: "side by side",
-  Esc: "close the inspector",
-};
 
 export class Transport {
   /**
    * @param {import("./player.js").Player} player
    * @param {import("./timeline.js").Timeline} timeline
-   * @param {{set: (change: {trails?: string, sight?: boolean}) => void, toggleBeside: () => void, fit: () => void}} tell
+   * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void, toggleBeside: () => void, fit: () => void,
+   *   meal: (way: number) => void}} tell
    */
   constructor(player, timeline, tell) {
     this.player = player;
     this.play = button("play", "Play (space)", () => player.toggle(), "primary round");
     const setSpeed = () => player.setSpeed(this.speed.value);
     this.speed = list("speed", "Speed", Object.fromEntries(SPEEDS.map((speed) => [speed, `${speed}×`])), setSpeed);
-    this.clock = el("output", { class: "clock number", "data-testid": "step" });
+    this.clock = el("span", { class: "clock number", "data-testid": "step" });
     this.trails = list("trails", "Trails", TRAILS, () => tell.set({ trails: this.trails.value }));
     const setSight = () => tell.set({ sight: this.sight.checked });
     this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: setSight });
@@ -48,38 +42,32 @@ export class Transport {
       icon(PATHS.beside),
       el("span", { class: "wide" }, "Compare"),
     );
+    this.agents = button("agents", "All agents (a)", () => tell.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }), "quiet square lister");
+    this.legend = new Legend();
     this.help = help();
     this.root = el("div", { class: "transport" }, timeline.root, this.controls(tell), this.help);
   }
 
-  controls({ fit }) {
+  controls({ fit, meal }) {
     const { player } = this;
-    const back = button("back", "A step back (←)", () => player.step(-1));
-    const on = button("on", "A step on (→)", () => player.step(1));
-    this.kinds = el("span", { class: "entries" });
-    const entries = Object.entries(LEGEND).map(([mark, text]) => entry(text, { class: `mark ${mark}` }));
+    const back = button("back", "A step back (←)", () => player.step(-1), "quiet square stepper");
+    const on = button("on", "A step on (→)", () => player.step(1), "quiet square stepper");
+    const [before, after] = [button("mealBefore", "The meal before (p)", () => meal(-1)), button("mealAfter", "The next meal (n)", () => meal(1))];
     return el(
       "div",
       { class: "controls" },
-      el("div", { class: "row time" }, back, this.play, on, this.speed, this.clock),
-      el("div", { class: "legend", "aria-label": "Legend" }, this.kinds, entries),
+      el("div", { class: "row time" }, before, back, this.play, on, after, this.speed, this.clock),
+      this.legend.root,
       el(
         "div",
         { class: "row options" },
         this.trails,
         el("label", { class: "inline" }, this.sight, "sight"),
         this.beside,
+        this.agents,
         button("fit", "The whole map (0)", fit),
         button("keys", "Keys", () => this.help.showModal()),
       ),
-    );
-  }
-
-  /** The kinds of items that there are, each once. */
-  showKinds(kinds) {
-    const different = new Map(kinds.map(({ name, colour }) => [name, colour]));
-    this.kinds.replaceChildren(
-      ...[...different].map(([name, colour]) => entry(name, { class: "mark item", style: `background: ${cssShade(colour)}` })),
     );
   }
 
@@ -96,16 +84,12 @@ export class Transport {
     if (this.clock.textContent !== text) this.clock.textContent = text;
   }
 
-  showOptions({ trails, sight, beside }) {
+  showOptions({ trails, sight, beside, listing }) {
     this.trails.value = trails;
+    this.agents.setAttribute("aria-pressed", listing);
     this.sight.checked = sight;
     this.beside.setAttribute("aria-pressed", beside);
   }
-}
-
-/** A mark of the legend, and what it is. */
-function entry(text, mark) {
-  return el("span", { class: "entry" }, el("i", mark), text);
 }
 
 function button(name, label, act, kind = "quiet square") {
@@ -119,16 +103,4 @@ function button(name, label, act, kind = "quiet square") {
 function list(name, label, options, changed) {
   const entries = Object.entries(options).map(([value, text]) => el("option", { value }, text));
   return el("select", { "aria-label": label, "data-testid": name, onchange: changed }, entries);
-}
-
-function help() {
-  const lines = Object.entries(KEYS).map(([key, what]) => el("tr", {}, el("td", {}, el("code", {}, key)), el("td", {}, what)));
-  return el(
-    "dialog",
-    {},
-    el("h2", {}, "Keys"),
-    el("table", {}, lines),
-    el("p", { class: "soft" }, "Wheel or pinch zooms, dragging moves, a click or tap on an agent opens it."),
-    el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")),
-  );
 }

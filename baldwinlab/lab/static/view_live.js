@@ -23,7 +23,7 @@ export function mount(root, state, navigate) {
   };
   const hear = () => {
     if (panel) panel.update();
-    else if (feed.about) panel = livePanel(stage, feed, state, navigate);
+    else if (feed.about) panel = livePanel(stage, feed, state, navigate, (about) => setup.again(about));
     else if (feed.state === "gone") empty(stage, "This live run is over", feed.message, aborted.signal);
   };
   const update = (next) => {
@@ -40,14 +40,15 @@ export function mount(root, state, navigate) {
   };
   const listener = {
     started(id) {
-      navigate({ id }, false);
+      navigate({ id, run: null, generation: null, step: null, agent: null }, false); // of the world that was shown before
       root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
     },
     paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
     valid: (shown) => preview(stage, shown),
   };
 
-  new Setup(state, navigate, listener, aborted.signal).show(side).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  const setup = new Setup(state, navigate, listener, aborted.signal);
+  setup.show(side).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
   return {
     update,

@@ -3,17 +3,18 @@
 import { boxChart, lineChart, look } from "./charts.js";
 import { claimList } from "./claims.js";
 import { el, getJSON, message } from "./common.js";
-
-const MEASURES = {
-  best: { name: "Best agent", axis: "items eaten by the best agent", title: "What the best agent eats" },
-  mean: { name: "Average agent", axis: "items eaten by the average agent", title: "What the average agent eats" },
-  share: { name: "Share that eats", axis: "share of the agents that eat", title: "How many agents eat at all" },
-};
+import { arranged, factorChoices, forgotten, together } from "./results_factors.js";
+import { download, runTable } from "./results_runs.js";
 
 const WITHOUT_FOOD = {
-  best: { name: "Best agent", axis: "fitness of the best agent", title: "Fitness of the best agent" },
-  mean: { name: "Average agent", axis: "fitness of the average agent", title: "Fitness of the average agent" },
+  best: { name: "Best agent", axis: "fitness", title: "Fitness of the best agent" },
+  mean: { name: "Average agent", axis: "fitness", title: "Fitness of the average agent" },
   share: { name: "Share above 0", axis: "share of the agents", title: "How many agents have fitness above 0" },
+};
+const MEASURES = { // of foragers, whose fitness is the energy of the items that they eat
+  best: { ...WITHOUT_FOOD.best, axis: "fitness (energy)" },
+  mean: { ...WITHOUT_FOOD.mean, axis: "fitness (energy)" },
+  share: { name: "Share that ate", axis: "share of the agents", title: "How many agents ate at all" },
 };
 const measures = (results) => (results.food ? MEASURES : WITHOUT_FOOD);
 
@@ -28,7 +29,7 @@ export function mount(root, state, navigate) {
   root.append(page);
   const aborted = new AbortController();
   let listed = null; // the answer of /api/studies
-  let shown = null; // {study, measure, hidden, free}: what is drawn, and how its charts are freed
+  let shown = null; // {study, results, asked, free}: what is drawn, as the address asks for it, and how its charts are freed
 
   const show = async (wanted) => {
     listed ??= (await getJSON("/api/studies", aborted.signal)).studies;
@@ -37,14 +38,17 @@ export function mount(root, state, navigate) {
     const study = wanted.study ? listed.find((one) => one.id === wanted.study) : whole[0] ?? listed[0];
     if (!study) return nothing(page, "There is no such study", `${wanted.study} is not in this folder.`, picker(listed, null, choose));
     const measure = wanted.measure in MEASURES ? wanted.measure : "best";
-    if (shown?.study === study.id && shown.measure === measure && shown.hidden === (wanted.hidden ?? "")) return;
+    const { hidden = "", ...rest } = wanted;
+    const asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden }).toString();
+    if (shown?.asked === asked) return;
     const results = shown?.study === study.id ? shown.results : await fetched(study, page, listed, choose, aborted.signal);
     if (!results || aborted.signal.aborted) return;
     shown?.free();
-    const given = { study, results, measure, hidden: wanted.hidden ?? "", navigate, choose, listed };
-    shown = { study: study.id, results, measure, hidden: given.hidden, free: draw(page, given, (hidden) => (shown.hidden = hidden)) };
+    const given = { study, results, measure, hidden, navigate, choose, listed, ...arranged(results, wanted) };
+    const remember = (labels) => (shown.asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString());
+    shown = { study: study.id, results, asked, free: draw(page, given, remember) };
   };
-  const choose = (patch) => navigate(patch, false);
+  const choose = (patch) => navigate("study" in patch ? { ...forgotten(shown?.results), ...patch } : patch, false);
   const update = (next) => show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
   return {
@@ -70,25 +74,52 @@ async function fetched(study, page, listed, choose, signal) {
 }
 
 function nothing(page, title, sentence, ...more) {
-  page.replaceChildren(el("div", { class: "card empty", "data-testid": "results-empty" }, el("h1", {}, title), el("p", {}, sentence), ...more));
+  page.replaceChildren(el("div", { class: "card empty", "data-testid": "results-empty" }, el("h1", {}, title), el("p", {}, sentence), ...more.filter(Boolean)));
   return null;
 }
 
 /** Fills the page, and returns what frees its charts. */
 function draw(page, given, remember) {
-  const { study, results, measure, choose } = given;
+  const { study, results, measure, choose, by, groups } = given;
+  if (!groups.length) {
+    const sentence = results.conditions.length ? "Choose another value of one of them." : "Its first run is not finished yet.";
+    nothing(page, "No condition to show", sentence, picker(given.listed, study.id, choose), factorChoices(results, given, choose));
+    return () => {};
+  }
   const curves = el("section", { class: "card", "data-testid": "curves" });
   const boxes = ["best", "mean"].map((kind) => el("section", { class: "card", "data-testid": `final-${kind}` }));
+  const [chart, last] = [el("div"), lastGeneration(results)];
+  const runs = Object.fromEntries(groups.flatMap(({ conditions }) => conditions).map((name) => [name, runsOf(study, name)]));
   page.replaceChildren(
+    el("h1", { class: "visually-hidden" }, "Results"),
     heading(given),
-    el("div", { class: "row" }, measureSwitch(results, measure, choose), el("span", { class: "soft" }, `${watched(given) ? "Click a curve to replay that generation of its typical run; shaded" : "Shaded"}: 95 % bands over runs.`)),
+    factorChoices(results, given, choose) ?? "",
+    el("div", { class: "row" }, measureSwitch(results, measure, choose), el("span", { class: "soft" }, by ? `One curve for each ${by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.` : explained(given))),
     curves,
-    el("div", { class: results.conditions.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
-    claimList(results.claims, study, (condition) => results.typical_run[condition], lastGeneration(results)),
+    el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
+    runTable(results, runs, (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
+    claimList(results.claims, study, (condition) => results.typical_run[condition], last),
   );
-  const line = drawCurves(curves, given, remember);
+  curves.append(chart, download("curves.csv", ["curve", "generation", "mean", "low", "high"], drawnRows(given)));
+  const line = drawCurves(chart, given, remember);
   const drawn = ["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind));
   return () => [line, ...drawn].forEach((chart) => chart.destroy());
+}
+
+function explained(given) {
+  return `${watched(given) ? "Click a curve to replay that generation of its typical run; shaded" : "Shaded"}: 95 % bands over runs.`;
+}
+
+function runsOf(study, name) {
+  return study.conditions.find((condition) => condition.name === name).runs;
+}
+
+/** The curves as they are drawn, a row a generation. */
+function drawnRows({ results, measure, groups }) {
+  return groups.flatMap(({ label, conditions }) => {
+    const { mean, low, high } = together(conditions.map((name) => results.curves[name][measure]));
+    return results.generation.map((generation, place) => ({ curve: label, generation, mean: mean[place], low: low[place], high: high[place] }));
+  });
 }
 
 /** Whether lives of a condition, or of any, can be watched. */
@@ -102,14 +133,14 @@ function heading({ study, listed, choose }) {
   const [least, most] = [Math.min(...runs), Math.max(...runs)];
   const counted = el("span", { class: "badge" }, `${least === most ? most : `${least} to ${most}`} runs a condition`);
   const report = study.report && el("a", { class: "button spread", target: "_blank", rel: "noopener", "data-testid": "report-link",
-    href: `/api/report?${new URLSearchParams({ study: study.id })}` }, "Full report");
+    href: `/api/report/${study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`}report.html` }, "Full report");
   return el("div", { class: "row" }, picker(listed, study.id, choose), seed, counted, report);
 }
 
 function picker(listed, id, choose) {
   const options = listed.map((study) => el("option", { value: study.id, selected: study.id === id }, study.id === "." ? "this study" : study.id));
   const none = id === null ? [el("option", { value: "", selected: true }, "choose a study")] : [];
-  const change = (event) => choose({ study: event.target.value, hidden: null });
+  const change = (event) => choose({ study: event.target.value });
   return el("select", { "aria-label": "Study", "data-testid": "results-study", onchange: change }, ...none, ...options);
 }
 
@@ -120,9 +151,9 @@ function measureSwitch(results, measure, choose) {
   return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
 }
 
-function drawCurves(root, { study, results, measure, hidden, navigate }, remember) {
-  const series = results.conditions.map((label, number) => {
-    const { mean, low, high } = results.curves[label][measure];
+function drawCurves(root, { study, results, measure, hidden, navigate, choose, by, groups }, remember) {
+  const series = groups.map(({ label, conditions }, number) => {
+    const { mean, low, high } = together(conditions.map((name) => results.curves[name][measure]));
     return { label, values: mean, low, high, ...look(number) };
   });
   return lineChart(root, {
@@ -138,26 +169,28 @@ function drawCurves(root, { study, results, measure, hidden, navigate }, remembe
       navigate({ hidden: labels.join(",") || null });
     },
     onPick({ x, label }) {
-      if (!watched({ study }, label)) return message("Lives of this model have no world to watch.");
-      location.hash = lifeAddress({ study: study.id, condition: label, run: results.typical_run[label], generation: x });
+      const { conditions } = groups.find((group) => group.label === label);
+      if (conditions.length > 1) return choose({ [`only.${by}`]: label, group: null, hidden: null });
+      if (!watched({ study }, conditions[0])) return message("Lives of this model have no world to watch.");
+      location.hash = lifeAddress({ study: study.id, condition: conditions[0], run: results.typical_run[conditions[0]], generation: x });
     },
   });
 }
 
-function drawBoxes(root, { study, results }, kind) {
+function drawBoxes(root, { study, results, groups }, kind) {
   const last = lastGeneration(results);
-  const groups = results.conditions.map((label, number) => {
-    const { runs } = study.conditions.find((condition) => condition.name === label);
-    const [values, seen] = [results.final[label][kind], watched({ study }, label)];
+  const drawn = groups.map(({ label, conditions }, number) => {
+    const points = conditions.flatMap((name) => runsOf(study, name).map((run, index) => ({ name, run, value: results.final[name][kind][index] })));
+    const seen = watched({ study }, conditions[0]);
     return {
       label,
-      values,
+      values: points.map(({ value }) => value),
       color: look(number).color,
-      describe: (index) => `${label}, run ${runs[index]}: ${values[index].toFixed(1)}${results.food ? " items" : ""}${seen ? ". Replay its last generation." : ""}`,
-      ...(seen && { href: (index) => lifeAddress({ study: study.id, condition: label, run: runs[index], generation: last(label) }) }),
+      describe: (index) => `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}${seen ? ". Replay its last generation." : ""}`,
+      ...(seen && { href: (index) => lifeAddress({ study: study.id, condition: points[index].name, run: points[index].run, generation: last(points[index].name) }) }),
     };
   });
-  return boxChart(root, { title: `${measures(results)[kind].name} at the end, each run a point`, groups, height: 320 });
+  return boxChart(root, { title: `${measures(results)[kind].name} at the end, each run a point, ${measures(results)[kind].axis}`, groups: drawn, height: 320 });
 }
 
 /** A condition's last generation, by its name. */

@@ -2,28 +2,38 @@
 
 import { el, getJSON, message } from "./common.js";
 import { Inspector } from "./inside.js";
+import { steer } from "./keys.js";
+import { Legend } from "./legend.js";
 import { Panel } from "./panel.js";
-import { Player, SPEEDS } from "./player.js";
+import { Player, SPEEDS, usualSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
-import { nearest, presetsAsStudy, query, rival } from "./sources.js";
+import { PRESETS, nearest, presetsAsStudy, query, rival, withTypicalRun } from "./sources.js";
 import { Timeline } from "./timeline.js";
+import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
 
-export function mount(root, state, navigate) {
-  const view = new WorldTab(root, navigate);
+export function mount(root, state, navigate, guide) {
+  const view = new WorldTab(root, navigate, guide);
   view.start(state);
-  return { update: (given) => view.apply(given), unmount: () => view.close() };
+  return { update: (given) => view.come(given), unmount: () => view.close() };
 }
 
-class WorldTab {
-  constructor(root, navigate) {
-    Object.assign(this, { root, navigate, panels: [], agent: null, side: "a", trails: "recent", sight: true, closed: false });
+export class WorldTab {
+  constructor(root, navigate, guide) {
+    Object.assign(this, { root, navigate, guide, panels: [], agent: null, side: "a", turn: 0, closed: false });
+    Object.assign(this, { trails: "recent", sight: true, listing: false });
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.showTime();
+    this.tour = new Tour({
+      now: () => ({ generation: this.panels[0].source.generation, last: this.panels[0].condition.generations - 1 }),
+      visit: (generation) => this.visit(generation),
+      changed: (on) => this.toured(on),
+    });
+    this.player.ended = () => this.tour.next();
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.onscheme = () => this.player.invalidate();
-    this.onkey = (event) => this.key(event);
+    this.onkey = (event) => steer(event, this);
     this.scheme.addEventListener("change", this.onscheme);
     addEventListener("keydown", this.onkey);
     this.timeline = new Timeline((step) => this.player.seek(step));
@@ -36,6 +46,7 @@ class WorldTab {
   }
 
   async start(state) {
+    this.asked = state;
     const { studies } = await getJSON("api/studies");
     for (const { problem } of studies) if (problem) message(problem, "error");
     this.worldless = studies.flatMap(({ id, conditions }) => conditions.filter(({ steps }) => !steps).map(({ name }) => ({ study: id, condition: name })));
@@ -48,15 +59,31 @@ class WorldTab {
     const why = this.worldless.length ? "The studies here are of models whose lives have no world to watch." : "No study is stored here yet.";
     if (!stored) message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
     this.build();
-    this.apply(state);
-    if (state.step === undefined) this.player.play();
+    const begins = this.asked.step === undefined;
+    await this.come(this.asked);
+    if (begins && !this.closed) this.player.begin();
+  }
+
+  /** Show what an address says, in the run to look at first where it names none. */
+  async come(state) {
+    this.asked = state;
+    if (!this.transport) return; // `start` comes to it
+    const mine = ++this.turn;
+    const whole = await withTypicalRun(this.studies, state);
+    if (mine === this.turn && !this.closed) this.apply(whole);
   }
 
   build() {
     this.worlds = el("div", { class: "worlds" });
-    const tell = { set: (change) => this.set(change), toggleBeside: () => this.toggleBeside(), fit: () => this.fit() };
+    const tell = {
+      set: (change) => this.set(change),
+      toggleBeside: () => this.toggleBeside(),
+      fit: () => this.fit(),
+      meal: (way) => this.toMeal(way),
+    };
     this.transport = new Transport(this.player, this.timeline, tell);
-    this.root.append(this.worlds, el("div", { class: "side" }, this.population.root, this.inspector.root), this.transport.root);
+    const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
+    this.root.append(el("h1", { class: "visually-hidden" }, "World"), el("div", { class: "scene" }, this.worlds, side), this.transport.root);
     this.share = mountShare(document.getElementById("actions"), () => ({
       panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })),
       step: Math.floor(this.player.time),
@@ -66,8 +93,9 @@ class WorldTab {
   /** Show what an address says; what it leaves out is as at the beginning. */
   apply(state) {
     try {
-      if (this.worldless.some(({ study, condition }) => study === state.study && condition === state.condition))
-        throw new Error(`${state.condition} of ${state.study} is of a model whose lives have no world to watch.`);
+      const worldless = this.worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
+      if (worldless && (state.condition || this.studies.every(({ id }) => id !== state.study)))
+        throw new Error(`${worldless.condition} of ${state.study} is of a model whose lives have no world to watch.`);
       const first = nearest(this.studies, state, true);
       this.ensurePanel(0).choose(first);
       if (state["b.condition"] !== undefined || state["b.generation"] !== undefined) {
@@ -82,7 +110,9 @@ class WorldTab {
     }
     this.trails = ["off", "recent", "life"].includes(state.trails) ? state.trails : "recent";
     this.sight = state.sight !== "off";
-    this.player.speed = SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : 10;
+    this.listing = state.agents === "listed";
+    this.usual = usualSpeed(this.panels[0].condition.steps);
+    this.player.speed = SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : this.usual;
     const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
     for (const { view } of this.panels) view.look(...(zoom ? [x, y, zoom] : [0.5, 0.5, 1]));
     if (state.step !== undefined) this.startAt = Math.max(0, Number(state.step) || 0);
@@ -106,6 +136,7 @@ class WorldTab {
       picked: (agent) => this.pick(name, agent),
       moved: () => this.moved(panel),
       fitted: () => this.fit(),
+      toured: () => this.tour.toggle(),
     });
     this.panels[number] = panel;
     this.worlds.append(panel.root);
@@ -136,13 +167,48 @@ class WorldTab {
   loaded() {
     const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
     if (!lengths.length) return;
-    this.transport.showKinds(this.panels.flatMap(({ life }) => life?.header?.look.item_kinds ?? []));
+    this.explain();
     this.player.last = Math.max(...lengths) - 1;
+    const usual = usualSpeed(this.player.last + 1);
+    if (this.player.speed === this.usual) this.player.speed = usual; // the reader has chosen none
+    this.usual = usual;
     this.timeline.setLast(this.player.last);
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
     else if (this.player.time > this.player.last) this.player.seek(this.player.last);
     this.startAt = undefined;
+    if (this.tour.on && this.panels.every(({ coming }) => !coming)) this.player.play();
     this.showTime();
+  }
+
+  /** A generation's life from its beginning. */
+  visit(generation) {
+    this.startAt = 0;
+    this.panels.forEach((panel) => panel.goTo(generation));
+    if (this.panels.every(({ coming }) => !coming)) this.loaded();
+  }
+
+  toured(on) {
+    if (!on) this.player.pause();
+    for (const { tour } of this.panels) tour.setAttribute("aria-pressed", on);
+  }
+
+  /** To the nearest meal of the open agent or, where none is open, of anybody. */
+  toMeal(way) {
+    const { life } = this.panels.find(({ name }) => name === this.side);
+    const step = life?.meal(Math.floor(this.player.time), way, this.agent);
+    if (step == null) return message(way > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.");
+    this.player.pause();
+    this.player.seek(step);
+  }
+
+  /** What is seen, in words: those of the first world's recording. */
+  explain() {
+    const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
+    const kinds = headers.flatMap(({ look }) => look.item_kinds);
+    const names = this.panels.map(({ source }) => el("p", {}, titled(source)));
+    const legend = new Legend();
+    for (const each of [legend, this.transport.legend]) each.showKinds(kinds);
+    this.guide.tell([{ title: "Shown here", text: el("div", {}, names, legend.root) }, ...headers[0].about]);
   }
 
   draw(time) {
@@ -174,7 +240,9 @@ class WorldTab {
   }
 
   showOptions() {
-    this.transport.showOptions({ trails: this.trails, sight: this.sight, beside: this.panels.length > 1 });
+    const { trails, sight, listing } = this;
+    this.transport.showOptions({ trails, sight, listing, beside: this.panels.length > 1 });
+    this.root.classList.toggle("listing", listing);
   }
 
   set(change) {
@@ -197,11 +265,12 @@ class WorldTab {
         ...a.source,
         ...beside,
         step: this.startAt ?? Math.floor(this.player.time),
-        speed: this.player.speed === 10 ? null : this.player.speed,
+        speed: this.player.speed === this.usual ? null : this.player.speed,
         agent: this.agent,
         side: this.side === "b" ? "b" : null,
         trails: this.trails === "recent" ? null : this.trails,
         sight: this.sight ? null : "off",
+        agents: this.listing ? "listed" : null,
         zoom: zoom === 1 ? null : `${x},${y},${zoom}`,
       },
       replace,
@@ -222,9 +291,14 @@ class WorldTab {
     this.player.invalidate();
   }
 
+  /** Look inside an agent, or no longer: the focus goes there, and back to where it came from. */
   pick(side, agent) {
+    const [before, now] = [this.agent !== null, agent !== null];
+    if (now && !before) this.opener = document.activeElement;
     Object.assign(this, { side, agent });
     this.inspect();
+    if (now) this.inspector.root.focus();
+    else if (before) (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
     this.remember();
     this.player.invalidate();
   }
@@ -239,39 +313,15 @@ class WorldTab {
   /** The life of a parent or a child, in the generation before or after. */
   openKin(source, agent) {
     this.agent = agent;
+    this.inspector.root.focus(); // the link to it will be gone
     this.panels.find(({ name }) => name === this.side).choose(source);
     this.player.seek(0);
     this.sourceChosen();
   }
 
-  key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || this.transport?.help.open) return;
-    const at = event.target;
-    if (
-      at.matches?.("select, textarea, input:not([type=range], [type=checkbox])") ||
-      (at.matches?.("button, a, input[type=checkbox]") && event.key === " ")
-    )
-      return;
-    const generation = (by) => this.panels.forEach((panel) => panel.goTo(panel.source.generation + by));
-    const acts = {
-      " ": () => this.player.toggle(),
-      ArrowLeft: () => this.player.step(event.shiftKey ? -100 : -1),
-      ArrowRight: () => this.player.step(event.shiftKey ? 100 : 1),
-      Home: () => this.player.seek(0),
-      End: () => this.player.seek(this.player.last),
-      "+": () => this.player.shift(1),
-      "=": () => this.player.shift(1),
-      "-": () => this.player.shift(-1),
-      "[": () => generation(-1),
-      "]": () => generation(1),
-      0: () => this.fit(),
-      c: () => this.toggleBeside(),
-      Escape: () => this.pick(this.side, null),
-    };
-    const act = acts[event.key];
-    if (!act || !this.panels.length) return;
-    event.preventDefault();
-    act();
+  /** So many generations on or, below 0, back. */
+  goOn(by) {
+    this.panels.forEach((panel) => panel.goTo(panel.source.generation + by));
   }
 
   close() {
@@ -283,4 +333,10 @@ class WorldTab {
     this.panels.forEach((panel) => panel.close());
     this.inspector.hide();
   }
+}
+
+/** A life by its whole name. */
+function titled({ study, condition, run, generation }) {
+  const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;
+  return `${condition}, run ${run}, generation ${generation}${of}`;
 }

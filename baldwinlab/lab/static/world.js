@@ -34,7 +34,7 @@ export class WorldView {
 
   /** CSS pixels a unit of length. */
   get scale() {
-    const margin = Math.min(28, this.width * 0.03) * 2;
+    const margin = Math.min(28, Math.min(this.width, this.height) * 0.03) * 2;
     return (
       this.camera.zoom *
       Math.max(0.001, Math.min((this.width - margin) / this.world.width, (this.height - margin) / this.world.height))
@@ -70,6 +70,7 @@ export class WorldView {
     const slack = within === 1 ? 0 : 0.5; // the whole map stays in the middle
     const clamp = (value) => Math.min(0.5 + slack, Math.max(0.5 - slack, value));
     this.camera = { x: rounded(clamp(x)), y: rounded(clamp(y)), zoom: rounded(within) };
+    this.canvas.style.touchAction = within === 1 ? "pan-x pan-y" : "none"; // a finger moves the page, until there is more to see
   }
 
   toWorld(px, py) {

@@ -1,0 +1,86 @@
+/** While the engine is compiled: a life that was recorded before and came with the page, and what is waited for. */
+
+import { el, getBinary, getJSON, message } from "./common.js";
+import { Legend } from "./legend.js";
+import { Player } from "./player.js";
+import { Recording } from "./recording.js";
+import { TimeBar } from "./time_bar.js";
+import { WorldFigure, whole } from "./world_figure.js";
+
+const LOOK = 500; // ms between two questions whether it is ready
+const SPEED = 10;
+
+let engine = { ready: false, seconds: 0 }; // as the server said last; once ready, it stays so
+
+/** Until lives can be lived here, or nobody wants it any longer. @param {HTMLElement} root is filled meanwhile */
+export async function untilReady(root, wanted) {
+  if (engine.ready) return;
+  engine = await getJSON("api/engine");
+  const first = engine.ready || !wanted() ? null : new FirstLife(root);
+  while (!engine.ready && wanted()) {
+    first.tell(engine);
+    await new Promise((resolve) => setTimeout(resolve, LOOK));
+    engine = await getJSON("api/engine");
+  }
+  first?.close();
+  if (first && wanted()) first.leave();
+}
+
+class FirstLife {
+  constructor(root) {
+    Object.assign(this, { root, before: root.className });
+    this.player = new Player((time) => this.draw(time));
+    this.player.setSpeed(SPEED);
+    this.figure = new WorldFigure("A life that was recorded before", "first-canvas", { invalidate: () => this.player.invalidate() });
+    this.bar = new TimeBar(this.player, "first");
+    this.player.changed = () => {
+      this.bar.showTime();
+      if (!this.player.playing && this.figure.life && this.player.time >= this.player.last) this.player.play(); // again and again
+    };
+    this.legend = new Legend();
+    this.seconds = el("span", { class: "number" });
+    this.what = el("p", { class: "soft" });
+    const waiting = el("p", { class: "first-waiting" }, el("span", { class: "spinner" }), el("span", {},
+      "The engine is being compiled for this machine. That is done once, and takes about as long as this life plays. ", this.seconds));
+    const { stage, foot, facts } = this.figure;
+    const element = el("section", { class: "first", "data-testid": "first-life" }, el("h1", {}, "Almost ready"), waiting, stage, facts, this.bar.root, foot, this.legend.root, this.what);
+    element.addEventListener("keydown", (event) => this.bar.steer(event));
+    root.replaceChildren(element);
+    root.className = "view-first";
+    this.load().catch((fault) => message(fault.message, "error"));
+  }
+
+  async load() {
+    const life = whole(new Recording(await getBinary("first_life.bald")));
+    const { header } = life;
+    this.what.textContent = `Recorded before: ${header.condition}, run ${header.run}, generation ${header.generation}, its first ${header.last.toLocaleString("en")} steps.`;
+    this.figure.show(life);
+    this.legend.showKinds(header.look.item_kinds);
+    this.player.last = header.last - 1;
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
+    this.player.invalidate();
+  }
+
+  draw(time) {
+    const { life, agent } = this.figure;
+    const { there, ready } = this.figure.draw(time);
+    if (!ready) this.player.invalidate();
+    if (life) this.bar.draw(Math.floor(time), this.player.last + 1, [{ life, chosen: agent }]);
+    return there;
+  }
+
+  tell({ seconds }) {
+    this.seconds.textContent = `So far: ${Math.round(seconds)} s.`;
+  }
+
+  close() {
+    this.player.close();
+    this.figure.close();
+  }
+
+  /** The place is as it was; where something else is wanted, that has taken it already. */
+  leave() {
+    this.root.className = this.before;
+    this.root.replaceChildren();
+  }
+}

@@ -1,0 +1,49 @@
+/** Every run as a line of a table that sorts, and the same for other programs. */
+
+import { el, format } from "./common.js";
+
+const COLUMNS = ["condition", "run", "best", "mean", "share"];
+
+/**
+ * @param {object} results
+ * @param {Object<string, number[]>} runs of each condition that is shown
+ * @param {(condition: string, run: number) => string|null} address of a run's last life; null where none can be watched
+ */
+export function runTable(results, runs, address) {
+  const rows = Object.entries(runs).flatMap(([condition, numbers]) =>
+    numbers.map((run, index) => ({ condition, run, ...Object.fromEntries(COLUMNS.slice(2).map((measure) => [measure, results.final[condition][measure][index]])) })));
+  const body = el("tbody");
+  let order = { column: "mean", rising: false };
+  const heads = COLUMNS.map((column) => el("th", { scope: "col" }, el("button", { type: "button", class: "quiet", "data-testid": `sort-${column}`, onclick: () => sort(column) }, column)));
+  const sort = (column) => {
+    order = { column, rising: order.column === column ? !order.rising : column === "condition" || column === "run" };
+    show();
+  };
+  const show = () => {
+    const { column, rising } = order;
+    const sorted = [...rows].sort((one, other) => (one[column] > other[column] ? 1 : one[column] < other[column] ? -1 : 0) * (rising ? 1 : -1));
+    heads.forEach((head, number) => head.setAttribute("aria-sort", COLUMNS[number] === column ? (rising ? "ascending" : "descending") : "none"));
+    body.replaceChildren(...sorted.map((row) => line(row, address(row.condition, row.run))));
+  };
+  const table = el("div", { class: "results-runs", tabindex: "0", role: "region", "aria-label": "Every run" }, el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body));
+  return el("details", { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
+    el("summary", {}, `Every run (${rows.length}), averaged over its last ten generations`), table,
+    download("runs.csv", COLUMNS, rows));
+}
+
+function line(row, address) {
+  const run = address ? el("a", { href: address }, row.run) : row.run;
+  return el("tr", {}, el("th", { scope: "row" }, row.condition), el("td", {}, run), ...COLUMNS.slice(2).map((measure) => el("td", {}, format(row[measure]))));
+}
+
+/** A link that takes rows along as a file. */
+export function download(name, columns, rows) {
+  const cell = (value) => (value === null || value === undefined ? "" : /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : value);
+  const text = () => [columns, ...rows.map((row) => columns.map((column) => row[column]))].map((cells) => cells.map(cell).join(",")).join("\n");
+  const save = () => {
+    const place = URL.createObjectURL(new Blob([`${text()}\n`], { type: "text/csv" }));
+    el("a", { href: place, download: name }).click();
+    setTimeout(() => URL.revokeObjectURL(place), 1000);
+  };
+  return el("button", { type: "button", class: "quiet", "data-testid": `download-${name}`, onclick: save }, `Save as ${name}`);
+}

@@ -1,0 +1,64 @@
+/** Time below a world: play and pause, steps, what was eaten when, speed; and the keys for it. */
+
+import { el, format, icon } from "./common.js";
+import { SPEEDS } from "./player.js";
+import { Timeline } from "./timeline.js";
+
+const PLAY = "M6 4l10 6-10 6z";
+const PAUSE = "M7 4v12M13 4v12";
+const BACK = "M12 5l-5 5 5 5";
+const ON = "M8 5l5 5-5 5";
+
+export class TimeBar {
+  /**
+   * @param {import("./player.js").Player} player
+   * @param {string} testid what the names of its parts begin with
+   * @param {() => void} [taken] told before the reader plays, pauses, or goes to another step
+   */
+  constructor(player, testid, taken = () => {}) {
+    Object.assign(this, { player, taken });
+    const act = (what) => () => {
+      taken();
+      what();
+    };
+    const button = (name, label, path, what, shape = "square") =>
+      el("button", { type: "button", class: shape, "aria-label": label, "data-testid": `${testid}-${name}`, onclick: act(what) }, icon(path));
+    this.toggle = button("play", "Play", PLAY, () => player.toggle(), "primary round");
+    this.timeline = new Timeline((step) => act(() => player.seek(step))());
+    this.step = el("span", { class: "number", "data-testid": `${testid}-step` });
+    const options = SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`));
+    this.speed = el("select", { "aria-label": "Speed", "data-testid": `${testid}-speed`, onchange: () => player.setSpeed(this.speed.value) }, ...options);
+    const back = button("back", "One step back", BACK, () => player.step(-1));
+    const on = button("on", "One step on", ON, () => player.step(1));
+    this.root = el("div", { class: "time-bar", role: "group", "aria-label": "Time" }, this.toggle, back, on, this.timeline.root, this.step, this.speed);
+    this.showTime();
+  }
+
+  showTime() {
+    const { playing, speed } = this.player;
+    this.toggle.setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.toggle.replaceChildren(icon(playing ? PAUSE : PLAY));
+    this.speed.value = String(speed);
+  }
+
+  /** @param {import("./timeline.js").Track[]} tracks of the lives, each so many `steps` long at most */
+  draw(step, steps, tracks) {
+    this.timeline.setLast(steps - 1);
+    this.timeline.draw(tracks);
+    this.timeline.show(step);
+    const text = `step ${format(step)} of ${format(steps)}`;
+    if (this.step.textContent !== text) this.step.textContent = text;
+  }
+
+  /** Space plays and pauses; the arrows go a step, with shift ten. Controls that have the focus keep their own keys. */
+  steer(event) {
+    const own = event.target.matches("input, select, textarea") || (event.key === " " && event.target.matches("button, summary, a"));
+    if (own || event.ctrlKey || event.metaKey || event.altKey) return;
+    const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (event.key !== " " && !by) return;
+    event.preventDefault();
+    this.taken();
+    if (by) this.player.step(event.shiftKey ? 10 * by : by);
+    else this.player.toggle();
+  }
+}

@@ -1,0 +1,22 @@
+/** A few words beside the pointer, about what lies under it. What they say is on the page elsewhere, too. */
+
+import { el } from "./common.js";
+
+export class Tip {
+  /** @param {HTMLElement} root in which it is placed */
+  constructor(root) {
+    this.root = root;
+    this.element = el("div", { class: "tip number", "aria-hidden": "true", hidden: true });
+    root.append(this.element);
+  }
+
+  /** @param {string|null} text null: nothing @param {number} x CSS pixels from the left of `root` */
+  show(text, x, y) {
+    this.element.hidden = text === null;
+    if (text === null) return;
+    this.element.textContent = text;
+    const most = this.root.clientWidth - this.element.offsetWidth - 4;
+    this.element.style.left = `${Math.max(4, Math.min(x + 12, most))}px`;
+    this.element.style.top = `${y - 30}px`;
+  }
+}

@@ -1,0 +1,30 @@
+/** A tour through evolution: the lives of some generations by themselves, from the first to the last. */
+
+const STOPS = [0, 5, 20]; // early on much changes, and then little; the last generation comes as well
+
+export class Tour {
+  /** @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void, changed: (on: boolean) => void}} tell */
+  constructor(tell) {
+    this.tell = tell;
+    this.on = false;
+  }
+
+  toggle() {
+    this.set(!this.on);
+    if (this.on) this.tell.visit(0);
+  }
+
+  /** A life is over. */
+  next() {
+    if (!this.on) return;
+    const { generation, last } = this.tell.now();
+    const stop = [...STOPS, last].find((each) => each > generation && each <= last);
+    if (stop === undefined) this.set(false);
+    else this.tell.visit(stop);
+  }
+
+  set(on) {
+    this.on = on;
+    this.tell.changed(on);
+  }
+}

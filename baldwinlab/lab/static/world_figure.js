@@ -1,0 +1,113 @@
+/** A world to watch where there is no World tab: it can be zoomed and moved, says what was eaten, and follows an agent. */
+
+import { el, icon } from "./common.js";
+import { listen } from "./gestures.js";
+import { WorldView } from "./world.js";
+
+const BUTTONS = {
+  closer: ["Closer", "M10 4v12M4 10h12"],
+  farther: ["Farther away", "M4 10h12"],
+  whole: ["The whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
+};
+const CLOSER = 1.5; // times, at a press
+
+/** A recording as a whole life, which others have in parts. */
+export function whole(recording) {
+  const { header, steps } = recording;
+  return { header, steps, parts: new Map([[0, recording]]), at: () => recording };
+}
+
+export class WorldFigure {
+  /**
+   * @param {string} label of the world
+   * @param {string} testid
+   * @param {{invalidate: () => void, picked?: (agent: number|null) => void}} tell
+   */
+  constructor(label, testid, { invalidate, picked = () => {} }) {
+    Object.assign(this, { invalidate, picked, life: null, agent: null });
+    this.canvas = el("canvas", { tabindex: 0, role: "img", "aria-label": label, "data-testid": testid });
+    this.view = new WorldView(this.canvas);
+    this.stage = el("div", { class: "figure-stage" }, this.canvas);
+    this.count = el("span", { class: "soft number", "data-testid": `${testid}-count` });
+    const choose = () => this.pick(this.picker.value === "" ? null : Number(this.picker.value));
+    this.picker = el("select", { "aria-label": "Agent to look at", "data-testid": `${testid}-agent`, onchange: choose });
+    this.facts = el("p", { class: "number", hidden: true, "data-testid": `${testid}-facts` });
+    const zoom = (factor) => () => this.zoom(factor);
+    this.foot = el("div", { class: "row figure-foot" }, this.count, el("span", { class: "figure-tools" }, this.picker,
+      press("closer", zoom(CLOSER)), press("farther", zoom(1 / CLOSER)), press("whole", () => this.fit())));
+    listen(this.canvas, this.view, { changed: () => this.moved(), picked: (agent) => this.pick(agent), fitted: () => this.fit() });
+    this.sized = new ResizeObserver(() => {
+      this.view.resize();
+      invalidate();
+    });
+    this.sized.observe(this.canvas);
+  }
+
+  /** @param {import("./recording.js").Lifetime} life as that or as `whole` makes it */
+  show(life) {
+    this.life = life;
+    const { agents } = life.header;
+    if (this.picker.options.length !== agents + 1) {
+      const options = Array.from({ length: agents }, (_, agent) => el("option", { value: agent }, `agent ${agent}`));
+      this.picker.replaceChildren(el("option", { value: "" }, "all agents"), ...options);
+    }
+    this.pick(this.agent !== null && this.agent < agents ? this.agent : null);
+  }
+
+  /** Look at one agent, or at none. */
+  pick(agent) {
+    const other = agent !== this.agent;
+    this.agent = agent;
+    this.picker.value = agent ?? "";
+    this.facts.hidden = agent === null;
+    this.invalidate();
+    if (other) this.picked(agent);
+  }
+
+  zoom(factor) {
+    this.view.zoomAt(factor, this.view.width / 2, this.view.height / 2);
+    this.moved();
+  }
+
+  fit() {
+    this.view.look(0.5, 0.5, 1);
+    this.moved();
+  }
+
+  moved() {
+    this.stage.classList.toggle("zoomed", this.view.camera.zoom > 1);
+    this.invalidate();
+  }
+
+  /** @returns {{there: boolean, ready: boolean}} whether the moment has come from where it comes from, and whether all of it is drawn */
+  draw(time) {
+    const recording = this.life?.at(Math.floor(time)) ?? null;
+    const moment = Math.max(time, recording?.first ?? 0);
+    const ready = this.view.draw(recording, moment, { chosen: this.agent });
+    if (recording) this.tell(recording, Math.min(Math.floor(moment), recording.last - 1));
+    return { there: recording !== null || !this.life, ready };
+  }
+
+  tell(recording, step) {
+    write(this.count, recording.eaten(step + 1));
+    if (this.agent === null) return;
+    const { agent } = this;
+    const senses = recording.inputs.filter((_, input) => recording.senses(step, agent, input)).map(({ name }) => name);
+    const action = recording.header.look.actions[recording.arrays.action[(step - recording.first) * recording.agents + agent]];
+    const eaten = recording.eatenBefore(step + 1, agent);
+    write(this.facts, `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · does: ${action}`);
+  }
+
+  close() {
+    this.sized.disconnect();
+  }
+}
+
+function press(name, act) {
+  const [label, path] = BUTTONS[name];
+  return el("button", { type: "button", class: "quiet square", "aria-label": label, title: label, "data-testid": `zoom-${name}`, onclick: act }, icon(path));
+}
+
+function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}

@@ -1,0 +1,97 @@
+"""Curves, final values and typical runs of a study as plain data: what the lab's Results show.
+
+A large study takes seconds to read, so they are kept beside its report. The file says of which records it was made, and is
+believed only while these are the ones that are stored, and by the version that made it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from itertools import compress
+from typing import Any, Final
+
+import xarray as xr
+
+from baldwinlab.factors import SWEEP, Factors
+from baldwinlab.files import text_of, write_atomically
+from baldwinlab.netcdf import claimed
+from baldwinlab.report import typical_run
+from baldwinlab.statistics import fitness
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import open_conditions
+from baldwinlab.sweeps.design import settings
+from baldwinlab.version import __version__
+
+FILE: Final = "results.json"
+HEAD: Final = 65536  # bytes of a record among which its checksum stands
+MOST: Final = 1000  # conditions, beyond which the file would be too large to be of use
+
+
+def of_study(study: Study) -> dict[str, Any]:
+    """Of every condition that has a run; None where a number does not exist. Raises StudyError for a record that is damaged."""
+    names = [name for name in study.experiments if study.runs(name)]
+    answer: dict[str, Any] = {"conditions": names, "factors": factors(study, names), "generation": []}
+    answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {"typical_run": {}}
+    if not names:
+        return answer
+    data = open_conditions(study, names)
+    answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
+    answer["generation"] = data["generation"].values.tolist()
+    for measure, values in fitness.MEASURES.items():
+        average, low, high = fitness.interval_of_mean(values(data))
+        curve = {"mean": average, "low": low, "high": high.clip(max=1) if measure == "share" else high}
+        final = fitness.final(data, measure)
+        for name in names:
+            answer["curves"][name][measure] = {part: _plain(array.sel(condition=name)) for part, array in curve.items()}
+            answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
+    answer["typical_run"] = {name: typical_run(data, name) for name in names}
+    return answer
+
+
+def factors(study: Study, names: list[str]) -> dict[str, list[Any]]:
+    """What tells these conditions apart, by factor or, in a sweep, by field: a value each, unless all have the same."""
+    if study.kind == SWEEP:
+        there = [name in names for name in study.experiments]
+        known = {field: [*compress(values, there)] for field, values in settings(study).items()}
+    else:
+        known = {factor: [getattr(study.factors[name], factor) for name in names] for factor in Factors._fields}
+    return {factor: values for factor, values in known.items() if len(set(values)) > 1}
+
+
+def _plain(values: xr.DataArray) -> list[float | None]:
+    return [None if value != value else value for value in values.values.tolist()]
+
+
+def keep(study: Study) -> None:
+    """Write them beside the report. Raises StudyError as `of_study` does, and OSError."""
+    if len(study.experiments) <= MOST:
+        record = {"version": __version__, "records": _records(study), "results": of_study(study)}
+        write_atomically(study.directory / FILE, json.dumps({"checksum": _checksum(record), **record}).encode())
+
+
+def kept(study: Study) -> dict[str, Any] | None:
+    """What was kept, if it is of the records that are stored now; else None."""
+    try:
+        record = json.loads(text_of(study.directory / FILE))
+        checksum = record.pop("checksum")
+        if (record["version"], record["records"], checksum) == (__version__, _records(study), _checksum(record)):
+            return dict(record["results"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):  # none, or none of ours
+        pass
+    return None
+
+
+def _records(study: Study) -> str:
+    """A hash of which records are stored: the name, the size and the own checksum of each."""
+    known = hashlib.sha256()
+    for name in study.experiments:
+        for run in study.runs(name):
+            path = study.path(name, run)
+            with path.open("rb") as file:
+                known.update(f"{name} {run} {path.stat().st_size} {claimed(file.read(HEAD))}\n".encode())
+    return known.hexdigest()
+
+
+def _checksum(record: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(record).encode()).hexdigest()

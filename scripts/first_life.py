@@ -1,0 +1,26 @@
+"""Record the life that the lab shows while its engine is compiled: `python scripts/first_life.py`.
+
+It is generation 20 of a run in which agents eat early, and the 20 before it are lived first: a second. To be run again where a test says that the
+engine gives another life, or that recordings look otherwise.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from baldwinlab.lab import Lab, lives
+from baldwinlab.lab.live import Live
+from baldwinlab.lab.recording import record
+from baldwinlab.lab.share import STATIC
+
+LIFE = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
+STEPS = lives.Span(0, 1000)
+PLACE = STATIC / "first_life.bald"
+
+
+def first_life() -> bytes:
+    return record(lives.find(Lab(Path(), Live()), LIFE), STEPS, LIFE)
+
+
+if __name__ == "__main__":
+    PLACE.write_bytes(first_life())

@@ -1,0 +1,57 @@
+"""While the engine is compiled, the page plays a life that came with it, and says what it waits for."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+from threading import Event
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.lab.asking import data
+from tests.lab.conftest import serving
+from tests.small import small_study
+
+
+def test_the_life_that_ships_is_the_one_that_the_engine_gives() -> None:
+    script = runpy.run_path(str(Path(__file__).parents[2] / "scripts/first_life.py"))
+    shipped = script["PLACE"].read_bytes()
+    assert script["first_life"]() == shipped, "python scripts/first_life.py makes it anew"
+    assert len(shipped) < 300_000
+
+
+@pytest.mark.parametrize("view", ["world", "live"])
+def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked_for(
+    browser: Browser, tmp_path: Path, view: str
+) -> None:
+    small_study(tmp_path / "small", runs=1)
+    compiled = Event()
+    with serving(tmp_path, compiled.is_set) as server:
+        page = browser.new_page(base_url=server.address, viewport={"width": 390, "height": 844})
+        page.goto(f"/#/{view}")
+        first = page.get_by_test_id("first-life")
+        expect(first).to_contain_text("The engine is being compiled for this machine")
+        expect(first).to_contain_text(re.compile(r"So far: [1-9]\d* s"), timeout=20_000)
+        expect(page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
+        expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Pause")  # it plays by itself
+        page.get_by_test_id("tab-results").click()
+        expect(page.get_by_test_id("results")).to_be_visible()  # which needs no engine
+        page.get_by_test_id(f"tab-{view}").click()
+        expect(first).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        assert not data(server.address, "engine")["ready"]
+        compiled.set()
+        expect(page.get_by_test_id("world-a" if view == "world" else "live-empty")).to_be_visible()
+        expect(first).to_have_count(0)
+        page.close()
+
+
+def test_whoever_wants_less_motion_starts_it_himself(browser: Browser, tmp_path: Path) -> None:
+    with serving(tmp_path, lambda: False) as server:
+        page = browser.new_page(base_url=server.address, reduced_motion="reduce")
+        page.goto("/")
+        expect(page.get_by_test_id("first-step")).to_have_text("step 0 of 1,000")
+        expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Play")
+        page.close()

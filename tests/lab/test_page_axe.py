@@ -1,0 +1,84 @@
+"""axe-core finds no barrier on any tab of the lab or on a shared page, in light and in dark."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+from urllib.parse import urlencode
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.axe import barriers
+from tests.lab.asking import SMALL, ask
+from tests.lab.conftest import LabServer
+from tests.lab.test_page_results import CLAIM
+
+LIFE = urlencode(SMALL)
+
+
+@pytest.fixture(params=["light", "dark"])
+def shaded(browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
+    """A page on light or on dark ground, as the reader's machine is."""
+    scheme: Literal["light", "dark"] = request.param
+    with browser.new_context(base_url=lab_server.address, color_scheme=scheme) as context:
+        yield context.new_page()
+
+
+def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_open(shaded: Page) -> None:
+    shaded.goto(f"/#/world?{LIFE}&step=120&guide=open")
+    expect(shaded.get_by_test_id("guide")).to_contain_text("What to look for")
+    assert barriers(shaded) == []
+    shaded.get_by_test_id("agent-3").click()
+    expect(shaded.get_by_test_id("kin")).to_contain_text("parents")
+    shaded.get_by_test_id("compare").click()
+    expect(shaded.locator("[data-ready]")).to_have_count(2)
+    assert barriers(shaded) == []
+    shaded.get_by_test_id("share").click()
+    expect(shaded.get_by_test_id("share-link")).to_be_visible()
+    assert barriers(shaded) == []
+    shaded.keyboard.press("Escape")
+    shaded.get_by_test_id("keys").click()
+    assert barriers(shaded) == []
+
+
+def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
+    changes = '{"lifetime.steps":300,"evolution.generations":2}'
+    shaded.goto(f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'pace': 0, 'set': changes})}")
+    expect(shaded.get_by_test_id("start")).to_be_enabled()
+    shaded.get_by_test_id("group-learning").locator("summary").click()
+    shaded.get_by_test_id("field-learning.rate").fill("11")
+    expect(shaded.get_by_test_id("group-learning")).to_contain_text("should be less than or equal to 10")
+    assert barriers(shaded) == []
+    shaded.get_by_test_id("field-learning.rate").fill("0.01")
+    expect(shaded.get_by_test_id("start")).to_be_enabled()
+    shaded.get_by_test_id("start").click()
+    expect(shaded.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+    assert barriers(shaded) == []
+    shaded.get_by_test_id("keep").click()
+    assert barriers(shaded) == []
+
+
+def test_the_results_tab_has_none_whatever_came_of_claims(shaded: Page, lab_server: LabServer) -> None:
+    verdicts = ("holds", "undecided", "does not hold", "not evaluated")
+    (lab_server.root / "small" / "claims.json").write_text(json.dumps([CLAIM | {"id": one, "verdict": one} for one in verdicts]))
+    shaded.goto("/#/results?study=small")
+    shaded.get_by_test_id("curves").locator("canvas").wait_for()
+    shaded.get_by_test_id("curves").get_by_role("button", name="evo/A").click()
+    assert barriers(shaded) == []
+    (lab_server.root / "small" / "claims.json").unlink()
+    shaded.goto("/#/results?study=gone")
+    expect(shaded.get_by_test_id("results-empty")).to_be_visible()
+    assert barriers(shaded) == []
+
+
+def test_a_shared_page_has_none(shaded: Page, lab_server: LabServer, tmp_path: Path) -> None:
+    both: dict[str, Any] = {"a": LIFE, "b": urlencode(SMALL | {"condition": "evo/A"}), "step": 40}
+    path = tmp_path / "shared.html"
+    path.write_bytes(ask(lab_server.address, "share", **both).content)
+    shaded.goto(path.as_uri())
+    expect(shaded.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
+    shaded.locator("summary").first.click()
+    assert barriers(shaded) == []

@@ -1,0 +1,100 @@
+"""Every tab says what one sees on it, and tabs keep what was looked at."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.lab.conftest import LabServer
+
+LIFE = "study=small&condition=evo/A&run=1&generation=1"
+
+
+def guide_of(page: Page) -> str:
+    expect(page.get_by_test_id("guide")).to_be_visible()
+    return page.get_by_test_id("guide").inner_text()
+
+
+def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_not_to(newcomer: Page) -> None:
+    page = newcomer
+    page.goto(f"/#/world?{LIFE}&step=0")
+    expect(page.get_by_test_id("guide")).to_contain_text("What to look for")
+    words = guide_of(page)
+    assert "evo/A, run 1, generation 1, of the study small" in words
+    assert "20 agents are born in the dashed circle and live 300 steps." in words
+    assert "Three binary sensors: whether any food is at the left, in front, or at the right." in words
+    assert "Turns left or right by 9 degrees and moves 1, or goes straight on by 2." in words
+    assert "The weights stay as they were born." in words
+    assert "never ate" in words  # the legend
+    page.get_by_test_id("close-guide").click()
+    expect(page.get_by_test_id("guide")).to_be_hidden()
+    expect(page.get_by_test_id("about")).to_be_focused()
+    page.reload()
+    expect(page.locator("[data-ready]")).to_have_count(1)
+    expect(page.get_by_test_id("guide")).to_be_hidden()
+    page.get_by_test_id("about").press("Enter")
+    expect(page).to_have_url(re.compile("guide=open"))
+    page.reload()
+    expect(page.get_by_test_id("guide")).to_be_visible()
+    page.get_by_test_id("guide").press("Escape")
+    expect(page.get_by_test_id("guide")).to_be_hidden()
+
+
+@pytest.mark.parametrize("tab", ["live", "results"])
+def test_the_other_tabs_explain_themselves_as_well(newcomer: Page, tab: str) -> None:
+    page = newcomer
+    page.goto(f"/#/{tab}")
+    assert "The curves" in guide_of(page) and "What to look for" in guide_of(page)
+    page.get_by_test_id("close-guide").click()
+    page.get_by_test_id("tab-world").click()
+    expect(page.get_by_test_id("guide")).to_be_visible()  # each is a first visit of its own
+
+
+def test_a_browser_that_remembers_nothing_shows_it_at_every_visit_and_does_no_harm(newcomer: Page) -> None:
+    page = newcomer
+    page.add_init_script("Object.defineProperty(globalThis, 'localStorage', { get() { throw new Error('no') } })")
+    page.goto(f"/#/world?{LIFE}&step=0")
+    page.get_by_test_id("close-guide").click()
+    page.keyboard.press("]")
+    expect(page.get_by_test_id("generation-a")).to_have_value("2")
+    expect(page.get_by_test_id("guide")).to_be_hidden()
+    page.reload()
+    expect(page.get_by_test_id("guide")).to_be_visible()
+
+
+def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: Page) -> None:
+    page.goto(f"/#/world?{LIFE}&step=120&agent=4")
+    expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
+    page.get_by_test_id("tab-results").click()
+    expect(page).to_have_url(re.compile(r"#/results\?study=small"))
+    claims = page.get_by_test_id("claims")
+    claims.scroll_into_view_if_needed()
+    expect(claims).to_be_in_viewport()
+    page.get_by_test_id("tab-live").click()
+    page.get_by_test_id("setup-seed").fill("7")
+    page.get_by_test_id("tab-world").click()
+    expect(page.get_by_test_id("step")).to_have_text("120 / 299")
+    expect(page.get_by_test_id("run-a")).to_have_value("1")
+    expect(page.get_by_test_id("generation-a")).to_have_value("1")
+    expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
+    page.get_by_test_id("tab-world").click()  # and the tab that is shown changes nothing
+    expect(page.get_by_test_id("step")).to_have_text("120 / 299")
+    page.get_by_test_id("tab-results").click()
+    expect(page.get_by_test_id("claims")).to_be_in_viewport()
+    page.get_by_test_id("tab-live").click()
+    expect(page.get_by_test_id("setup-seed")).to_have_value("7")
+
+
+def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(browser: Browser, lab_server: LabServer) -> None:
+    with browser.new_context(base_url=lab_server.address, viewport={"width": 390, "height": 844}, has_touch=True) as context:
+        page = context.new_page()
+        page.goto(f"/#/world?{LIFE.replace('evo/A', 'evo%2Bself-taught/A')}&step=0")
+        page.get_by_test_id("close-guide").tap()
+        page.get_by_test_id("agents").tap()
+        page.get_by_test_id("agent-2").tap()
+        expect(page.get_by_test_id("agent")).to_have_text("Agent 2")
+        page.get_by_test_id("about").tap()
+        words = guide_of(page)
+        assert "evo+self-taught/A, run 1, generation 1" in words and "sensor fires" in words

@@ -1,0 +1,61 @@
+"""By keyboard and screen reader: keys go where the focus is, the focus is never lost, and nothing talks without being asked."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Browser, Page, expect
+
+from baldwinlab.runs.replay import replay
+from tests.lab.conftest import LabServer
+from tests.small import small
+
+LIFE = "study=small&condition=evo/A&run=1&generation=1&step=10"
+
+
+def test_keys_in_the_generation_slider_move_the_generation_and_not_the_step(page: Page) -> None:
+    page.goto(f"/#/world?{LIFE}")
+    slider = page.get_by_role("slider", name="Generation")
+    slider.press("ArrowRight")
+    expect(page.get_by_test_id("generation-a")).to_have_value("2")
+    slider.press("Home")
+    expect(page.get_by_test_id("generation-a")).to_have_value("0")
+    expect(page.get_by_test_id("step")).to_have_text("10 / 299")
+    page.get_by_role("slider", name="Step").press("ArrowRight")
+    expect(page.get_by_test_id("step")).to_have_text("11 / 299")
+
+
+def test_the_focus_goes_into_an_agent_that_opens_and_escape_gives_it_back(page: Page) -> None:
+    page.goto(f"/#/world?{LIFE}")
+    line = page.get_by_test_id("agent-3")
+    line.press("Enter")
+    inspector = page.get_by_role("region", name="Inside an agent")
+    expect(inspector).to_be_focused()
+    expect(page.get_by_test_id("kin")).to_contain_text("parents")
+    page.get_by_test_id("parent").first.press("Enter")
+    expect(page.get_by_test_id("generation-a")).to_have_value("0")
+    expect(inspector).to_be_focused()
+    page.keyboard.press("[")
+    page.keyboard.press("Escape")
+    expect(inspector).to_be_hidden()
+    assert page.evaluate("document.activeElement.matches('.agent-line, canvas')")
+
+
+def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not_announced(page: Page) -> None:
+    page.goto(f"/#/world?{LIFE}")
+    expect(page.get_by_role("button", name="agent 0, 0 items eaten")).to_be_visible()
+    page.keyboard.press("End")
+    eaten = int(replay(small("evo/A"), seed=5, run=1, generation=1).eaten.isel(agent=0).sum())
+    expect(page.get_by_role("button", name=re.compile(f"^agent 0, {eaten} items? eaten$"))).to_be_visible()
+    assert page.evaluate("document.querySelector('[data-testid=step]').closest('output, [aria-live], [role=status]')") is None
+
+
+def test_who_wants_nothing_to_move_starts_the_life_by_hand(browser: Browser, lab_server: LabServer) -> None:
+    with browser.new_context(base_url=lab_server.address, reduced_motion="reduce") as context:
+        page = context.new_page()
+        page.goto("/")
+        expect(page.locator("[data-ready]")).to_have_count(1)
+        expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false")
+        expect(page.get_by_test_id("step")).to_have_text("0 / 299")
+        page.get_by_test_id("play").click()
+        expect(page.get_by_test_id("step")).not_to_have_text("0 / 299")

@@ -1,0 +1,75 @@
+"""Where the World tab begins, and how it gets from meal to meal and from generation to generation by itself."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from baldwinlab.runs.replay import replay
+from tests.lab.asking import data
+from tests.lab.conftest import LabServer
+from tests.small import small
+
+LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
+
+
+def test_where_the_address_names_no_run_the_typical_one_plays_at_a_speed_that_shows_its_life_in_some_seconds(
+    page: Page, lab_server: LabServer
+) -> None:
+    typical = data(lab_server.address, "results", study="small")["typical_run"]
+    for condition in ("evo/A", "evo+self-taught/A"):
+        page.goto("about:blank")
+        page.goto(f"/#/world?study=small&condition={condition.replace('+', '%2B')}")
+        expect(page.locator("[data-ready]")).to_have_count(1)
+        expect(page.get_by_test_id("run-a")).to_have_value(str(typical[condition]))
+        expect(page.get_by_test_id("generation-a")).to_have_value("2")
+    expect(page.get_by_test_id("speed")).to_have_value("5")
+    expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "true")
+    expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false", timeout=15_000)
+
+
+@pytest.mark.parametrize("agent", [None, 4], ids=["of anybody", "of the open agent"])
+def test_the_next_and_the_previous_meal_are_those_of_the_replay(page: Page, agent: int | None) -> None:
+    eaten = replay(small(), seed=5, run=1, generation=2).eaten
+    one = eaten.sum("agent") if agent is None else eaten.isel(agent=agent)
+    meals = [int(step) for step in (one.values > 0).nonzero()[0]]
+    page.goto(f"/#/world?{LIFE}&step={meals[0]}" + ("" if agent is None else f"&agent={agent}"))
+    expect(page.get_by_test_id("step")).to_have_text(f"{meals[0]} / 299")
+    for step in meals[1:4]:
+        page.keyboard.press("n")
+        expect(page.get_by_test_id("step")).to_have_text(f"{step} / 299")
+    for step in meals[:3][::-1][: len(meals) - 1]:
+        page.get_by_test_id("mealBefore").click()
+        expect(page.get_by_test_id("step")).to_have_text(f"{step} / 299")
+    page.keyboard.press("End")
+    page.keyboard.press("n")
+    expect(page.get_by_test_id("message-info")).to_contain_text("Nothing is eaten after this step.")
+
+
+def test_generations_play_one_after_the_other_and_stop_at_the_last(page: Page) -> None:
+    page.goto(f"/#/world?{LIFE}&step=200&speed=1000")
+    expect(page.locator("[data-ready]")).to_have_count(1)
+    tour = page.get_by_test_id("tour-a")
+    with page.expect_response(re.compile("recording.*generation=0")), page.expect_response(re.compile("recording.*generation=2")):
+        tour.click()
+    expect(tour).to_have_attribute("aria-pressed", "false")
+    expect(page.get_by_test_id("generation-a")).to_have_value("2")
+    expect(page.get_by_test_id("step")).to_have_text("299 / 299")
+
+
+def test_the_pointer_is_told_which_agent_and_which_steps_lie_under_it(page: Page) -> None:
+    page.goto(f"/#/world?{LIFE}&step=0")
+    expect(page.locator("[data-ready]")).to_have_count(1)
+    box = page.get_by_test_id("world-a").bounding_box()
+    assert box is not None
+    scale = min(box["width"], box["height"]) * 0.94
+    left, top = (box["x"] + (box["width"] - scale) / 2, box["y"] + (box["height"] - scale) / 2)
+    first = replay(small(), seed=5, run=1, generation=2).isel(step=0)
+    trace = first.isel(agent=7)
+    page.mouse.move(left + float(trace.x) / 640 * scale, top + float(trace.y) / 640 * scale)
+    expect(page.locator(".stage .tip")).to_have_text("agent 7, 0 items eaten")
+    page.get_by_test_id("timeline").hover(position={"x": 8, "y": 10})
+    expect(page.locator(".timeline .tip")).to_have_text(f"step 0: {int(first.eaten.sum())} eaten")
+    expect(page.locator(".stage .tip")).to_be_hidden()
