@@ -21,8 +21,6 @@ from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import parsed, text
 from baldwinlab.lab.turns import InTurn
-from baldwinlab.report import typical_run
-from baldwinlab.statistics import fitness
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -203,6 +201,9 @@ def results_of(lab: Lab, name: str) -> bytes:
 
 
 def _results(study: Study, claims: Path) -> dict[str, Any]:
+    from baldwinlab.report import typical_run  # here, because they take a second to load, and the first page is to be there before
+    from baldwinlab.statistics import fitness
+
     found = [name for name in study.experiments if study.runs(name)]
     empty: dict[str, Any] = {name: {} for name in ("curves", "final", "typical_run")}
     answer = {"conditions": found, "generation": [], **empty, "claims": _claims(claims)}
