@@ -201,7 +201,7 @@ def results_of(lab: Lab, name: str) -> bytes:
 
 
 def _results(study: Study, claims: Path) -> dict[str, Any]:
-    from baldwinlab.report import typical_run  # here, because they take a second to load, and the first page is to be there before
+    from baldwinlab.report import typical_run  # here, because it takes a second to load, and the first page comes before
     from baldwinlab.statistics import fitness
 
     found = [name for name in study.experiments if study.runs(name)]
