@@ -32,14 +32,14 @@ def main() -> None:
     with serving(study) as address, chromium() as browser:
         for name, (state, window) in WORLDS.items():
             page = opened(browser, f"{address}/#/world?{state}", window, closed=() if name == "guide" else ("world",))
-            expect(page.locator("[data-ready]")).to_have_count(2 if name == "beside" else 1)
+            expect(page.locator("[data-ready]")).to_have_count(2 if name == "beside" else 1, timeout=60_000)
             keep(page, name)
         page = opened(browser, f"{address}/#/results?study=.", (1280, 1000), closed=("results",))
         page.get_by_test_id("curves").locator("canvas").wait_for(timeout=120_000)
         keep(page, "results")
         page = opened(browser, f"{address}/#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",))
         page.get_by_test_id("start").click()
-        expect(page.get_by_test_id("live-caption")).to_contain_text("step 9", timeout=120_000)
+        expect(page.get_by_test_id("live-caption")).to_contain_text("Generation 9", timeout=120_000)
         keep(page, "live")
 
 
@@ -53,7 +53,7 @@ def opened(browser: Browser, address: str, window: tuple[int, int], closed: tupl
 
 
 def keep(page: Page, name: str) -> None:
-    page.wait_for_timeout(700)  # until all is drawn
+    page.wait_for_timeout(1500)  # until all is drawn
     page.screenshot(path=PICTURES / f"lab-{name}.png")
     page.close()
 

@@ -93,7 +93,10 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     assert done.code == 0, done.err
     for number in range(1, 10):
         assert f"C{number}" in done.out
-    assert "report: small/report.html" in done.out
+    first, then = (part.strip() for part in done.out.split("report: small/report.html")[:2])  # before the assays, and with them
+    assert "assays to do" not in first
+    assert then.startswith("so far without assays: they follow, and then the report is written again, with them")
+    assert "assays to do" in then and done.out.count("report: ") == 2
     claims = json.loads((tmp_path / "small/claims.json").read_text())
     assert [claim["id"] for claim in claims] == [f"C{number}" for number in range(1, 10)]
     fields = {"id", "condition", "comparison", "effect", "interval", "p", "p_holm", "a12", "verdict", "paper"}
@@ -103,6 +106,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     assert "<html" in (tmp_path / "small/report.html").read_text()
     again = command("reproduce", *TINY, "--out", "small")
     assert "runs: 12, all of them stored already" in again.out
+    assert again.out.count("report: ") == 1  # there is nothing to wait for
 
 
 @pytest.mark.nightly  # which draws all figures, as the test before it does

@@ -117,7 +117,8 @@ def attached(address: str, what: str) -> ExitStack:
 @pytest.mark.parametrize("what", ["a page that watches and does not read", "half a request", "a life that takes long"])
 def test_ctrl_c_closes_it_soon_whatever_is_attached(tmp_path: Path, what: str) -> None:
     with opened(tmp_path) as (process, address):
-        assert httpx.get(f"{address}api/studies", timeout=60).json() == {"studies": []}
+        while not httpx.get(f"{address}api/engine", timeout=60).json()["ready"]:
+            time.sleep(0.1)
         with attached(address, what):
             time.sleep(1)
             asked = time.monotonic()

@@ -59,7 +59,7 @@ def reproduce(
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     how["afterwards"] = _afterwards(experiments, chosen, wanted, workers)
     study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
-    if missing_assays(study, tuple(ASSAYS)):
+    if any(missing_assays(study, tuple(ASSAYS)).values()):
         report(study, last=last, force=force)
         console.say("so far without assays: they follow, and then the report is written again, with them")
         assay(study, workers=workers, executor=executor, force=force)

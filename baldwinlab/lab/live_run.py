@@ -18,7 +18,6 @@ from baldwinlab.models.miniworld import cpu
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.runs.simulate import History, live_batch
 from baldwinlab.runs.warm_up import warm_up
-from baldwinlab.statistics.fitness import MEASURES, interval_of_mean
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
@@ -108,6 +107,8 @@ class LiveRun:
 
         Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean.
         """
+        from baldwinlab.statistics.fitness import MEASURES, interval_of_mean  # here, because it takes a while to load
+
         lived = {"energy": [history.energy[first:last] for history in self._histories]}
         if isinstance(self.experiment, Experiment):
             lived["food_eaten"] = [history.of_agents("food_eaten")[first:last] for history in self._histories]

@@ -13,14 +13,13 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab import papers, presets, results
+from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import parsed, text
 from baldwinlab.lab.turns import InTurn
-from baldwinlab.report import typical_run
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -210,6 +209,8 @@ def typical_of(lab: Lab, name: str, label: str) -> bytes:
     written = tuple(path.stat().st_mtime_ns for path in stored)
 
     def make() -> bytes:
+        from baldwinlab.report import typical_run  # here, because it takes a second to load, and the first page comes before
+
         return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
 
     return lab.answers.get(("typical", study.directory, label, written), make)
@@ -221,6 +222,8 @@ def results_of(lab: Lab, name: str) -> bytes:
     As they were kept beside its report, where they still fit. Raises StudyError as `find` does, and for a record or claims that
     are damaged.
     """
+    from baldwinlab import results  # as above
+
     study = find(lab, name)
     stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
     claims = study.directory / "claims.json"

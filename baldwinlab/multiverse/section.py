@@ -56,12 +56,17 @@ def other_runs(multiverse: Multiverse, study: Beside) -> str:
     standard = next((reading for reading in multiverse.readings if not reading.choices), None)
     if standard is None or standard.runs == study.runs:
         return ""
-    both = [(name, study.verdicts.get(name, NOT_EVALUATED), outcome.verdict) for name, outcome in standard.outcomes.items()]
-    differing = [(name, there, here) for name, there, here in both if there != here and NOT_EVALUATED not in (there, here)]
+    differing: dict[tuple[Verdict, Verdict], list[str]] = {}
+    for name, outcome in standard.outcomes.items():
+        there, here = study.verdicts.get(name, NOT_EVALUATED), outcome.verdict
+        if there != here and NOT_EVALUATED not in (there, here):
+            differing.setdefault((there, here), []).append(name)
     if not differing:
         return ""
-    verdicts = _listed([f"{name} {WORDS[there]} with {span(study.runs)} and {WORDS[here]} with {span(standard.runs)}"
-                        for name, there, here in differing])  # fmt: skip
+    verdicts = "; ".join(
+        f"{_listed(names)} ({WORDS[there]} with {span(study.runs)}, {WORDS[here]} with {span(standard.runs)})"
+        for (there, here), names in differing.items()
+    )
     return (
         f"The study and the standard reading differ in their number of runs alone, {span(study.runs)} of each condition and "
         f"{span(standard.runs)} under every reading, so some verdicts differ: {verdicts}. That is no contradiction: the fewer "

@@ -96,7 +96,7 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> tuple[xr.Data
     rank = stats.binom.ppf(0.025, np.maximum(count.values, 1), 0.5).astype(np.int64)
 
     def the(place: np.ndarray) -> xr.DataArray:
-        found = np.take_along_axis(sample, np.maximum(place, 0)[..., None], axis=-1)[..., 0]
+        found = np.take_along_axis(sample, np.clip(place, 0, sample.shape[-1] - 1)[..., None], axis=-1)[..., 0]
         return count.copy(data=np.where(rank > 0, found, np.nan))
 
     return values.median(over), the(rank - 1), the(count.values - rank)

@@ -27,7 +27,6 @@ def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_no
     assert "Three binary sensors: whether any food is at the left, in front, or at the right." in words
     assert "Turns left or right by 9 degrees and moves 1, or goes straight on by 2." in words
     assert "The weights stay as they were born." in words
-    assert "never ate" in words  # the legend
     page.get_by_test_id("close-guide").click()
     expect(page.get_by_test_id("guide")).to_be_hidden()
     expect(page.get_by_test_id("about")).to_be_focused()

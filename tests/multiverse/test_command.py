@@ -16,7 +16,7 @@ from baldwinlab.multiverse.design import Reading
 from baldwinlab.studies.store import Study
 from tests.commands import Command
 from tests.papers.test_papers import folder
-from tests.small import contents, small_paper
+from tests.small import contents, small_paper, small_study
 
 READINGS = [Reading(()), Reading(("contact-5",)), Reading(("rank",))]
 MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
@@ -81,6 +81,16 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
     for record in (tmp_path / "paper/multiverse/runs").rglob("*.nc"):
         record.unlink()
     assert "holds no finished run yet" in command("report", "paper/multiverse").err
+
+
+@pytest.mark.usefixtures("tiny")
+def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_readings(command: Command, tmp_path: Path) -> None:
+    small_study(tmp_path / "paper", runs=1)
+    done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
+    assert done.code == 0, done.err
+    assert "paper is a study of the paper: its report is written again, with the readings" in done.out
+    assert done.out.rstrip().endswith("report: paper/report.html")
+    assert '<h2 id="every-reading">Every reading</h2>' in (tmp_path / "paper/report.html").read_text()
 
 
 @pytest.mark.usefixtures("tiny")

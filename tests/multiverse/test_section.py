@@ -78,7 +78,7 @@ def test_beside_a_study_of_more_runs_it_says_why_verdicts_differ(tmp_path: Path)
     undecided = Beside(dict.fromkeys([claim.id for claim in few.claims], HOLDS) | {"C6": UNDECIDED}, (30, 30))
     said = other_runs(few, undecided)
     assert "30 of each condition and 8 under every reading" in said
-    assert "some verdicts differ: C6 is undecided with 30 and holds with 8. That is no contradiction" in said
+    assert "some verdicts differ: C6 (is undecided with 30, holds with 8). That is no contradiction" in said
     made = section(few, tmp_path, undecided)
     assert made.of_claims == said and said in made.body
 

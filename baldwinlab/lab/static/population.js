@@ -3,7 +3,7 @@
 import { el } from "./common.js";
 
 const SHOWN = 40; // agents with a line of their own
-const EVERY = 120; // ms between two looks
+const EVERY = 120; // ms between two looks at what goes on
 
 export class Population {
   /** @param {(agent: number) => void} pick */
@@ -21,11 +21,11 @@ export class Population {
     this.drawn = 0;
   }
 
-  /** Show who has eaten how much before the step after this one. */
-  draw(recording, step) {
+  /** Show who has eaten how much before the step after this one; while time goes on, not at every frame. */
+  draw(recording, step, playing) {
     const now = performance.now();
     const most = recording.arrays.eaten_in_life.subarray(-recording.agents);
-    if (!this.root.clientWidth || (recording === this.recording && (step === this.step || now - this.drawn < EVERY))) return;
+    if (!this.root.clientWidth || (recording === this.recording && (step === this.step || (playing && now - this.drawn < EVERY)))) return;
     if (recording !== this.recording) this.begin(recording, most);
     Object.assign(this, { recording, step, drawn: now });
     this.lines.forEach(({ agent, bar, number, line }) => {

@@ -227,7 +227,7 @@ export class WorldTab {
     this.timeline.show(step);
     this.transport.showStep(step);
     const recording = this.panels[0]?.life?.at(step);
-    if (recording && this.agent === null) this.population.draw(recording, Math.min(step, recording.last - 1));
+    if (recording && this.agent === null) this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
     this.inspector.draw(step);
     if (this.player.playing) this.remember();
     return there && tracks.length > 0;
