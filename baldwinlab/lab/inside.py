@@ -116,7 +116,7 @@ def _responses(experiment: Experiment, batch: Batch, weights: Floats) -> npt.NDA
     count, actions = len(experiment.inputs), len(experiment.actions)
     codes = (np.arange(2**count)[:, None] >> np.arange(count) & 1).astype(np.float32)
     outputs = np.stack([_answers(batch, sample, codes)[:, -actions:] for sample in weights])
-    return outputs.argmax(axis=2).astype(np.uint8)
+    return np.asarray(outputs.argmax(axis=2), np.uint8)
 
 
 def _answers(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
