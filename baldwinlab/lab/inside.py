@@ -22,6 +22,7 @@ from baldwinlab.parts.kinds import forward
 from baldwinlab.runs.recorder import Series, follow
 from baldwinlab.runs.reevaluate import born, lived
 
+MOST_INPUTS = 4  # of which every combination is a line of a table
 SAMPLES = 201  # of the weights over a life, birth and death among them
 
 Floats = npt.NDArray[np.float32]
@@ -44,9 +45,11 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
 
     Arrays: sample_step [sample], weights [sample, weight] of the action module at the beginning of that step (the last: at
     death); activations [step, unit] of the action module, inputs first; action [step], what was done, which noise may have
-    made another than the largest output; eaten_in_life [step], items, with this step; and with a reinforcement module:
-    teacher [weight], teacher_activations [step, unit], and error [step], the root mean square of the difference between the
-    modules' outputs. Raises MissingError for an agent that the population has not.
+    made another than the largest output; responses [sample, code], where inputs are few and there is no memory: the action of
+    the largest output for each combination of inputs, of which bit k of the code says whether input k is 1; eaten_in_life
+    [step], items, with this step; and with a reinforcement module: teacher [weight], teacher_activations [step, unit], and
+    error [step], the root mean square of the difference between the modules' outputs. Raises MissingError for an agent that the
+    population has not.
     """
     experiment = life.experiment
     if agent >= experiment.population.size:
@@ -54,6 +57,8 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     past, (seed, run, generation) = life.past(), life.moment
     batch = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, batch, part, agent)
+    if experiment.part("network.kind").memoryless and len(experiment.inputs) <= MOST_INPUTS:
+        arrays["responses"] = _responses(experiment, batch, arrays["weights"])
     _ask_modules(experiment, batch, past.genome[agent, :, : experiment.weight_count], arrays)
     energy = lived(experiment, batch, past.genome[None]).energy[0]
     header = {
@@ -104,6 +109,14 @@ def _ask_modules(experiment: Experiment, batch: Batch, genome: Floats, arrays: d
         outputs = slice(-len(experiment.actions), None)
         difference = arrays["activations"][:, outputs] - arrays["teacher_activations"][:, outputs]
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))
+
+
+def _responses(experiment: Experiment, batch: Batch, weights: Floats) -> npt.NDArray[np.uint8]:
+    """[sample, code]: what the action module would have the agent do."""
+    count, actions = len(experiment.inputs), len(experiment.actions)
+    codes = (np.arange(2**count)[:, None] >> np.arange(count) & 1).astype(np.float32)
+    outputs = np.stack([_answers(batch, sample, codes)[:, -actions:] for sample in weights])
+    return np.asarray(outputs.argmax(axis=2), np.uint8)
 
 
 def _answers(batch: Batch, weights: Floats, inputs: Floats) -> Floats:

@@ -49,6 +49,15 @@ def test_the_teacher_answers_as_a_network_of_its_weights_does(lab_server: LabSer
     assert np.allclose(found["error"], np.sqrt((difference**2).mean(axis=1)), atol=1e-6)
 
 
+@pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
+def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_does(lab_server: LabServer, condition: str) -> None:
+    _, found = arrays(lab_server.address, "inside", **(SMALL | {"condition": condition}), agent=3)
+    sensed = np.array([[code >> place & 1 for place in range(3)] for code in range(8)])
+    for weights, responses in zip(found["weights"][[0, 100, 200]], found["responses"][[0, 100, 200]], strict=True):
+        first, second = weights[:30].reshape(3, 10), weights[30:].reshape(10, 3)
+        assert np.array_equal(responses, (sigmoid(sensed @ first) @ second).argmax(axis=1))
+
+
 def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_server: LabServer) -> None:
     _, found = arrays(lab_server.address, "inside", **(SMALL | {"condition": "evo/A"}), agent=3)
     assert not {"teacher", "teacher_activations", "error"} & set(found)

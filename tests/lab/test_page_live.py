@@ -255,6 +255,8 @@ def test_an_agent_of_a_live_world_is_opened_and_the_address_opens_it_again(page:
     page.get_by_test_id("live-canvas-agent").select_option("7")
     inside = page.get_by_test_id("agent")
     expect(inside).to_have_text("Agent 7")
+    expect(page.get_by_test_id("responses").get_by_role("row")).to_have_count(1 + 2**3)
+    expect(page.get_by_role("row", name="left, front, right")).to_have_text(re.compile("(left|forward|right){2}$"))
     expect(page.get_by_test_id("live-newest")).to_have_attribute("aria-pressed", "false")
     page.get_by_test_id("live-play").click()
     page.get_by_test_id("timeline").fill("40")

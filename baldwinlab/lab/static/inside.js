@@ -2,6 +2,7 @@
 
 import { el, format, getBinary, icon, message } from "./common.js";
 import { drawNetwork, strongest } from "./network.js";
+import { Responses } from "./responses.js";
 import { query } from "./sources.js";
 import { Trace } from "./trace.js";
 import { FONT, cssShade, palette } from "./palette.js";
@@ -29,6 +30,7 @@ export class Inspector {
       weights: new Trace("weights, from birth on", tell.seek, 110),
       eaten: new Trace("items eaten", tell.seek),
     };
+    this.responses = new Responses();
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
     this.traces.weights.root.append(hint(["lit", "of the first layer"], ["agent", "of those after it"]));
     this.body = el(
@@ -36,6 +38,7 @@ export class Inspector {
       { class: "inside", tabindex: 0, role: "group", "aria-label": "Networks, weights and kin" },
       el("div", { class: "row" }, this.inputs, this.action),
       el("figure", {}, this.nets, hint(["agent", "weight above 0"], ["chosen", "below 0; the wider, the larger"])),
+      this.responses.root,
       ...Object.values(this.traces).map(({ root }) => root),
       this.kin,
     );
@@ -86,6 +89,7 @@ export class Inspector {
     this.inputs.replaceChildren(...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)));
     this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank ${header.rank}`;
     this.traces.error.root.hidden = !taught;
+    this.responses.set(data);
     const steps = arrays.sample_step.at(-1);
     const { first } = header;
     this.traces.eaten.set([{ values: arrays.eaten_in_life, first, colour: "meal" }], steps, 0, Math.max(1, arrays.eaten_in_life.at(-1)));
@@ -150,6 +154,7 @@ export class Inspector {
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
     [...this.inputs.children].forEach((light, input) => light.classList.toggle("lit", active[input] > 0));
     this.showAction(header.look.actions, arrays.action[row], strongest(active, header.layer_sizes.at(-1)));
+    this.responses.draw(step, active.subarray(0, header.look.inputs.length));
     this.weightsAt(step);
     this.drawNets(active, row, units);
     const { error, weights, eaten } = this.traces;

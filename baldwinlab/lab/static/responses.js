@@ -1,0 +1,40 @@
+/** What an agent does at what it senses: a table of all combinations of its inputs, at birth and now. */
+
+import { el } from "./common.js";
+
+export class Responses {
+  constructor() {
+    this.lines = el("tbody", {});
+    const title = (text) => el("th", { scope: "col" }, text);
+    const head = el("thead", {}, el("tr", {}, title("senses"), title("at birth"), title("now")));
+    this.root = el("table", { class: "responses", "data-testid": "responses", "aria-label": "What it does at what it senses" }, head, this.lines);
+  }
+
+  /** @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} inside as /api/inside gives it */
+  set({ header: { look }, arrays: { responses, sample_step: samples } }) {
+    this.root.hidden = !responses;
+    if (!responses) return;
+    const codes = responses.length / samples.length;
+    Object.assign(this, { actions: look.actions, responses, samples, codes, shown: -1 });
+    const sensed = (code) => look.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
+    this.now = Array.from({ length: codes }, () => el("td", {}));
+    this.lines.replaceChildren(...this.now.map((now, code) =>
+      el("tr", {}, el("th", { scope: "row" }, sensed(code)), el("td", {}, look.actions[responses[code]]), now)));
+  }
+
+  /** As it is at a step, and which line is the agent's own just now. */
+  draw(step, active) {
+    if (this.root.hidden) return;
+    const after = this.samples.findIndex((sampled) => sampled > step);
+    const sample = (after < 0 ? this.samples.length : after) - 1;
+    const own = active.reduce((code, input, place) => code | (Number(input > 0) << place), 0);
+    this.now.forEach((cell, code) => cell.parentElement.classList.toggle("own", code === own));
+    if (sample === this.shown) return;
+    this.shown = sample;
+    this.now.forEach((cell, code) => {
+      const action = this.responses[sample * this.codes + code];
+      cell.textContent = this.actions[action];
+      cell.classList.toggle("changed", action !== this.responses[code]);
+    });
+  }
+}
