@@ -118,7 +118,7 @@ def test_of_two_networks_one_is_said_to_teach() -> None:
 
 def test_no_band_of_fitness_reaches_below_nought() -> None:
     bands = figures.fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
-    assert bands and min(path.vertices[:, 1].min() for band in bands for path in band.get_paths()) == 0
+    assert bands and min(np.asarray(path.vertices)[:, 1].min() for band in bands for path in band.get_paths()) == 0
 
 
 def test_a_way_is_broken_where_it_leaves_the_map() -> None:

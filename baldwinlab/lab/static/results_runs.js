@@ -7,14 +7,16 @@ const COLUMNS = ["condition", "run", "best", "mean", "share"];
 /**
  * @param {object} results
  * @param {Object<string, number[]>} runs of each condition that is shown
+ * @param {Object<string, {name: string, axis: string}>} measures what best, mean and share are called
  * @param {(condition: string, run: number) => string|null} address of a run's last life; null where none can be watched
  */
-export function runTable(results, runs, address) {
+export function runTable(results, runs, measures, address) {
   const rows = Object.entries(runs).flatMap(([condition, numbers]) =>
     numbers.map((run, index) => ({ condition, run, ...Object.fromEntries(COLUMNS.slice(2).map((measure) => [measure, results.final[condition][measure][index]])) })));
   const body = el("tbody");
+  const titled = (column) => (column in measures ? `${measures[column].name}, ${measures[column].axis}` : column);
   let order = { column: "mean", rising: false };
-  const heads = COLUMNS.map((column) => el("th", { scope: "col" }, el("button", { type: "button", class: "quiet", "data-testid": `sort-${column}`, onclick: () => sort(column) }, column)));
+  const heads = COLUMNS.map((column) => el("th", { scope: "col" }, el("button", { type: "button", class: "quiet", "data-testid": `sort-${column}`, onclick: () => sort(column) }, titled(column))));
   const sort = (column) => {
     order = { column, rising: order.column === column ? !order.rising : column === "condition" || column === "run" };
     show();

@@ -97,7 +97,7 @@ function draw(page, given, remember) {
     el("div", { class: "row" }, measureSwitch(results, measure, choose), el("span", { class: "soft" }, by ? `One curve for each ${by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.` : explained(given))),
     curves,
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
-    runTable(results, runs, (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
+    runTable(results, runs, measures(results), (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
     claimList(results.claims, study, (condition) => results.typical_run[condition], last),
   );
   curves.append(chart, download("curves.csv", ["curve", "generation", "mean", "low", "high"], drawnRows(given)));
