@@ -224,6 +224,7 @@ export class LiveWorld {
     this.inspector.hide();
     this.player.close();
     this.coming?.close();
+    this.coming = null; // what has come in the meantime begins nothing any longer
     this.life?.close();
   }
 }
