@@ -134,16 +134,17 @@ export class Setup {
   /** Ask the server, soon after the last change, what is wrong with what the form says; what was, may be mended. */
   check() {
     clearTimeout(this.waiting);
+    const mine = ++this.turn;
     this.waiting = setTimeout(async () => {
-      const [form, mine] = [this.form, ++this.turn];
-      const { errors } = await postJSON("/api/validate", this.order(), this.signal);
+      const [form, order] = [this.form, structuredClone(this.order())]; // which stays, though more is written meanwhile
+      const { errors } = await postJSON("/api/validate", order, this.signal);
       if (mine !== this.turn) return;
       form.show(errors.filter(({ path }) => !(path in this.given)));
       for (const name of ["runs", "seed"]) this.root.querySelector(`#setup-${name}`)?.setAttribute("aria-invalid", errors.some(({ path }) => path === name));
       this.start.disabled = errors.length > 0;
       this.explain(errors);
       if (errors.length) return;
-      const shown = await postJSON("/api/look", { experiment: form.value }, this.signal);
+      const shown = await postJSON("/api/look", { experiment: order.experiment }, this.signal);
       if (mine === this.turn) this.listener.valid(shown);
     }, CHECK_AFTER);
   }
