@@ -86,13 +86,17 @@ def bring(
 def _of_runs(
     experiments: Sequence[Experiment], directory: Path, runs: int, workers: int, engine: Backend, place: Executor
 ) -> Need:
-    """What the runs take that the directory lacks; elsewhere than on threads, of other machines' memory."""
+    """What the runs take that the directory lacks."""
     there = is_study(directory)
     lacking = []
     for experiment in experiments:
         stored = sum(1 for _ in (directory / "runs" / experiment.name).glob("*.nc")) if there else 0
         lacking.append((experiment, max(0, runs - stored)))
-    need = estimate.of_runs(lacking, workers, engine.worlds)
+    return _here(estimate.of_runs(lacking, workers, engine.worlds), place)
+
+
+def _here(need: Need, place: Executor) -> Need:
+    """What of it is this machine's to give: elsewhere than on threads, the memory is others'."""
     return need if place.name == THREADS.name else need._replace(memory=0)
 
 
@@ -123,8 +127,7 @@ def assay(
         console.say(f"{study.directory}: all of these assays are stored already")
         return
     need = of_assays(study, missing, {condition: len(study.runs(condition)) for condition in missing}, place.workers)
-    need = need if place.name == THREADS.name else need._replace(memory=0)
-    require(f"assays: {count}", need, study.directory, force=force)
+    require(f"assays: {count}", _here(need, place), study.directory, force=force)
     console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
 
     def standing() -> str:

@@ -99,17 +99,10 @@ def require_inside(root: Path, path: Path) -> None:
 
 def condition(study: Study, name: str) -> Experiment:
     """Raises MissingError for a condition that the study has not."""
-    if name not in study.experiments:
-        raise MissingError(_sentence(study, name))
-    return study.experiments[name]
-
-
-def _sentence(study: Study, name: str) -> str:
     try:
-        study.experiment(name)
+        return study.experiment(name)
     except StudyError as error:
-        return str(error)
-    raise AssertionError("only asked of a condition that there is not")
+        raise MissingError(str(error)) from None
 
 
 def require_run(lab: Lab, study: Study, name: str, run: int) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import httpx
 import pytest
@@ -20,6 +20,7 @@ from baldwinlab.__main__ import main
 from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.presets import load
+from tests.commands import Outcome
 from tests.faults.amount import amount
 from tests.faults.hostile import VALUES, WORDS
 from tests.lab.conftest import LabServer, serving
@@ -66,13 +67,7 @@ COMMANDS = [  # each is refused for the words that are put in the places of X
 ]
 
 
-class Told(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
-def call(arguments: list[str]) -> Told:
+def call(arguments: list[str]) -> Outcome:
     """The command line, in the folder that we are in."""
     out, err, before = StringIO(), StringIO(), sys.argv
     sys.argv = ["baldwinlab", *arguments]
@@ -84,7 +79,7 @@ def call(arguments: list[str]) -> Told:
         code = end.code if isinstance(end.code, int) else int(bool(end.code))
     finally:
         sys.argv = before
-    return Told(code, out.getvalue(), err.getvalue())
+    return Outcome(code, out.getvalue(), err.getvalue())
 
 
 def contents(folder: Path) -> dict[str, bytes]:
