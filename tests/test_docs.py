@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.commands import Command
+
 ROOT = Path(__file__).parent.parent
 LONG = ("assays.md", "changing-the-model.md", "controls.md", "papers.md", "python.md", "sweeps.md")  # half a minute each
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -28,7 +30,9 @@ SHOWING = [
 
 
 @pytest.mark.parametrize("document", SHOWING)
-def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(document: Path, tmp_path: Path) -> None:
+def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(
+    document: Path, command: Command, tmp_path: Path
+) -> None:
     """A block of TOML whose first line is a comment is the file of that name, there for both."""
     for block in blocks(document, "toml"):
         if block.startswith("# "):
@@ -37,13 +41,13 @@ def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(docu
             path.write_text(block)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     for line in "".join(blocks(document, "console")).splitlines():
-        command, _, target = line.partition(" > ")
-        words = [sys.executable, "-m", *shlex.split(command)]
-        assert words[2] == "baldwinlab", line
-        done = subprocess.run(words, cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
-        assert done.returncode == 0, (line, done.stderr)
+        words, _, target = line.partition(" > ")
+        program, *arguments = shlex.split(words)
+        assert program == "baldwinlab", line
+        done = command(*arguments)
+        assert done.code == 0, (line, done.err)
         if target:
-            (tmp_path / target).write_text(done.stdout)
+            (tmp_path / target).write_text(done.out)
     code = "\n".join(blocks(document, "python"))
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

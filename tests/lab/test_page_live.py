@@ -212,7 +212,7 @@ def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
 
 
 def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> None:
-    begin(page, QUICK | {"evolution.generations": 2, "lifetime.steps": 5000}, pace="0", speed="20")
+    begin(page, QUICK | {"evolution.generations": 2, "lifetime.steps": 1500}, pace="0", speed="20")
     state_is(page, "Done")
     plot = page.get_by_test_id("live-fitness").locator(".u-over")
     for x, generation in ((2, 0), (-3, 1), (2, 0)):
