@@ -216,7 +216,7 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
 
 
 def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "baldwinlab", "run", "evo+self-taught/A", "--runs", "40", "--out", "study"]
+    words = [sys.executable, "-m", "baldwinlab", "run", "evo+self-taught/A", "--runs", "24", "--out", "study"]
     words += ["--set", "evolution.generations=4", "--set", "lifetime.steps=2000"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
     process = subprocess.Popen(words, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -226,9 +226,9 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     _, err = process.communicate()
     assert process.returncode == 130
     stored = len(contents(tmp_path))
-    assert 0 < stored < 40
+    assert 0 < stored < 24
     assert f"stopped; runs stored in study: {stored}; the same command carries on from there" in err
     assert "Traceback" not in err
     again = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-    assert f"runs: 40, stored already: {stored}" in again.stdout
-    assert len(contents(tmp_path)) == 40
+    assert f"runs: 24, stored already: {stored}" in again.stdout
+    assert len(contents(tmp_path)) == 24

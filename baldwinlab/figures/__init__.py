@@ -3,7 +3,7 @@
 from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.networks import Kind, networks
-from baldwinlab.figures.style import png, save, svg
+from baldwinlab.figures.style import save, svg
 from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "fitness_boxes",
     "fitness_curves",
     "networks",
-    "png",
     "save",
     "sectors",
     "svg",

@@ -224,6 +224,7 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     assert (out / "report.html").read_text() == page
 
 
+@pytest.mark.nightly  # which draws a report, as the test before it does
 def test_without_claims_the_report_compares_the_conditions(command: Command, tmp_path: Path) -> None:
     folder(tmp_path / "tiny", "maps", "claims", "words", paper=PAPER + 'figures = ["final-fitness", "fitness"]\n')
     done = command("reproduce", "tiny", "--runs", "1", "--out", "mine")
