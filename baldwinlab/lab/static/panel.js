@@ -4,6 +4,7 @@ import { el, getBinary, icon } from "./common.js";
 import { listen } from "./gestures.js";
 import { named } from "./population.js";
 import { Lifetime, Recording } from "./recording.js";
+import { RunCurve } from "./run_curve.js";
 import { PRESETS, nearest, query } from "./sources.js";
 import { Tip } from "./tip.js";
 import { WorldView } from "./world.js";
@@ -49,16 +50,17 @@ export class Panel {
       el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id),
     );
     this.lists.study.append(...titled);
-    const generation = { min: 0, step: 1, "aria-label": "Generation" };
-    const go = (text) => this.goTo(Number(text));
+    const go = (generation) => this.goTo(generation);
     this.number = el("input", {
-      ...generation,
       type: "number",
+      min: 0,
+      step: 1,
+      "aria-label": "Generation",
       class: "generation-number",
       "data-testid": `generation-${this.name}`,
-      onchange: () => go(this.number.value),
+      onchange: () => go(Number(this.number.value)),
     });
-    this.slide = el("input", { ...generation, type: "range", class: "generation-slide", oninput: () => go(this.slide.value) });
+    this.curve = new RunCurve({ go, invalidate: this.tell.invalidate });
     const by = (way, path, label) =>
       el(
         "button",
@@ -87,7 +89,7 @@ export class Panel {
         this.number,
         by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
         this.tour,
-        this.slide,
+        this.curve.root,
       ),
       this.note,
     );
@@ -173,10 +175,9 @@ export class Panel {
     Object.assign(this.lists.study, { value: study });
     Object.assign(this.lists.condition, { value: condition });
     Object.assign(this.lists.run, { value: String(run) });
-    for (const input of [this.number, this.slide]) {
-      input.max = (this.condition?.generations ?? 1) - 1;
-      input.value = generation;
-    }
+    const last = (this.condition?.generations ?? 1) - 1;
+    Object.assign(this.number, { max: last, value: generation });
+    this.curve.follow(this.source, last);
   }
 
   /** @returns {{there: boolean, ready: boolean}} whether the moment has come from the server, and whether all of it is drawn */
@@ -184,6 +185,7 @@ export class Panel {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;
     const ready = this.view.draw(recording, moment, look);
+    this.curve.draw();
     if (recording) this.showCount(recording, Math.floor(moment));
     return { there: recording !== null || !this.life, ready };
   }
@@ -196,6 +198,7 @@ export class Panel {
 
   close() {
     this.sized.disconnect();
+    this.curve.close();
     this.life?.close();
     this.coming?.close();
     this.root.remove();
