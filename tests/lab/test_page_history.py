@@ -62,7 +62,7 @@ def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_c
         page.touchscreen.tap(place["x"] + 9, place["y"] + place["height"] / 2)
         expect(page.get_by_test_id("generation-a")).to_have_value("0")
         with serving(tmp_path) as empty:
-            page.goto(f"{empty.address}/#/world?condition=evo/A&generation=0")
+            page.goto(f"{empty.address}/#/world?condition=evo%2Bself-taught/A&generation=0")
             expect(page.locator("[data-ready]")).to_have_count(1, timeout=60_000)
             expect(page.locator(".run-curve.plain")).to_have_count(1)
             expect(page.get_by_role("slider", name="Generation")).not_to_have_attribute("aria-valuetext", re.compile("."))
