@@ -40,7 +40,11 @@ def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_draw
     expect(slider).to_have_attribute("aria-valuetext", told(lab_server, 0))
     page.mouse.down()
     page.mouse.move(last, height, steps=4)
+    expect(generation).to_have_value("2")
     page.mouse.up()
+    page.go_back()  # past all that was passed on the way
+    expect(generation).to_have_value("0")
+    slider.press("End")
     expect(generation).to_have_value("2")
     page.get_by_test_id("run-a").select_option("0")
     expect(slider).not_to_have_attribute("aria-valuetext", told(lab_server, 2))

@@ -16,7 +16,7 @@ export class Panel {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: (source: import("./sources.js").Source) => void, loaded: () => void, failed: (fault: Error) => void,
+   * @param {{invalidate: () => void, chosen: () => void, loaded: () => void, failed: (fault: Error) => void,
    *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void, toured: () => void}} tell
    */
   constructor(name, studies, tell) {
@@ -50,7 +50,6 @@ export class Panel {
       el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id),
     );
     this.lists.study.append(...titled);
-    const go = (generation) => this.goTo(generation);
     this.number = el("input", {
       type: "number",
       min: 0,
@@ -58,9 +57,10 @@ export class Panel {
       "aria-label": "Generation",
       class: "generation-number",
       "data-testid": `generation-${this.name}`,
-      onchange: () => go(Number(this.number.value)),
+      onchange: () => this.goTo(Number(this.number.value)),
     });
-    this.curve = new RunCurve({ go, invalidate: this.tell.invalidate });
+    const { invalidate, chosen: settled } = this.tell;
+    this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
     const by = (way, path, label) =>
       el(
         "button",
@@ -109,7 +109,7 @@ export class Panel {
     if (changed !== "study") wanted.condition = this.lists.condition.value;
     if (changed === "run") wanted.run = Number(this.lists.run.value);
     this.choose(nearest(this.studies, wanted));
-    this.tell.chosen(this.source);
+    this.tell.chosen();
   }
 
   goTo(generation) {
@@ -117,7 +117,7 @@ export class Panel {
     const within = Math.min(Math.max(0, Math.round(generation) || 0), last);
     if (within === this.source.generation) return this.showSource();
     this.choose({ ...this.source, generation: within });
-    this.tell.chosen(this.source);
+    this.tell.chosen();
   }
 
   /** Show a life; the one before stays in sight until it is there. @param {import("./sources.js").Source} source */

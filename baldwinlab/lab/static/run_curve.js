@@ -8,10 +8,20 @@ import { PRESETS } from "./sources.js";
 /** @typedef {{measure: string, best: number[], mean: number[]}} Curve */
 
 export class RunCurve extends ChartSlider {
-  /** @param {{go: (generation: number) => void, invalidate: () => void}} tell */
-  constructor({ go, invalidate }) {
-    super("run-curve plain", { "aria-label": "Generation", oninput: () => go(this.slider.valueAsNumber) });
-    Object.assign(this, { invalidate, asked: null, curve: null, stop: null });
+  /** @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}} tell `settled` when it is let go */
+  constructor({ go, settled, invalidate }) {
+    super("run-curve plain", { "aria-label": "Generation" });
+    Object.assign(this, { invalidate, held: false, asked: null, curve: null, stop: null });
+    this.slider.addEventListener("input", () => {
+      this.held = true; // what is passed on the way is no place to come back to
+      go(this.slider.valueAsNumber);
+    });
+    const release = () => {
+      if (!this.held) return;
+      this.held = false;
+      settled();
+    };
+    for (const end of ["change", "pointerup", "pointercancel"]) this.slider.addEventListener(end, release);
   }
 
   /** Stand at a generation of a run, whose last one that is; of a run that is not stored there is no curve. @param {import("./sources.js").Source} source */

@@ -247,7 +247,7 @@ export class WorldTab {
 
   /** The address follows what is shown; another life is a new place in the history. */
   remember(replace = true) {
-    if (this.panels[0]?.source) this.navigate(written(this), replace);
+    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.held)) this.navigate(written(this), replace);
   }
 
   /** Both worlds are looked at from the same place. */
