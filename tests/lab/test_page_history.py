@@ -35,6 +35,7 @@ def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_draw
     height = place["y"] + place["height"] / 2
     page.mouse.move(middle, height)
     expect(page.locator(".run-curve .tip")).to_have_text(told(lab_server, 1))
+    expect(page.locator(".run-curve .tip")).to_be_in_viewport(ratio=1)
     page.mouse.click(first, height)
     expect(generation).to_have_value("0")
     expect(slider).to_have_attribute("aria-valuetext", told(lab_server, 0))
