@@ -23,18 +23,24 @@ export class Ancestors {
   async show(source, agent) {
     const asked = `${query(source)}&agent=${agent}`;
     if (asked === this.asked) return;
+    this.leave();
     Object.assign(this, { asked, source });
-    this.stop?.abort();
     this.stop = new AbortController();
     this.root.classList.add("waiting");
     try {
       this.take(await getJSON(`api/ancestors?${asked}`, this.stop.signal));
     } catch (fault) {
       if (fault.name === "AbortError") return;
-      this.asked = null;
+      this.leave();
       message(fault.message, "error");
     }
     this.root.classList.remove("waiting");
+  }
+
+  /** Nobody looks at it any longer. */
+  leave() {
+    this.stop?.abort();
+    this.asked = null;
   }
 
   /** @param {{first: number, agents: number[], eaten: number[], others: number[], eaten_of_others: number[], ancestors: number[], mean: number[]}} line */

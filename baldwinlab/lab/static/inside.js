@@ -79,6 +79,7 @@ export class Inspector {
     this.turner.setAttribute("aria-pressed", descent);
     this.body.hidden = descent;
     this.ancestors.root.hidden = !descent;
+    if (!descent) this.ancestors.leave();
     if (!this.shown) return;
     if (descent) this.ancestors.show(this.source, this.agent);
     this.tell.seek(null);

@@ -29,23 +29,21 @@ export class RunCurve extends ChartSlider {
     this.setLast(last);
     this.show(generation);
     const asked = study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
-    if (asked !== this.asked) {
-      this.close();
-      this.asked = asked;
-      this.take(null);
-      try {
-        if (asked) this.take(await getJSON(`api/run?${asked}`, this.stop.signal));
-      } catch {
-        return; // another run is asked for, or what is wrong with this one is said where its life is asked for
-      }
+    if (asked === this.asked) return this.say();
+    this.close();
+    Object.assign(this, { asked, curve: null }); // what is drawn stays until the other one is there
+    try {
+      this.take(asked && (await getJSON(`api/run?${asked}`, this.stop.signal)));
+    } catch (fault) {
+      if (fault.name !== "AbortError") this.take(null); // what is wrong with the run is said where its life is asked for
     }
-    this.say();
   }
 
   /** @param {Curve|null} curve */
   take(curve) {
     this.curve = curve;
     this.root.classList.toggle("plain", !curve);
+    this.say();
     this.invalidate();
   }
 

@@ -73,6 +73,13 @@ export async function watchable() {
   return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
 }
 
+/** Raises an Error with a sentence where what an address names has no world. */
+export function requireWorld({ studies, worldless }, state) {
+  const found = worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
+  if (found && (state.condition || studies.every(({ id }) => id !== state.study)))
+    throw new Error(`${found.condition} of ${state.study} is of a model whose lives have no world to watch.`);
+}
+
 /** A life by its whole name. @param {Source} source */
 export function titled({ study, condition, run, generation }) {
   const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;

@@ -8,7 +8,7 @@ import { Panel } from "./panel.js";
 import { Player, usualSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
-import { PRESETS, nearest, query, rival, titled, watchable, withTypicalRun } from "./sources.js";
+import { PRESETS, nearest, query, requireWorld, rival, titled, watchable, withTypicalRun } from "./sources.js";
 import { Timeline } from "./timeline.js";
 import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
@@ -34,11 +34,9 @@ export class WorldTab {
       changed: (on) => this.toured(on),
     });
     this.player.ended = () => this.tour.next();
-    this.scheme = matchMedia("(prefers-color-scheme: dark)");
-    this.onscheme = () => this.player.invalidate();
-    this.onkey = (event) => steer(event, this);
-    this.scheme.addEventListener("change", this.onscheme);
-    addEventListener("keydown", this.onkey);
+    const { signal } = (this.leaving = new AbortController());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.player.invalidate(), { signal });
+    addEventListener("keydown", (event) => steer(event, this), { signal });
     this.timeline = new Timeline((step) => this.player.seek(step));
     this.population = new Population((agent) => this.pick("a", agent));
     this.inspector = new Inspector({
@@ -92,9 +90,7 @@ export class WorldTab {
   /** Show what an address says; what it leaves out is as at the beginning. */
   apply(state) {
     try {
-      const worldless = this.worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
-      if (worldless && (state.condition || this.studies.every(({ id }) => id !== state.study)))
-        throw new Error(`${worldless.condition} of ${state.study} is of a model whose lives have no world to watch.`);
+      requireWorld(this, state);
       const first = nearest(this.studies, state, true);
       this.ensurePanel(0).choose(first);
       const second = besides(state, first);
@@ -296,10 +292,9 @@ export class WorldTab {
 
   close() {
     this.closed = true;
+    this.leaving.abort();
     this.share?.close();
     this.player.close();
-    this.scheme.removeEventListener("change", this.onscheme);
-    removeEventListener("keydown", this.onkey);
     this.panels.forEach((panel) => panel.close());
     this.inspector.hide();
   }
