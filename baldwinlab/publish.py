@@ -18,11 +18,12 @@ from baldwinlab.multiverse.analysis import STANDARD, read
 from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
-from baldwinlab.report import Section, emergence_generations, render, typical_run, write_report
+from baldwinlab.report import Section, emergence_generations, render, write_report
 from baldwinlab.report.content import reading, run_counts
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs.estimate import of_replay, of_tables
 from baldwinlab.runs.replay import replay
+from baldwinlab.statistics import fitness
 from baldwinlab.statistics.contrasts import contrasts
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import Study
@@ -99,7 +100,7 @@ def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]
     condition = _shown(study, paper)
     if condition is None:
         return []
-    experiment, run = study.experiments[condition], typical_run(data, condition)
+    experiment, run = study.experiments[condition], fitness.typical_run(data, condition)
     energy = data.energy.sel(condition=condition, run=run)
     return [  # forced, as `need` has told what all of them take
         replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy, force=True)

@@ -16,7 +16,6 @@ import xarray as xr
 from baldwinlab.factors import SWEEP, Factors
 from baldwinlab.files import text_of, write_atomically
 from baldwinlab.netcdf import claimed
-from baldwinlab.report import typical_run
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -45,7 +44,7 @@ def of_study(study: Study) -> dict[str, Any]:
         for name in names:
             answer["curves"][name][measure] = {part: _plain(array.sel(condition=name)) for part, array in curve.items()}
             answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
-    answer["typical_run"] = {name: typical_run(data, name) for name in names}
+    answer["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return answer
 
 

@@ -20,6 +20,7 @@ WORLDS: Final = {  # what is opened, in which window
     "world": (LIFE, DESK),
     "guide": (f"{LIFE}&guide=open", DESK),
     "inside": (f"{LIFE}&agent=12", DESK),
+    "ancestors": (f"{LIFE}&agent=12&inside=ancestors", DESK),
     "beside": (f"{LIFE}&b.condition=evo/B", DESK),
     "phone": (LIFE, PHONE),
 }

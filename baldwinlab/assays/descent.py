@@ -1,4 +1,4 @@
-"""Descent, from the stored parents alone: common ancestors, the founders' shares, and the pedigree in the ALife standard."""
+"""Descent, from the stored parents alone: ancestors, the founders' shares, and the pedigree in the ALife standard."""
 
 from __future__ import annotations
 
@@ -75,6 +75,24 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
             shares = (shares[one] + shares[other]) / 2
             sum_of_squares[generation] += (shares.mean(axis=0) ** 2).sum()
     return 1 / sum_of_squares
+
+
+def ancestors(parents: Parents, generation: int, agent: int) -> list[npt.NDArray[np.int32]]:
+    """All from whom an agent descends: itself, its parents, theirs, and so on back to those who inherited nothing."""
+    found = [np.array([agent], np.int32)]
+    while (before := np.unique(parents[generation, found[-1]])).min() >= 0:
+        found.append(before)
+        generation -= 1
+    return found
+
+
+def fitter_line(parents: Parents, generation: int, agent: int) -> list[tuple[int, int]]:
+    """The parents of an agent, those of the fitter of them, and so on; of each couple the fitter one first."""
+    couples = []
+    while (couple := parents[generation, agent]).min() >= 0:
+        couples.append((int(couple[0]), int(couple[1])))
+        generation, agent = generation - 1, couples[-1][0]
+    return couples
 
 
 HEADER = "id,ancestor_list,origin_time,destruction_time"

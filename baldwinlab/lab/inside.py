@@ -12,8 +12,8 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.evolution import next_genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import Lab, MissingError, frames
-from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer
+from baldwinlab.lab import Lab, frames
+from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer, require_agent
 from baldwinlab.lab.query import number
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import look
@@ -48,12 +48,11 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     made another than the largest output; responses [sample, code], where inputs are few and there is no memory: the action of
     the largest output for each combination of inputs, of which bit k of the code says whether input k is 1; eaten_in_life
     [step], items, with this step; and with a reinforcement module: teacher [weight], teacher_activations [step, unit], and
-    error [step], the root mean square of the difference between the modules' outputs. Raises MissingError for an agent that the
-    population has not.
+    error [step], the root mean square of the difference between the modules' outputs. Raises MissingError as
+    `require_agent` does.
     """
     experiment = life.experiment
-    if agent >= experiment.population.size:
-        raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}")
+    require_agent(life, agent)
     past, (seed, run, generation) = life.past(), life.moment
     batch = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, batch, part, agent)

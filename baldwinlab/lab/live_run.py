@@ -120,12 +120,16 @@ class LiveRun:
         }
 
     def energy(self, run: int, generation: int) -> xr.DataArray:
-        """Fitness (generation, agent) of all generations so far. Raises ValueError for what has not lived."""
+        """Fitness (generation, agent) of all generations so far. Raises ValueError as `history` does."""
+        return xr.DataArray(self.history(run, generation).energy, dims=("generation", "agent"))
+
+    def history(self, run: int, generation: int) -> History:
+        """One of the runs, as far as it has come. Raises ValueError where there is none, and where `generation` has not lived."""
         if not 0 <= run < self.runs:
             raise ValueError(f"run = {run} must be at least 0 and less than {self.runs}")
         if not 0 <= generation < self.lived:
             raise ValueError(f"generation {generation} of the live run {self.id} has not lived: {self.lived} have")
-        return xr.DataArray(self._histories[run].energy, dims=("generation", "agent"))
+        return self._histories[run]
 
     def records(self) -> list[xr.Dataset]:
         """Each run as a study stores it. Raises StudyError while it lives, and where no generation has lived."""

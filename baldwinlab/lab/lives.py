@@ -83,6 +83,13 @@ def find(lab: Lab, query: Query) -> Life:
     return life
 
 
+def require_agent(life: Life, agent: int) -> None:
+    """Raises MissingError for an agent that the population has not."""
+    experiment = life.experiment
+    if agent >= experiment.population.size:
+        raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}")
+
+
 def _named(lab: Lab, query: Query) -> Life:
     generation = number(query, "generation")
     if "study" in query:

@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket
 
 from baldwinlab import palette
 from baldwinlab.console import on_a_screen
-from baldwinlab.lab import Lab, MissingError, forms, inside, live, recording, share, studies
+from baldwinlab.lab import Lab, MissingError, forms, history, inside, live, recording, share, studies
 from baldwinlab.lab.clients import InPieces
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
@@ -42,7 +42,7 @@ def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
     def engine(request: Request) -> JSONResponse:
         return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
 
-    routes = [route for part in (studies, forms, recording, inside, live, share) for route in part.routes(lab)]
+    routes = [route for part in (studies, forms, recording, inside, history, live, share) for route in part.routes(lab)]
     routes += [Route("/api/engine", engine), Route("/palette.css", _palette)]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(

@@ -202,7 +202,7 @@ def typical_of(lab: Lab, name: str, label: str) -> bytes:
     written = tuple(path.stat().st_mtime_ns for path in stored)
 
     def make() -> bytes:
-        from baldwinlab.report import typical_run  # here, because it takes a second to load, and the first page comes before
+        from baldwinlab.statistics.fitness import typical_run  # here, because it takes a while to load
 
         return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
 

@@ -13,13 +13,12 @@ from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.report import content
-from baldwinlab.report.content import typical_run
 from baldwinlab.report.pictures import EXPLAINING, Looks, embed, pictures
 from baldwinlab.report.sections import Section, finished, render, write_page
 from baldwinlab.report.words import measures
 from baldwinlab.statistics.summary import by_condition
 
-__all__ = ["Section", "emergence_generations", "render", "typical_run", "write_page", "write_report"]
+__all__ = ["Section", "emergence_generations", "render", "write_page", "write_report"]
 
 PANELS = 6
 

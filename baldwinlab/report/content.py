@@ -14,7 +14,6 @@ from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import Choice
 from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.report import words
-from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import HOLDS, VERDICTS
 
 Experiments = Mapping[str, Experiment]
@@ -173,17 +172,6 @@ def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list
     if max(counts.values()) < paper.about.runs:
         sentences.append(f"There are {span(counts.values())} runs, where the paper has {paper.about.runs}: intervals are wider.")
     return sentences
-
-
-def typical_run(study: xr.Dataset, condition: str) -> int:
-    """The run of a condition whose final mean fitness is nearest to the median of all its runs: the one to show.
-
-    Raises ValueError where the condition has no run.
-    """
-    final = fitness.final(study, "mean").sel(condition=condition).dropna("run")
-    if not final.size:
-        raise ValueError(f"there is no run of {condition}")
-    return int(final["run"][abs(final - final.median()).argmin("run")])
 
 
 def timing(provenance: Mapping[str, Any]) -> str:

@@ -17,7 +17,7 @@ from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.papers.words import Figure
-from baldwinlab.report.content import Experiments, foragers, typical_run, worlds
+from baldwinlab.report.content import Experiments, foragers, worlds
 from baldwinlab.report.words import number
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.tables import to_csv
@@ -90,7 +90,7 @@ def _typical_lives(study: xr.Dataset) -> list[str]:
         return []
     lived = study["energy"].notnull().any(("run", "agent"))
     last = {str(name): lived.sel(condition=name) for name in study["condition"].values if bool(lived.sel(condition=name).any())}
-    return [replayed(name, typical_run(study, name), int(there["generation"][there][-1])) for name, there in last.items()]
+    return [replayed(name, fitness.typical_run(study, name), int(there["generation"][there][-1])) for name, there in last.items()]
 
 
 def _of_whom(study: xr.Dataset) -> str:
@@ -135,7 +135,7 @@ def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
 
 def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
     condition, run = str(traces[0].attrs["condition"]), int(traces[0].attrs["run"])
-    why = ", the one nearest to the median in final mean fitness" if typical_run(study, condition) == run else ""
+    why = ", the one nearest to the median in final mean fitness" if fitness.typical_run(study, condition) == run else ""
     counts = ", ".join(
         f"generation {trace.attrs['generation']}: {int((trace['eaten'].sum('step') > 0).sum())} of {trace.sizes['agent']}"
         for trace in traces

@@ -121,6 +121,11 @@ class History:
         """The fitness, [generation, agent], of the generations that have lived; what is there stays."""
         return self._energy[: self.lived]
 
+    @property
+    def parents(self) -> npt.NDArray[np.int32]:
+        """As recorded, [generation, agent, parent], of the generations that have lived; what is there stays."""
+        return self._parents[: self.lived]
+
     def dataset(self) -> xr.Dataset:
         """The run, of as many generations as have lived: to the bit the run of an experiment with so many. At least one has.
 
@@ -132,7 +137,7 @@ class History:
         """As `dataset`, in the form in which it is stored: the variables of `baldwinlab.variables.of_record`."""
         genomes = np.stack(list(self._kept.values()))
         arrays = {**{name: self.of_agents(name) for name in self._records}, "energy": self.energy}
-        arrays["parents"] = self._parents[: self.lived]
+        arrays["parents"] = self.parents
         experiment = self.experiment.replace(evolution={"generations": self.lived})
         declared = variables.of_record(experiment)
         found = variables.dataset(declared, arrays, provenance(experiment, self.seed, self.run))

@@ -67,6 +67,17 @@ def _window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
     return values.where(lived & inside).mean("generation")
 
 
+def typical_run(study: xr.Dataset, condition: str) -> int:
+    """The run of a condition whose final mean fitness is nearest to the median of all its runs: the one to show.
+
+    Raises ValueError where the condition has no run.
+    """
+    means = final(study, "mean").sel(condition=condition).dropna("run")
+    if not means.size:
+        raise ValueError(f"there is no run of {condition}")
+    return int(means["run"][abs(means - means.median()).argmin("run")])
+
+
 def most(study: xr.Dataset) -> xr.DataArray:
     """Items eaten by the agent that ate most of all generations: (condition, run); of models without food, fitness."""
     return gained(study).max(("generation", "agent"))

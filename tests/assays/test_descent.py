@@ -11,7 +11,7 @@ import pytest
 from phyloframe import legacy as standard
 
 from baldwinlab.assays import open_assay
-from baldwinlab.assays.descent import common_ancestor_ages, effective_ancestors, phylogeny
+from baldwinlab.assays.descent import ancestors, common_ancestor_ages, effective_ancestors, fitter_line, phylogeny
 from baldwinlab.studies.store import Study
 
 NONE = float("nan")
@@ -26,6 +26,14 @@ def test_a_pedigree_of_three_that_is_reckoned_by_hand() -> None:
     assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 2], equal_nan=True)
     # shares of the founders: (1, 4, 1) / 6, then (1, 3, 0) / 4
     assert effective_ancestors(parents) == pytest.approx([3, 2, 1.6])
+
+
+def test_the_ancestors_of_one_agent_that_are_reckoned_by_hand() -> None:
+    parents = pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
+    assert [found.tolist() for found in ancestors(parents, 2, 2)] == [[2], [0, 2], [0, 1]]
+    assert fitter_line(parents, 2, 2) == [(0, 2), (0, 1)]
+    assert [found.tolist() for found in ancestors(parents, 0, 1)] == [[1]]
+    assert fitter_line(parents, 0, 1) == []
 
 
 def test_all_from_one_couple() -> None:

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.axe import barriers
 from tests.lab.asking import SMALL, ask
-from tests.lab.conftest import LabServer
+from tests.lab.conftest import LabServer, serving
 from tests.lab.test_page_results import CLAIM
 
 LIFE = urlencode(SMALL)
@@ -35,6 +35,9 @@ def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_o
     expect(shaded.get_by_test_id("kin")).to_contain_text("parents")
     shaded.get_by_test_id("compare").click()
     expect(shaded.locator("[data-ready]")).to_have_count(2)
+    assert barriers(shaded) == []
+    shaded.get_by_test_id("ancestors-of").click()
+    expect(shaded.get_by_test_id("ancestor").first).to_be_visible()
     assert barriers(shaded) == []
     shaded.get_by_test_id("share").click()
     expect(shaded.get_by_test_id("share-link")).to_be_visible()
@@ -67,11 +70,22 @@ def test_the_results_tab_has_none_whatever_came_of_claims(shaded: Page, lab_serv
     shaded.goto("/#/results?study=small")
     shaded.get_by_test_id("curves").locator("canvas").wait_for()
     shaded.get_by_test_id("curves").get_by_role("button", name="evo/A").click()
+    shaded.get_by_test_id("runs").locator("summary").click()
+    shaded.get_by_test_id("sort-best").click()
+    expect(shaded.get_by_test_id("runs").locator("tbody tr")).to_have_count(4)
     assert barriers(shaded) == []
     (lab_server.root / "small" / "claims.json").unlink()
     shaded.goto("/#/results?study=gone")
     expect(shaded.get_by_test_id("results-empty")).to_be_visible()
     assert barriers(shaded) == []
+
+
+def test_the_life_that_plays_while_the_engine_is_compiled_has_none(shaded: Page, tmp_path: Path) -> None:
+    with serving(tmp_path, lambda: False) as server:
+        shaded.goto(server.address)
+        expect(shaded.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
+        assert barriers(shaded) == []
+        shaded.goto("about:blank")
 
 
 def test_a_shared_page_has_none(shaded: Page, lab_server: LabServer, tmp_path: Path) -> None:

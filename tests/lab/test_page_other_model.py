@@ -53,6 +53,7 @@ def test_what_is_stored_is_shown_without_the_part_and_not_lived(server: LabServe
     (study,) = data(server.address, "studies")["studies"]
     assert [(one["name"], one["steps"]) for one in study["conditions"]] == [("bit-strings", None)]
     results = data(server.address, "results", study="bits")
+    assert data(server.address, "run", study="bits", condition="bit-strings", run=0)["measure"] == "fitness"
     assert not results["food"] and len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
     asked = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
     assert "give its file by --part FILE" in refusal(server.address, "recording", 400, **asked)

@@ -214,6 +214,7 @@ def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(browser
         page.goto("/#/world?study=small&condition=evo/A&run=1&generation=1&step=0")
         expect(part(page, "messages")).to_contain_text("0001.nc is damaged: its checksum does not fit its content")
         expect(page.locator("[data-ready]")).to_have_count(0)
+        expect(page.locator(".run-curve.plain")).to_have_count(1)
         page.goto("/#/world?study=small&condition=evo/A&run=0&generation=2&step=0")
         expect(page.locator("[data-ready]")).to_have_count(1)
 

@@ -17,7 +17,6 @@ from baldwinlab.lab.live import Live
 from baldwinlab.lab.share import STATIC
 from baldwinlab.papers import built_in
 from baldwinlab.papers.verdicts import evaluate, write
-from baldwinlab.report import typical_run
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import create
@@ -160,8 +159,8 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
         for part, values in (("mean", average), ("low", low), ("high", high)):
             assert np.array_equal(curve[part], values.sel(condition=name))
         assert found["final"][name][measure] == fitness.final(study, measure).sel(condition=name).values.tolist()
-        assert found["typical_run"][name] == typical_run(study, name)
-        assert data(lab_server.address, "typical", study="small", condition=name) == {"run": typical_run(study, name)}
+        assert found["typical_run"][name] == fitness.typical_run(study, name)
+        assert data(lab_server.address, "typical", study="small", condition=name) == {"run": fitness.typical_run(study, name)}
 
 
 def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(tmp_path: Path) -> None:

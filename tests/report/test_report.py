@@ -15,7 +15,7 @@ from baldwinlab.factors import Factors
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import factors, load
-from baldwinlab.report import emergence_generations, typical_run, write_report
+from baldwinlab.report import emergence_generations, write_report
 from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability
 from tests.axe import barriers
@@ -148,12 +148,6 @@ def test_generations_of_the_panel_are_the_denser_the_earlier_with_both_ends() ->
     assert emergence_generations(6) == [0, 1, 2, 3, 4, 5]
     assert emergence_generations(2) == [0, 1]
     assert emergence_generations(1) == [0]
-
-
-def test_the_typical_run_is_the_one_in_the_middle() -> None:
-    assert typical_run(study({"mine": [9, 1, 5, 100, float("nan")]}), "mine") in (0, 2)
-    with pytest.raises(ValueError, match="no run of mine"):
-        typical_run(study({"mine": [float("nan")]}), "mine")
 
 
 def test_the_reading_is_named_or_spelt_out() -> None:

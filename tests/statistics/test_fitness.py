@@ -95,3 +95,9 @@ def test_of_fewer_than_six_values_a_median_has_no_interval_and_missing_ones_do_n
     assert middle.values.tolist() == [3, 3.5]
     np.testing.assert_array_equal(low, [NAN, 1])
     np.testing.assert_array_equal(high, [NAN, 6])
+
+
+def test_the_typical_run_is_the_one_in_the_middle() -> None:
+    assert fitness.typical_run(study({"mine": [9, 1, 5, 100, NAN]}), "mine") in (0, 2)
+    with pytest.raises(ValueError, match="no run of mine"):
+        fitness.typical_run(study({"mine": [NAN]}), "mine")

@@ -1,18 +1,20 @@
 /** The inspector: what goes on inside one agent, while time goes on outside. */
 
+import { Ancestors } from "./ancestors.js";
 import { el, format, getBinary, icon, message } from "./common.js";
 import { drawNetwork, strongest } from "./network.js";
 import { Responses } from "./responses.js";
 import { query } from "./sources.js";
-import { Trace } from "./trace.js";
-import { FONT, cssShade, palette } from "./palette.js";
+import { Trace, hint } from "./trace.js";
+import { FONT, palette } from "./palette.js";
 
 const MOST_LINES = 200; // weights whose way is drawn
 const ROOM = 150; // CSS pixels for a network
 
 export class Inspector {
   /**
-   * @param {{open: (source: import("./sources.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void}} tell
+   * @param {{open: (source: import("./sources.js").Source, agent: number) => void, close: () => void, seek: (step: number) => void,
+   *   turned: () => void}} tell
    */
   constructor(tell) {
     this.tell = tell;
@@ -42,24 +44,45 @@ export class Inspector {
       ...Object.values(this.traces).map(({ root }) => root),
       this.kin,
     );
+    this.ancestors = new Ancestors(tell.open);
+    const turn = () => {
+      this.turn(!this.descent);
+      tell.turned();
+    };
+    this.turner = el("button", { type: "button", class: "chip spread", "data-testid": "ancestors-of", onclick: turn }, "Ancestors");
     const close = el(
       "button",
-      { type: "button", class: "quiet square spread", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close },
+      { type: "button", class: "quiet square", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close },
       icon("M5 5l10 10M15 5L5 15"),
     );
     this.root = el(
       "section",
       { class: "inspector", "aria-label": "Inside an agent", tabindex: -1, hidden: true },
-      el("header", { class: "row" }, el("div", {}, this.title, this.facts), close),
+      el("header", { class: "row" }, el("div", {}, this.title, this.facts), this.turner, close),
       this.body,
+      this.ancestors.root,
     );
     this.data = null;
+    this.turn(false);
   }
 
   hide() {
     this.root.hidden = true;
     this.stop?.abort();
     this.shown = this.data = null;
+    this.turn(false);
+  }
+
+  /** Show from whom the agent descends, in place of what goes on inside it. */
+  turn(descent) {
+    this.descent = descent;
+    this.turner.setAttribute("aria-pressed", descent);
+    this.body.hidden = descent;
+    this.ancestors.root.hidden = !descent;
+    if (!descent) this.ancestors.leave();
+    if (!this.shown) return;
+    if (descent) this.ancestors.show(this.source, this.agent);
+    this.tell.seek(null);
   }
 
   /** Look inside an agent of a life. Of a very long life, one answer holds a part; `first` is where it begins. */
@@ -71,6 +94,7 @@ export class Inspector {
     this.stop?.abort();
     this.stop = new AbortController();
     this.title.textContent = `Agent ${agent}`;
+    if (this.descent) this.ancestors.show(source, agent);
     this.root.classList.add("waiting");
     try {
       this.take(source, await getBinary(`api/inside?${asked}&first=${this.first}`, this.stop.signal));
@@ -87,7 +111,7 @@ export class Inspector {
     const { header, arrays } = data;
     const taught = Boolean(arrays.teacher);
     this.inputs.replaceChildren(...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)));
-    this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank ${header.rank}`;
+    this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !taught;
     this.responses.set(data);
     const steps = arrays.sample_step.at(-1);
@@ -144,6 +168,7 @@ export class Inspector {
   /** Everything as it is at a step. */
   draw(step) {
     if (!this.data || this.root.hidden) return;
+    if (this.descent) return this.ancestors.draw();
     const { header, arrays } = this.data;
     const units = header.layer_sizes.reduce((sum, size) => sum + size, 0);
     if (step < header.first || step >= header.last) {
@@ -224,12 +249,6 @@ export class Inspector {
       );
     });
   }
-}
-
-/** What colours mean: each with its words. */
-function hint(...colours) {
-  const entries = colours.map(([colour, text]) => [el("i", { style: `background: ${cssShade(colour)}` }), text]);
-  return el("p", { class: "soft hint" }, entries.flat());
 }
 
 function largest(values) {

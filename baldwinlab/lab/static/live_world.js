@@ -38,7 +38,9 @@ export class LiveWorld {
       open: (source, agent) => this.openKin(source, agent),
       close: () => this.figure.pick(null),
       seek: (step) => (step === null ? this.player.invalidate() : this.goTo(step)),
+      turned: () => this.remember(),
     });
+    this.inspector.turn(state.inside === "ancestors");
     this.element = this.build(runs);
     this.player.changed = () => this.changed();
   }
@@ -179,7 +181,8 @@ export class LiveWorld {
     if (this.generation === null) return;
     const { generation, run, player, figure } = this;
     const place = this.follows ? { generation: null, step: null } : { generation, step: Math.floor(player.time) };
-    this.navigate({ ...place, run: run || null, agent: figure.agent, speed: player.speed === SPEED ? null : player.speed });
+    const inside = this.inspector.descent ? "ancestors" : null;
+    this.navigate({ ...place, run: run || null, agent: figure.agent, inside, speed: player.speed === SPEED ? null : player.speed });
     this.open.hidden = !this.kept;
     this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run, generation })}`;
   }

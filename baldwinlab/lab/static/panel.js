@@ -4,6 +4,7 @@ import { el, getBinary, icon } from "./common.js";
 import { listen } from "./gestures.js";
 import { named } from "./population.js";
 import { Lifetime, Recording } from "./recording.js";
+import { RunCurve } from "./run_curve.js";
 import { PRESETS, nearest, query } from "./sources.js";
 import { Tip } from "./tip.js";
 import { WorldView } from "./world.js";
@@ -15,7 +16,7 @@ export class Panel {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies as /api/studies lists them, without those that cannot be read
-   * @param {{invalidate: () => void, chosen: (source: import("./sources.js").Source) => void, loaded: () => void, failed: (fault: Error) => void,
+   * @param {{invalidate: () => void, chosen: () => void, loaded: () => void, failed: (fault: Error) => void,
    *   picked: (agent: number|null) => void, moved: () => void, fitted: () => void, toured: () => void}} tell
    */
   constructor(name, studies, tell) {
@@ -49,16 +50,17 @@ export class Panel {
       el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id),
     );
     this.lists.study.append(...titled);
-    const generation = { min: 0, step: 1, "aria-label": "Generation" };
-    const go = (text) => this.goTo(Number(text));
     this.number = el("input", {
-      ...generation,
       type: "number",
+      min: 0,
+      step: 1,
+      "aria-label": "Generation",
       class: "generation-number",
       "data-testid": `generation-${this.name}`,
-      onchange: () => go(this.number.value),
+      onchange: () => this.goTo(Number(this.number.value)),
     });
-    this.slide = el("input", { ...generation, type: "range", class: "generation-slide", oninput: () => go(this.slide.value) });
+    const { invalidate, chosen: settled } = this.tell;
+    this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
     const by = (way, path, label) =>
       el(
         "button",
@@ -87,7 +89,7 @@ export class Panel {
         this.number,
         by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
         this.tour,
-        this.slide,
+        this.curve.root,
       ),
       this.note,
     );
@@ -107,7 +109,7 @@ export class Panel {
     if (changed !== "study") wanted.condition = this.lists.condition.value;
     if (changed === "run") wanted.run = Number(this.lists.run.value);
     this.choose(nearest(this.studies, wanted));
-    this.tell.chosen(this.source);
+    this.tell.chosen();
   }
 
   goTo(generation) {
@@ -115,7 +117,7 @@ export class Panel {
     const within = Math.min(Math.max(0, Math.round(generation) || 0), last);
     if (within === this.source.generation) return this.showSource();
     this.choose({ ...this.source, generation: within });
-    this.tell.chosen(this.source);
+    this.tell.chosen();
   }
 
   /** Show a life; the one before stays in sight until it is there. @param {import("./sources.js").Source} source */
@@ -173,10 +175,9 @@ export class Panel {
     Object.assign(this.lists.study, { value: study });
     Object.assign(this.lists.condition, { value: condition });
     Object.assign(this.lists.run, { value: String(run) });
-    for (const input of [this.number, this.slide]) {
-      input.max = (this.condition?.generations ?? 1) - 1;
-      input.value = generation;
-    }
+    const last = (this.condition?.generations ?? 1) - 1;
+    Object.assign(this.number, { max: last, value: generation });
+    this.curve.follow(this.source, last);
   }
 
   /** @returns {{there: boolean, ready: boolean}} whether the moment has come from the server, and whether all of it is drawn */
@@ -184,6 +185,7 @@ export class Panel {
     const recording = this.life?.at(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;
     const ready = this.view.draw(recording, moment, look);
+    this.curve.draw();
     if (recording) this.showCount(recording, Math.floor(moment));
     return { there: recording !== null || !this.life, ready };
   }
@@ -196,6 +198,7 @@ export class Panel {
 
   close() {
     this.sized.disconnect();
+    this.curve.close();
     this.life?.close();
     this.coming?.close();
     this.root.remove();

@@ -59,8 +59,34 @@ export function rival({ source, conditions }) {
     : { ...source, generation: source.generation === 0 ? (conditions[0]?.generations ?? 1) - 1 : 0 };
 }
 
-/** Where nothing is stored, the conditions that come with baldwinlab can be watched all the same. */
-export async function presetsAsStudy() {
+/**
+ * The studies with the conditions whose lives can be watched, or in place of all, those that come with baldwinlab; which stored
+ * conditions have no world; and what is wrong with studies, a sentence each.
+ */
+export async function watchable() {
+  const { studies } = await getJSON("api/studies");
+  const problems = studies.flatMap(({ problem }) => problem ?? []);
+  const worldless = studies.flatMap(({ id, conditions }) => conditions.filter(({ steps }) => !steps).map(({ name }) => ({ study: id, condition: name })));
+  const stored = studies
+    .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs, steps }) => runs.length && steps) }))
+    .filter(({ conditions }) => conditions.length);
+  return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
+}
+
+/** Raises an Error with a sentence where what an address names has no world. */
+export function requireWorld({ studies, worldless }, state) {
+  const found = worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
+  if (found && (state.condition || studies.every(({ id }) => id !== state.study)))
+    throw new Error(`${found.condition} of ${state.study} is of a model whose lives have no world to watch.`);
+}
+
+/** A life by its whole name. @param {Source} source */
+export function titled({ study, condition, run, generation }) {
+  const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;
+  return `${condition}, run ${run}, generation ${generation}${of}`;
+}
+
+async function presetsAsStudy() {
   const { presets } = await getJSON("api/presets");
   const runs = Array.from({ length: 10 }, (_, run) => run);
   return { id: PRESETS, conditions: presets.filter(({ world }) => world).map(({ world, ...preset }) => ({ ...preset, ...world, runs })) };

@@ -1,7 +1,7 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
 import { el, format } from "./common.js";
-import { FONT, palette } from "./palette.js";
+import { FONT, cssShade, palette } from "./palette.js";
 
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
 
@@ -88,4 +88,10 @@ export class Trace {
     pen.stroke();
     pen.globalAlpha = 1;
   }
+}
+
+/** What colours mean: each with its words. */
+export function hint(...colours) {
+  const entries = colours.map(([colour, text]) => [el("i", { style: `background: ${cssShade(colour)}` }), text]);
+  return el("p", { class: "soft hint" }, entries.flat());
 }

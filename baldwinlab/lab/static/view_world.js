@@ -1,17 +1,20 @@
 /** The World tab: one world or two in step, the controls of time, and the inspector. */
 
-import { el, getJSON, message } from "./common.js";
+import { el, message } from "./common.js";
 import { Inspector } from "./inside.js";
 import { steer } from "./keys.js";
 import { Legend } from "./legend.js";
 import { Panel } from "./panel.js";
-import { Player, SPEEDS, usualSpeed } from "./player.js";
+import { Player, usualSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
-import { PRESETS, nearest, presetsAsStudy, query, rival, withTypicalRun } from "./sources.js";
+import { PRESETS, nearest, query, requireWorld, rival, titled, watchable, withTypicalRun } from "./sources.js";
 import { Timeline } from "./timeline.js";
 import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
+import { WHOLE, besides, optionsIn, written } from "./world_address.js";
+
+const CURVE = "The curve of the generations is this run's: its line is the best agent, its area the average one.";
 
 export function mount(root, state, navigate, guide) {
   const view = new WorldTab(root, navigate, guide);
@@ -31,33 +34,27 @@ export class WorldTab {
       changed: (on) => this.toured(on),
     });
     this.player.ended = () => this.tour.next();
-    this.scheme = matchMedia("(prefers-color-scheme: dark)");
-    this.onscheme = () => this.player.invalidate();
-    this.onkey = (event) => steer(event, this);
-    this.scheme.addEventListener("change", this.onscheme);
-    addEventListener("keydown", this.onkey);
+    const { signal } = (this.leaving = new AbortController());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.player.invalidate(), { signal });
+    addEventListener("keydown", (event) => steer(event, this), { signal });
     this.timeline = new Timeline((step) => this.player.seek(step));
     this.population = new Population((agent) => this.pick("a", agent));
     this.inspector = new Inspector({
       open: (source, agent) => this.openKin(source, agent),
       close: () => this.pick(this.side, null),
       seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
+      turned: () => this.remember(),
     });
   }
 
   async start(state) {
     this.asked = state;
-    const { studies } = await getJSON("api/studies");
-    for (const { problem } of studies) if (problem) message(problem, "error");
-    this.worldless = studies.flatMap(({ id, conditions }) => conditions.filter(({ steps }) => !steps).map(({ name }) => ({ study: id, condition: name })));
-    this.studies = studies
-      .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs, steps }) => runs.length && steps) }))
-      .filter(({ conditions }) => conditions.length);
-    const stored = this.studies.length > 0;
-    if (!stored) this.studies = [await presetsAsStudy()];
+    const { studies, worldless, problems } = await watchable();
+    for (const problem of problems) message(problem, "error");
     if (this.closed) return;
-    const why = this.worldless.length ? "The studies here are of models whose lives have no world to watch." : "No study is stored here yet.";
-    if (!stored) message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
+    Object.assign(this, { studies, worldless });
+    const why = worldless.length ? "The studies here are of models whose lives have no world to watch." : "No study is stored here yet.";
+    if (studies[0].id === PRESETS) message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
     this.build();
     const begins = this.asked.step === undefined;
     await this.come(this.asked);
@@ -93,36 +90,27 @@ export class WorldTab {
   /** Show what an address says; what it leaves out is as at the beginning. */
   apply(state) {
     try {
-      const worldless = this.worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
-      if (worldless && (state.condition || this.studies.every(({ id }) => id !== state.study)))
-        throw new Error(`${worldless.condition} of ${state.study} is of a model whose lives have no world to watch.`);
+      requireWorld(this, state);
       const first = nearest(this.studies, state, true);
       this.ensurePanel(0).choose(first);
-      if (state["b.condition"] !== undefined || state["b.generation"] !== undefined) {
-        const b = Object.fromEntries(
-          ["study", "condition", "run", "generation"].map((key) => [key, state[`b.${key}`] ?? first[key]]),
-        );
-        this.ensurePanel(1).choose(nearest(this.studies, b, true));
-      } else this.dropBeside();
+      const second = besides(state, first);
+      if (second) this.ensurePanel(1).choose(nearest(this.studies, second, true));
+      else this.dropBeside();
     } catch (fault) {
       message(fault.message, "error");
       if (!this.panels[0]?.source) this.ensurePanel(0).choose(nearest(this.studies, {}));
     }
-    this.trails = ["off", "recent", "life"].includes(state.trails) ? state.trails : "recent";
-    this.sight = state.sight !== "off";
-    this.listing = state.agents === "listed";
     this.usual = usualSpeed(this.panels[0].condition.steps);
-    this.player.speed = SPEEDS.includes(Number(state.speed)) ? Number(state.speed) : this.usual;
-    const [x, y, zoom] = (state.zoom ?? "").split(",").map(Number);
-    for (const { view } of this.panels) view.look(...(zoom ? [x, y, zoom] : [0.5, 0.5, 1]));
-    if (state.step !== undefined) this.startAt = Math.max(0, Number(state.step) || 0);
+    const { speed, camera, step, descent, ...options } = optionsIn(state, this.usual);
+    Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
+    this.player.speed = speed;
+    this.inspector.turn(descent);
+    if (step !== undefined) this.startAt = step;
     if (this.panels.every(({ coming }) => !coming)) this.loaded();
-    this.side = state.side === "b" && this.panels[1] ? "b" : "a";
-    this.agent = state.agent === undefined || !(Number(state.agent) >= 0) ? null : Number(state.agent);
+    this.look(camera);
     this.showOptions();
     this.showTime();
     this.inspect();
-    this.player.invalidate();
   }
 
   ensurePanel(number) {
@@ -134,7 +122,7 @@ export class WorldTab {
       loaded: () => this.loaded(),
       failed: (fault) => message(fault.message, "error"),
       picked: (agent) => this.pick(name, agent),
-      moved: () => this.moved(panel),
+      moved: () => this.look(panel.view.camera),
       fitted: () => this.fit(),
       toured: () => this.tour.toggle(),
     });
@@ -206,6 +194,7 @@ export class WorldTab {
     const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
     const kinds = headers.flatMap(({ look }) => look.item_kinds);
     const names = this.panels.map(({ source }) => el("p", {}, titled(source)));
+    if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
     for (const each of [legend, this.transport.legend]) each.showKinds(kinds);
     this.guide.tell([{ title: "Shown here", text: el("div", {}, names, legend.root) }, ...headers[0].about]);
@@ -254,41 +243,18 @@ export class WorldTab {
 
   /** The address follows what is shown; another life is a new place in the history. */
   remember(replace = true) {
-    const [a, b] = this.panels;
-    if (!a?.source) return;
-    const { x, y, zoom } = a.view.camera;
-    const beside = Object.fromEntries(
-      ["study", "condition", "run", "generation"].map((key) => [`b.${key}`, b ? b.source[key] : null]),
-    );
-    this.navigate(
-      {
-        ...a.source,
-        ...beside,
-        step: this.startAt ?? Math.floor(this.player.time),
-        speed: this.player.speed === this.usual ? null : this.player.speed,
-        agent: this.agent,
-        side: this.side === "b" ? "b" : null,
-        trails: this.trails === "recent" ? null : this.trails,
-        sight: this.sight ? null : "off",
-        agents: this.listing ? "listed" : null,
-        zoom: zoom === 1 ? null : `${x},${y},${zoom}`,
-      },
-      replace,
-    );
+    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.held)) this.navigate(written(this), replace);
   }
 
   /** Both worlds are looked at from the same place. */
-  moved(from) {
-    const { x, y, zoom } = from.view.camera;
+  look({ x, y, zoom }) {
     for (const { view } of this.panels) view.look(x, y, zoom);
     this.remember();
     this.player.invalidate();
   }
 
   fit() {
-    for (const { view } of this.panels) view.look(0.5, 0.5, 1);
-    this.remember();
-    this.player.invalidate();
+    this.look(WHOLE);
   }
 
   /** Look inside an agent, or no longer: the focus goes there, and back to where it came from. */
@@ -326,17 +292,10 @@ export class WorldTab {
 
   close() {
     this.closed = true;
+    this.leaving.abort();
     this.share?.close();
     this.player.close();
-    this.scheme.removeEventListener("change", this.onscheme);
-    removeEventListener("keydown", this.onkey);
     this.panels.forEach((panel) => panel.close());
     this.inspector.hide();
   }
-}
-
-/** A life by its whole name. */
-function titled({ study, condition, run, generation }) {
-  const of = study === PRESETS ? "" : `, of ${study === "." ? "this study" : `the study ${study}`}`;
-  return `${condition}, run ${run}, generation ${generation}${of}`;
 }

@@ -1,0 +1,88 @@
+/** From whom an agent descends, back to the first generation: a line of ancestors, drawn and listed, each a link to its life. */
+
+import { el, format, getJSON, message } from "./common.js";
+import { query } from "./sources.js";
+import { Trace, hint } from "./trace.js";
+
+const COLUMNS = ["generation", "fitter parent", "other parent", "all"];
+
+export class Ancestors {
+  /** @param {(source: import("./sources.js").Source, agent: number) => void} open */
+  constructor(open) {
+    this.open = open;
+    this.words = el("p", { class: "soft" });
+    this.trace = new Trace("food eaten along the line", (generation) => this.visit(generation), 96);
+    this.trace.root.append(hint(["chosen", "this line"], ["meal", "the average agent"]));
+    this.lines = el("tbody");
+    const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
+    this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.lines);
+    this.root = el("div", { class: "inside ancestors", tabindex: 0, role: "group", "aria-label": "Ancestors", "data-testid": "ancestors", hidden: true }, this.trace.root, this.words, this.table);
+  }
+
+  /** @param {import("./sources.js").Source} source */
+  async show(source, agent) {
+    const asked = `${query(source)}&agent=${agent}`;
+    if (asked === this.asked) return;
+    this.leave();
+    Object.assign(this, { asked, source });
+    this.stop = new AbortController();
+    this.root.classList.add("waiting");
+    try {
+      this.take(await getJSON(`api/ancestors?${asked}`, this.stop.signal));
+    } catch (fault) {
+      if (fault.name === "AbortError") return;
+      this.leave();
+      message(fault.message, "error");
+    }
+    this.root.classList.remove("waiting");
+  }
+
+  /** Nobody looks at it any longer. */
+  leave() {
+    this.stop?.abort();
+    this.asked = null;
+  }
+
+  /** @param {{first: number, agents: number[], eaten: number[], others: number[], eaten_of_others: number[], ancestors: number[], mean: number[]}} line */
+  take(line) {
+    this.line = line;
+    const { first, agents, eaten, mean } = line;
+    const last = first + agents.length - 1;
+    const alone = agents.length === 1;
+    this.words.textContent = alone
+      ? "It has none: its weights were drawn afresh."
+      : `The line of the fitter parents, back to generation ${first}, and what each ate; beside it the other parents. All: from how many agents of a generation it descends.`;
+    for (const part of [this.trace.root, this.table]) part.hidden = alone;
+    const most = Math.max(1, ...eaten, ...mean);
+    this.trace.set([{ values: mean, first, colour: "meal" }, { values: eaten, first, colour: "chosen" }], Math.max(1, last), 0, most);
+    this.lines.replaceChildren(...agents.slice(0, -1).map((_, at) => this.row(at)).reverse());
+    this.root.scrollTop = 0;
+    this.draw();
+  }
+
+  row(at) {
+    const { first, agents, eaten, others, eaten_of_others, ancestors } = this.line;
+    const of = (agent, ate) => el("td", {}, this.link(first + at, agent), format(ate));
+    const other = others[at] === agents[at] ? el("td", { class: "soft" }, "the same") : of(others[at], eaten_of_others[at]);
+    return el("tr", {}, el("th", { scope: "row" }, format(first + at)), of(agents[at], eaten[at]), other, el("td", {}, format(ancestors[at])));
+  }
+
+  link(generation, agent) {
+    const name = `agent ${agent}`;
+    const act = { "aria-label": `${name}, generation ${generation}`, "data-testid": "ancestor", onclick: () => this.open({ ...this.source, generation }, agent) };
+    return el("button", { type: "button", class: "chip", ...act }, name);
+  }
+
+  /** The life of the line's agent in a generation. */
+  visit(generation) {
+    const { first, agents } = this.line;
+    if (generation < first + agents.length - 1) this.open({ ...this.source, generation }, agents[generation - first]);
+  }
+
+  draw() {
+    if (!this.line) return;
+    const { first, agents, eaten } = this.line;
+    const generation = first + agents.length - 1;
+    this.trace.draw(generation, `generation ${format(generation)}: ${format(eaten.at(-1))}`);
+  }
+}

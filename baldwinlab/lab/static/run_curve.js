@@ -1,0 +1,96 @@
+/** The generations of one run as a slider, over a curve of how its best and its average agent did in each. */
+
+import { ChartSlider } from "./chart_slider.js";
+import { format, getJSON } from "./common.js";
+import { palette } from "./palette.js";
+import { PRESETS } from "./sources.js";
+
+/** @typedef {{measure: string, best: number[], mean: number[]}} Curve */
+
+export class RunCurve extends ChartSlider {
+  /** @param {{go: (generation: number) => void, settled: () => void, invalidate: () => void}} tell `settled` when it is let go */
+  constructor({ go, settled, invalidate }) {
+    super("run-curve plain", { "aria-label": "Generation" });
+    Object.assign(this, { invalidate, held: false, asked: null, curve: null, stop: null });
+    this.slider.addEventListener("input", () => {
+      this.held = true; // what is passed on the way is no place to come back to
+      go(this.slider.valueAsNumber);
+    });
+    const release = () => {
+      if (!this.held) return;
+      this.held = false;
+      settled();
+    };
+    for (const end of ["change", "pointerup", "pointercancel"]) this.slider.addEventListener(end, release);
+  }
+
+  /** Stand at a generation of a run, whose last one that is; of a run that is not stored there is no curve. @param {import("./sources.js").Source} source */
+  async follow({ study, condition, run, generation }, last) {
+    this.setLast(last);
+    this.show(generation);
+    const asked = study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
+    if (asked === this.asked) return this.say();
+    this.close();
+    Object.assign(this, { asked, curve: null }); // what is drawn stays until the other one is there
+    try {
+      this.take(asked && (await getJSON(`api/run?${asked}`, this.stop.signal)));
+    } catch (fault) {
+      if (fault.name !== "AbortError") this.take(null); // what is wrong with the run is said where its life is asked for
+    }
+  }
+
+  /** @param {Curve|null} curve */
+  take(curve) {
+    this.curve = curve;
+    this.root.classList.toggle("plain", !curve);
+    this.say();
+    this.invalidate();
+  }
+
+  close() {
+    this.stop?.abort();
+    this.stop = new AbortController();
+  }
+
+  say() {
+    if (this.curve) this.slider.setAttribute("aria-valuetext", this.told(this.slider.valueAsNumber));
+    else this.slider.removeAttribute("aria-valuetext");
+  }
+
+  about(share) {
+    const last = Number(this.slider.max);
+    return this.curve && this.told(Math.round(Math.min(1, Math.max(0, share)) * last));
+  }
+
+  told(generation) {
+    const { measure, best, mean } = this.curve;
+    return `generation ${format(generation)}, ${measure}: best ${format(best[generation])}, average ${format(mean[generation])}`;
+  }
+
+  /** The average agent as an area, the best one as a line; nothing is done where nothing has changed. */
+  draw() {
+    const sheet = this.curve && this.fresh(this.curve);
+    if (!sheet) return;
+    const { pen, width, height, dots } = sheet;
+    const { best, mean } = this.curve;
+    const most = Math.max(...best, 1);
+    const x = (generation) => (best.length > 1 ? generation / (best.length - 1) : 0.5) * width;
+    const y = (value) => (height - dots) * (1 - value / most) + dots / 2;
+    pen.fillStyle = palette.edge;
+    pen.globalAlpha = 0.6;
+    pen.fillRect(0, height - dots, width, dots);
+    pen.fillStyle = pen.strokeStyle = palette.meal;
+    pen.globalAlpha = 0.4;
+    pen.beginPath();
+    pen.moveTo(0, y(0));
+    mean.forEach((value, generation) => pen.lineTo(x(generation), y(value)));
+    pen.lineTo(width, y(0));
+    pen.fill();
+    pen.globalAlpha = 1;
+    pen.lineWidth = 1.2 * dots;
+    pen.lineJoin = "round";
+    pen.beginPath();
+    best.forEach((value, generation) => pen.lineTo(x(generation), y(value)));
+    pen.stroke();
+  }
+}
