@@ -26,6 +26,7 @@ from baldwinlab.sweeps.design import FILE, experiments
 from baldwinlab.sweeps.plan import Sweep, validate
 
 WORKERS: Final = max(1, available_cores() - 1)  # a core is left to the page
+STORING: Final = 0.05  # seconds to write a run, about
 _measuring = threading.Lock()
 
 
@@ -54,7 +55,8 @@ class Plan(NamedTuple):
         """About how long it takes here, by how long a generation of its first point takes, which is lived for that."""
         first, worlds = self.points[0], min(self.sweep.runs, CPU.worlds)
         generations = self.agent_steps / (worlds * first.steps * first.population.size)
-        return _seconds_of_generation(first, worlds) * generations / min(WORKERS, self.runs)
+        living = _seconds_of_generation(first, worlds) * generations + STORING * self.runs
+        return living / min(WORKERS, self.runs)
 
 
 @lru_cache(maxsize=16)

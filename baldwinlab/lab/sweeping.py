@@ -23,7 +23,7 @@ from baldwinlab.lab.sweep_plan import WORKERS, Plan, plan_of
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, run_study
-from baldwinlab.sweeps.design import FILE
+from baldwinlab.sweeps.design import FILE, settings
 
 
 class LiveSweep:
@@ -33,6 +33,7 @@ class LiveSweep:
         self.plan, self.study, self.name = plan, study, name
         self.state, self.message = "preparing", ""  # preparing, running, done, stopped or failed; more of the last
         self.lived = 0  # agent-steps
+        self._names = settings(study)  # of its fields in words, by which Results group them
         self._stopping = False
         self._began = time.monotonic()
         threading.Thread(target=self._live, name=f"sweep {name}", daemon=True).start()
@@ -54,6 +55,7 @@ class LiveSweep:
             "state": self.state,
             "message": self.message,
             "fields": list(self.plan.sweep.fields),
+            "names": list(self._names),
             "points": len(self.plan.points),
             "runs": self.plan.runs,
             "stored": sum(len(self.study.runs(condition)) for condition in self.study.experiments),
@@ -108,7 +110,10 @@ class Sweeps:
 
 def routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
     async def planned(request: Request) -> JSONResponse:
-        plan = await run_in_threadpool(plan_of, await body(request))
+        try:
+            plan = await run_in_threadpool(plan_of, await body(request))
+        except ValueError as error:  # what is being written is not wrong until it is sent
+            return JSONResponse({"problem": str(error)})
         seconds = await run_in_threadpool(plan.seconds)
         facts = {"points": len(plan.points), "runs": plan.runs, "workers": min(WORKERS, plan.runs), "disk": plan.disk}
         return JSONResponse(facts | {"seconds": seconds, "toml": plan.toml})

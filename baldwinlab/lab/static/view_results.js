@@ -54,8 +54,8 @@ export function mount(root, state, navigate) {
     if (!results || aborted.signal.aborted) return;
     shown?.free();
     const given = { study, results, measure, hidden, navigate, choose, listed, ask, norm: wanted.norm, ...arranged(results, wanted) };
-    given.alone = !given.by && given.groups.length <= FEW; // so that the lines of runs can be shown
-    given.lines = given.alone && wanted.runs === "each";
+    given.alone = given.groups.every(({ conditions }) => conditions.length === 1); // each curve is that of one condition
+    given.lines = given.alone && given.groups.length <= FEW && wanted.runs === "each";
     const focused = page.contains(document.activeElement) ? document.activeElement.dataset.testid : undefined;
     const remember = (labels) => (shown.asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString());
     shown = { study: study.id, results, asked, free: draw(page, given, remember) };
@@ -120,15 +120,15 @@ function draw(page, given, remember) {
 }
 
 function explained(given) {
-  if (given.by) return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
+  if (!given.alone) return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
   const click = !watched(given) ? "" : given.lines ? "Click a line to replay that generation of its run. " : "Click a curve to replay that generation of its typical run. ";
   return `${click}Shaded: 95 % bands over runs.`;
 }
 
 /** Whether each run is a thin line beside the mean. */
-function runsSwitch({ alone, lines, choose }) {
+function runsSwitch({ alone, groups, lines, choose }) {
   const input = el("input", { type: "checkbox", checked: lines, "data-testid": "each-run", onchange: () => choose({ runs: lines ? null : "each" }) });
-  return alone && el("label", { class: "inline" }, input, "each run as a line");
+  return alone && groups.length <= FEW && el("label", { class: "inline" }, input, "each run as a line");
 }
 
 function runsOf(study, name) {
@@ -143,7 +143,7 @@ function meanRows(generations, series) {
 
 function runRows(generations, series) {
   return series.flatMap(({ label, runs = [] }) => runs.flatMap(({ run, values }) =>
-    generations.map((generation, place) => ({ condition: label, run, generation, value: values[place] })).filter(({ value }) => value !== null)));
+    generations.map((generation, place) => ({ curve: label, run, generation, value: values[place] })).filter(({ value }) => value !== null)));
 }
 
 /** Whether lives of a condition, or of any, can be watched. */
@@ -204,11 +204,11 @@ function drawCurves(root, { study, results, measure, hidden, navigate, choose, b
   root.append(plot, saves);
   let over = false;
   const withRuns = async () => {
-    const runs = await Promise.all(series.map(({ label }) => ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition: label, measure })}`)));
+    const runs = await Promise.all(groups.map(({ conditions: [condition] }) => ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`)));
     if (over) return;
     series = series.map((one, number) => ({ ...one, runs: Object.entries(runs[number]).map(([run, values]) => ({ run: Number(run), values: results.generation.map((_, place) => values[place] ?? null) })) }));
     chart.update(results.generation, series);
-    saves.append(saveButton("run-curves.csv", () => csv(["condition", "run", "generation", "value"], runRows(results.generation, series))));
+    saves.append(saveButton("run-curves.csv", () => csv(["curve", "run", "generation", "value"], runRows(results.generation, series))));
   };
   if (lines) withRuns().catch((fault) => over || message(fault.message, "error"));
   return {
