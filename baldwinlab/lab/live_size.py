@@ -65,7 +65,7 @@ def check_swept_runs(runs: int) -> None:
     _require_of_sweep(runs, MOST_SWEPT_RUNS, "runs, of all its points")
 
 
-def check_sweep(points: Sequence[BaseExperiment], runs: int, disk: int) -> None:
+def check_sweep(points: Sequence[Experiment], runs: int, disk: int) -> None:
     """Raises ValueError for a sweep that `baldwinlab sweep` can do, but not the page; its runs take so many bytes of `disk`."""
     for point in points:
         check_size(point, runs)

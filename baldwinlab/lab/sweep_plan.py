@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 import tomlkit
 
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import Experiment
 from baldwinlab.experiment import validate as experiment_of
 from baldwinlab.lab.live_size import check_sweep, check_swept_runs
 from baldwinlab.lab.query import whole
@@ -34,7 +34,7 @@ class Plan(NamedTuple):
     """A sweep that can be started."""
 
     sweep: Sweep
-    points: list[Any]
+    points: list[Experiment]
     toml: str  # its file
 
     @property
@@ -60,7 +60,7 @@ class Plan(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _seconds_of_generation(experiment: BaseExperiment, runs: int) -> float:
+def _seconds_of_generation(experiment: Experiment, runs: int) -> float:
     with _measuring:
         warm_up([experiment])
         began = time.perf_counter()

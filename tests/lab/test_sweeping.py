@@ -25,7 +25,7 @@ HUGE = small().replace(lifetime={"steps": 100_000}, evolution={"generations": 10
 RATES = {"learning.rate": [0.01, 0.1]}
 
 
-def order(fields: dict[str, Any] | None = None, **more: Any) -> dict[str, Any]:
+def order(fields: Any = None, **more: Any) -> dict[str, Any]:
     """As the page asks: the preset, and the form of it with some changes."""
     asked = {"preset": "evo+self-taught/A", "experiment": small().to_dict(), "runs": 2, "seed": 5}
     return asked | {"fields": RATES if fields is None else fields} | more

@@ -47,7 +47,7 @@ function drawn(section, { unit, panels }, groups, field, choose) {
   const places = fitting.filter((panel) => panel.field === chosen).map((panel) => [panel, el("div")]);
   section.append(el("p", { class: "soft" }, WORDS),
     el("label", { class: "field norm-field" }, el("span", {}, "what is changed"), el("select", { "data-testid": "norm", onchange: (event) => choose({ norm: event.target.value }) }, ...options)),
-    el("div", { class: "results-boxes" }, ...places.map(([, place]) => place)));
+    el("div", { class: places.length > 1 ? "results-boxes" : "results-boxes wide" }, ...places.map(([, place]) => place)));
   return places.map(([panel, place]) => norms(place, panel, unit, conditions, groups));
 }
 

@@ -12,17 +12,18 @@ const TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" 
  * @param {() => string} picture the text of an SVG file
  */
 export function chartSaves(name, columns, rows, picture) {
-  return el("div", { class: "row chart-saves" }, saveButton(`${name}.csv`, () => csv(columns, rows())), saveButton(`${name}.svg`, picture));
+  return el("div", { class: "row chart-saves" },
+    saveButton(`${name}.csv`, () => csv(columns, rows()), "Save as CSV"), saveButton(`${name}.svg`, picture, "Save as SVG"));
 }
 
-/** A button that takes a text along as a file; the text is asked for when it is pressed. */
-export function saveButton(name, text) {
+/** A button that takes a text along as a file of that name; the text is asked for when it is pressed. */
+export function saveButton(name, text, label = `Save as ${name}`) {
   const save = () => {
     const place = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
     el("a", { href: place, download: name }).click();
     setTimeout(() => URL.revokeObjectURL(place), 1000);
   };
-  return el("button", { type: "button", class: "quiet", "data-testid": `download-${name}`, onclick: save }, `Save as ${name}`);
+  return el("button", { type: "button", class: "quiet", "aria-label": label.endsWith(name) ? null : `${label}: ${name}`, "data-testid": `download-${name}`, onclick: save }, label);
 }
 
 /** Rows as a table that other programs read; a number that does not exist is an empty cell. */
