@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
+import shutil
 from collections.abc import Iterator
+from urllib.parse import urlencode
 from xml.etree import ElementTree
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from baldwinlab.netcdf import sealed
 from tests.assays.assayed import reaction
@@ -113,11 +116,11 @@ def test_a_click_on_a_run_s_line_opens_that_run(page: Page, lab_server: LabServe
 
 @pytest.fixture
 def assayed(lab_server: LabServer) -> Iterator[None]:
-    path = lab_server.root / "small" / "assays" / "reaction" / "evo" / "A.nc"
-    path.parent.mkdir(parents=True)
-    path.write_bytes(sealed(reaction("evo/A", 60)))
+    folder = lab_server.root / "small" / "assays"
+    (folder / "reaction" / "evo").mkdir(parents=True)
+    (folder / "reaction" / "evo" / "A.nc").write_bytes(sealed(reaction("evo/A", 60)))
     yield
-    path.unlink()
+    shutil.rmtree(folder)
 
 
 def test_reaction_norms_are_drawn_one_circumstance_at_a_time(page: Page, assayed: None) -> None:
@@ -156,3 +159,32 @@ def test_ticks_lie_between_the_limits_at_whole_generations(page: Page) -> None:
         }"""
     )
     assert found == [[0, 10, 20, 30], [-0.5, 0, 0.5, 1], [0, 1, 2], [0, 0.1, 0.2, 0.3]]
+
+
+WINDOWS = {"desk": (1280, 800, 1), "phone": (390, 844, 3), "phone on its side": (844, 390, 3), "a desk at 200 %": (640, 400, 2)}
+
+
+@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+def test_nothing_is_wider_than_the_window_and_every_control_can_be_reached(
+    browser: Browser, lab_server: LabServer, assayed: None, width: int, height: int, dots: int
+) -> None:
+    size: ViewportSize = {"width": width, "height": height}
+    touch = width < 1000
+    with browser.new_context(base_url=lab_server.address, viewport=size, device_scale_factor=dots, has_touch=touch) as context:
+        page = context.new_page()
+        wide = "[document.getElementById('view'), document.documentElement].map(one => one.scrollWidth - one.clientWidth)"
+        open_results(page, "study=small&runs=each&norm=map")
+        for control in ("each-run", "download-run-curves.csv", "download-final-best.svg", "norm", "download-reaction-map-A.svg"):
+            page.get_by_test_id(control).scroll_into_view_if_needed()
+            expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)
+        assert page.evaluate(wide) == [0, 0]
+        page.goto(f"/#/live?{urlencode({'fields': json.dumps({'learning.rate': [0.1, 1], 'population.size': [5, 10]})})}")
+        for control in ("sweep-values-1", "sweep-name", "sweep-start"):
+            page.get_by_test_id(control).scroll_into_view_if_needed()
+            expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)
+        assert page.evaluate(wide) == [0, 0]
+        dialog = page.get_by_test_id("sweep-dialog")
+        assert dialog.evaluate("one => one.scrollWidth - one.clientWidth") == 0
+        expect(page.get_by_test_id("sweep-size")).to_contain_text("4 points", timeout=60_000)
+        (page.get_by_role("button", name="Cancel").tap if touch else page.get_by_role("button", name="Cancel").click)()
+        expect(dialog).to_have_count(0)
