@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect
 from baldwinlab.netcdf import sealed
 from tests.assays.assayed import reaction
 from tests.axe import barriers
-from tests.lab.asking import data
+from tests.lab.asking import SMALL, data
 from tests.lab.conftest import LabServer
 from tests.lab.test_page_live import QUICK, begin, state_is
 from tests.lab.test_page_results import hash_of, open_results
@@ -148,6 +148,17 @@ def test_the_curves_of_a_live_run_are_saved_as_far_as_they_are(page: Page) -> No
     assert [row["generation"] for row in found if row["curve"] == "best agent"] == ["0", "1", "2", "3"]
     assert {"best agent", "average agent", "generation"} <= set(words(picture(page, "fitness.svg")))
     assert len(rows(page, "share.csv")) == 4
+
+
+def test_what_goes_on_inside_an_agent_is_saved_step_by_step(page: Page) -> None:
+    page.goto(f"/#/world?{urlencode(SMALL | {'agent': 3})}")
+    expect(page.get_by_test_id("kin")).to_contain_text("parents")
+    eaten = rows(page, "items-eaten.csv")
+    assert [row["step"] for row in eaten] == [str(step) for step in range(len(eaten))] and len(eaten) >= 300
+    weights = rows(page, "weights.csv")
+    drawn = picture(page, "weights.svg")
+    assert len([path for path in drawn.iter(f"{SVG}path") if path.get("stroke-opacity")]) == len({row["line"] for row in weights})
+    assert {"step of life", "of the first layer"} <= set(words(drawn))
 
 
 def test_ticks_lie_between_the_limits_at_whole_generations(page: Page) -> None:
