@@ -31,14 +31,16 @@ def test_the_curve_of_every_run_is_what_the_condition_s_mean_is_made_of(lab_serv
 
 
 def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_sentence(
-    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+    lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ONE | {"measure": "best"}
     assert "has no condition 'evo'" in refusal(lab_server.address, "results/runs", 404, **asked | {"condition": "evo"})
     sentence = refusal(lab_server.address, "results/runs", 400, **asked | {"measure": "worst"})
     assert sentence == "measure = 'worst' must be one of best, mean, share"
     monkeypatch.setattr(results, "MOST_PLACES", 5)
-    sentence = refusal(lab_server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
+    shutil.copytree(lab_server.root / "small", tmp_path / "small")
+    with serving(tmp_path) as server:
+        sentence = refusal(server.address, "results/runs", 400, **asked | {"condition": "evo/A"})
     assert sentence.startswith("evo/A has 2 runs of 3 generations; lines of at most 5 generations in all")
 
 

@@ -7,17 +7,19 @@ import json
 import re
 import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from urllib.parse import urlencode
 from xml.etree import ElementTree
 
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
+from baldwinlab import results
 from baldwinlab.netcdf import sealed
 from tests.assays.assayed import reaction
 from tests.axe import barriers
 from tests.lab.asking import SMALL, data
-from tests.lab.conftest import LabServer
+from tests.lab.conftest import LabServer, serving
 from tests.lab.test_page_live import QUICK, begin, state_is
 from tests.lab.test_page_results import hash_of, open_results
 
@@ -113,6 +115,17 @@ def test_a_click_on_a_run_s_line_opens_that_run(page: Page, lab_server: LabServe
     plot.click(position={"x": box["width"] / 2, "y": 1})  # generation 1; the highest line is nearest
     expect(page.get_by_test_id("share")).to_be_visible()
     assert (hash_of(page)["condition"], hash_of(page)["run"], hash_of(page)["generation"]) == (name, run, "1")
+
+
+def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
+    browser: Browser, lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(results, "MOST_PLACES", 5)
+    shutil.copytree(lab_server.root / "small", tmp_path / "small")
+    with serving(tmp_path) as server, browser.new_context(base_url=server.address) as context:
+        page = context.new_page()
+        open_results(page, "study=small&runs=each")
+        expect(page.get_by_test_id("curves")).to_contain_text("lines of at most 5 generations in all can be shown run by run")
 
 
 @pytest.fixture

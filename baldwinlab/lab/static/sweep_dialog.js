@@ -15,7 +15,7 @@ const FIELDS = 2;
 export function sweepDialog(order, swept, changed, started) {
   const known = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
   const rows = Array.from({ length: FIELDS }, (_, number) => fieldRow(known, number, Object.entries(swept)[number]));
-  const name = el("input", { value: `live/sweep-${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_/-]+/g, "-").replace(/(?<=live\/.*)\//g, "-"), spellcheck: "false", maxlength: 100, "data-testid": "sweep-name" });
+  const name = el("input", { value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`, spellcheck: "false", maxlength: 100, "data-testid": "sweep-name" });
   const [size, fault] = [el("p", { role: "status", "data-testid": "sweep-size" }), el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" })];
   const start = el("button", { type: "submit", class: "primary", "data-testid": "sweep-start" }, "Start the sweep");
   let [toml, waiting, turn] = [undefined, 0, 0];

@@ -19,10 +19,10 @@ export function sweepPanel(root, name, over) {
   const open = el("a", { class: "button primary", "data-testid": "sweep-results", hidden: true }, "Open in Results");
   const [progress, count] = [el("progress", { "aria-label": "How much of the sweep has lived", max: 1 }), el("span", { class: "number", "data-testid": "sweep-count" })];
   const fault = el("p", { class: "fault", role: "status" });
+  const words = el("p", { class: "soft" }, "It goes on while this page shows something else, or is closed. What is stored can be looked at meanwhile; stopped, it keeps the runs that have ended.");
   root.replaceChildren(el("section", { class: "card live-head", "data-testid": "sweep-head" },
     el("div", { class: "row" }, title, badge, el("span", { class: "soft" }, name), el("span", { class: "spread" }), stop, open),
-    el("div", { class: "row live-progress" }, progress, count), fault,
-    el("p", { class: "soft" }, "It goes on while this page shows something else, or is closed. What is stored can be looked at meanwhile; stopped, it keeps the runs that have ended.")));
+    el("div", { class: "row live-progress" }, progress, count), fault, words));
   stop.addEventListener("click", () => postJSON("/api/sweep/stop", {}).catch((refusal) => message(refusal.message, "error")));
 
   const show = (sweep) => {
@@ -32,7 +32,7 @@ export function sweepPanel(root, name, over) {
     progress.value = sweep.share;
     const left = sweep.seconds_left === null ? "" : `, ${duration(sweep.seconds_left)} left`;
     count.textContent = `${sweep.stored} of ${sweep.runs} runs${left}`;
-    stop.hidden = !["preparing", "running"].includes(sweep.state);
+    stop.hidden = words.hidden = !["preparing", "running"].includes(sweep.state);
     open.hidden = !sweep.stored;
     open.href = `#/results?${new URLSearchParams({ study: name, group: sweep.names[0] })}`;
   };

@@ -203,14 +203,16 @@ function drawCurves(root, { study, results, measure, hidden, navigate, choose, b
   const saves = chartSaves("curves", ["curve", "generation", "mean", "low", "high"], () => meanRows(results.generation, series), chart.svg);
   root.append(plot, saves);
   let over = false;
+  const reading = el("span", { class: "soft" }, "Reading the runs …");
   const withRuns = async () => {
+    saves.append(reading);
     const runs = await Promise.all(groups.map(({ conditions: [condition] }) => ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`)));
     if (over) return;
     series = series.map((one, number) => ({ ...one, runs: Object.entries(runs[number]).map(([run, values]) => ({ run: Number(run), values: results.generation.map((_, place) => values[place] ?? null) })) }));
     chart.update(results.generation, series);
-    saves.append(saveButton("run-curves.csv", () => csv(["curve", "run", "generation", "value"], runRows(results.generation, series))));
+    reading.replaceWith(saveButton("run-curves.csv", () => csv(["curve", "run", "generation", "value"], runRows(results.generation, series))));
   };
-  if (lines) withRuns().catch((fault) => over || message(fault.message, "error"));
+  if (lines) withRuns().catch((fault) => over || (reading.textContent = fault.message));
   return {
     destroy() {
       over = true;
