@@ -18,7 +18,7 @@ from baldwinlab.lab.sweeping import Sweeps
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from tests.lab.asking import data
-from tests.lab.conftest import LabServer
+from tests.lab.conftest import serving
 from tests.small import contents, small
 
 HUGE = small().replace(lifetime={"steps": 100_000}, evolution={"generations": 10_000}).to_dict()
@@ -114,12 +114,16 @@ def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cann
         plan_of(order(experiment=tree))
 
 
-def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(lab_server: LabServer) -> None:
-    found = httpx.post(f"{lab_server.address}/api/sweep/plan", json=order(), timeout=60).json()
-    assert (found["points"], found["runs"]) == (2, 4)
-    assert found["seconds"] > 0 and found["disk"] > 0
-    assert data(lab_server.address, "sweep") == {"sweep": None}
-    wrong = httpx.post(f"{lab_server.address}/api/sweep/plan", json=order(fields={}), timeout=60)
-    assert wrong.json() == {"problem": "sweep.toml: fields: name at least one field to sweep"}
-    refused = httpx.post(f"{lab_server.address}/api/sweep", json=order(name="../out"), timeout=60)
-    assert refused.status_code == 400 and "'../out' cannot be a study's name" in refused.json()["error"]
+def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_path: Path) -> None:
+    with serving(tmp_path) as server:
+
+        def ask(path: str, asked: dict[str, Any]) -> httpx.Response:
+            return httpx.post(f"{server.address}/api/{path}", json=asked, timeout=60)
+
+        found = ask("sweep/plan", order()).json()
+        assert (found["points"], found["runs"]) == (2, 4)
+        assert found["seconds"] > 0 and found["disk"] > 0
+        assert ask("sweep/plan", order(fields={})).json() == {"problem": "sweep.toml: fields: name at least one field to sweep"}
+        refused = ask("sweep", order(name="../out"))
+        assert refused.status_code == 400 and "'../out' cannot be a study's name" in refused.json()["error"]
+        assert data(server.address, "sweep") == {"sweep": None}
