@@ -1,4 +1,4 @@
-"""Curves, final values and typical runs of a study as plain data: what the lab's Results show.
+"""Curves, final values and typical runs of a study as plain data: what the lab's Results show; and what is asked for on demand.
 
 A large study takes seconds to read, so they are kept beside its report. The file says of which records it was made, and is
 believed only while these are the ones that are stored, and by the version that made it.
@@ -13,6 +13,9 @@ from typing import Any, Final
 
 import xarray as xr
 
+from baldwinlab.assays.norms import Panel, by_circumstance
+from baldwinlab.assays.stored import read
+from baldwinlab.assays.words import of_foragers
 from baldwinlab.factors import SWEEP, Factors
 from baldwinlab.files import text_of, write_atomically
 from baldwinlab.netcdf import claimed
@@ -25,6 +28,7 @@ from baldwinlab.version import __version__
 FILE: Final = "results.json"
 HEAD: Final = 65536  # bytes of a record among which its checksum stands
 MOST: Final = 1000  # conditions, beyond which the file would be too large to be of use
+MOST_PLACES: Final = 1_000_000  # of the lines of a condition's runs: runs times generations
 
 
 def of_study(study: Study) -> dict[str, Any]:
@@ -46,6 +50,50 @@ def of_study(study: Study) -> dict[str, Any]:
             answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
     answer["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return answer
+
+
+def of_runs(study: Study, condition: str, measure: str) -> dict[str, list[float | None]]:
+    """The curve of every run of a condition, by its number: best, mean or share in each generation.
+
+    Raises ValueError for another measure and for more than `MOST_PLACES`, and StudyError as `of_study` does.
+    """
+    if measure not in fitness.MEASURES:
+        raise ValueError(f"measure = {measure!r} must be one of {', '.join(fitness.MEASURES)}")
+    runs, generations = study.runs(condition), study.experiment(condition).evolution.generations
+    if len(runs) * generations > MOST_PLACES:
+        raise ValueError(
+            f"{condition} has {len(runs):,} runs of {generations:,} generations; "
+            f"lines of at most {MOST_PLACES:,} generations in all can be shown run by run"
+        )
+    if not runs:
+        return {}
+    curves = fitness.MEASURES[measure](open_conditions(study, [condition])).sel(condition=condition)
+    return {str(run): _plain(curves.sel(run=run)) for run in runs}
+
+
+def reaction_norms(study: Study) -> dict[str, Any]:
+    """What the stored assay `reaction` says, circumstance by circumstance and map by map: medians over runs with their bands.
+
+    Raises ValueError for an assay that is not what it should be.
+    """
+    assays = read(study.directory, study.factors, ["reaction"])
+    if not assays:
+        return {"unit": "", "panels": []}
+    found = [panel for panel in by_circumstance(assays["reaction"]) if panel.norms]
+    shown = [one._asdict() | {"evolved": sorted(one.evolved), "norms": _bands(one)} for one in found]
+    return {"unit": "fitness (energy)" if of_foragers(assays) else "fitness", "panels": shown}
+
+
+def _bands(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
+    """By condition, at each of the panel's values; None where it was not lived."""
+    places = range(len(panel.values))
+    return {
+        name: {
+            part: _plain(values.reindex(place=places))
+            for part, values in zip(("median", "low", "high"), fitness.interval_of_median(food), strict=True)
+        }
+        for name, food in panel.norms.items()
+    }
 
 
 def factors(study: Study, names: list[str]) -> dict[str, list[Any]]:

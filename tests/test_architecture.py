@@ -38,7 +38,7 @@ FLOORS = [
 CAPABILITIES = ("assays", "multiverse", "sweeps")
 LIVES = {"engine", "parts", "evolution", "models", "runs", "check", "studies"}
 READS = {"statistics", "figures", "report", "movie"}  # besides these files of each capability:
-FILES_THAT_READ = {"stored", "analysis", "figures", "section", "verdict"}
+FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict"}
 
 
 def name_of(path: Path) -> str:

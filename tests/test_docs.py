@@ -49,8 +49,8 @@ def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(
         if target:
             (tmp_path / target).write_text(done.out)
     code = "\n".join(blocks(document, "python"))
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    python = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
+    assert python.returncode == 0, python.stderr
 
 
 def test_links_between_pages_lead_somewhere() -> None:

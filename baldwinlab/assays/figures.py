@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.assays.stored import AS_EVOLVED, RANDOM, Assays, conditions, distances, factors_of, lifetime, lives, share
+from baldwinlab.assays.norms import by_circumstance
+from baldwinlab.assays.stored import RANDOM, Assays, distances, factors_of, lifetime, lives, share
 from baldwinlab.assays.words import of_foragers
-from baldwinlab.experiment.paths import name_of
 from baldwinlab.figures.style import BLACK, BROWN, GREY, LINES, MARKERS, WIDTH, Series, series, styled
 from baldwinlab.palette import LIVES, NEWBORNS
 from baldwinlab.statistics.fitness import interval_of_median
@@ -129,24 +129,19 @@ def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
 def reaction_norms(assays: Assays) -> Figure:
     """Fitness of the last generation in what it did not evolve in: a row a field, a column a map, a line a condition."""
     stored = assays["reaction"]
-    typed = conditions({"reaction": stored})
-    experiments = {name: experiment.to_dict() for name, experiment in typed.items()}
+    found = by_circumstance(stored)
     factors, looks = {name: factors_of(data) for name, data in stored.items()}, _learners(assays)
-    maps = list(dict.fromkeys(one.map for one in factors.values()))
-    fields = list(dict.fromkeys(str(field) for data in stored.values() for field in data["field"].values if field != AS_EVOLVED))
+    maps = list(dict.fromkeys(panel.map for panel in found))
+    fields = list(dict.fromkeys(panel.field for panel in found))
     figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
-    for row, field in zip(grid, fields, strict=True):
-        for axes, map_name in zip(row, maps, strict=True):
-            shown = [name for name in stored if factors[name].map == map_name]
-            norms = {name: _norm(stored[name], field, _as_evolved(factors[name].map, experiments[name], field)) for name in shown}
-            labels = sorted({label for norm in norms.values() for label in norm}, key=_number)
-            for name, norm in norms.items():
-                _reaction(axes, norm, labels, looks[factors[name].learner])
-            base = {_as_evolved(factors[name].map, experiments[name], field) for name in shown}
-            axes.set_xticks(range(len(labels)), [f"({label})" if label in base else label for label in labels])
-            axes.set(xlim=(-0.4, max(len(labels), 1) - 0.6), xlabel=name_of(field, *typed.values()))
-            _from_zero(axes)
+    for axes, panel in zip(grid.flat, found, strict=True):
+        for name, food in panel.norms.items():
+            _curve(axes, food, looks[factors[name].learner], "", "place")
+        axes.set_xticks(range(len(panel.values)), panel.labels)
+        axes.set(xlim=(-0.4, max(len(panel.values), 1) - 0.6), xlabel=panel.name)
+        _from_zero(axes)
+    for row in grid:
         row[0].set_ylabel(_unit(assays))
     for axes, map_name in zip(grid[0], maps, strict=True):
         axes.set_title(f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold")
@@ -164,41 +159,6 @@ def _learners(assays: Assays) -> dict[str, Series]:
 
 def _unit(assays: Assays) -> str:
     return "fitness (energy)" if of_foragers(assays) else "fitness"
-
-
-def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> str:
-    """The value of a field that a condition evolved with, as the assay writes values."""
-    if field == "map":
-        return map_name
-    value: object = experiment
-    for step in field.split("."):
-        value = value[int(step)] if isinstance(value, list) else value[step] if isinstance(value, dict) else None
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
-
-
-def _norm(data: xr.Dataset, field: str, as_evolved: str) -> dict[str, xr.DataArray]:
-    """Fitness (run) at each value of a field, the one it evolved with among them; nothing where the field was not varied."""
-    food = data["energy"].mean("agent")
-    found = {}
-    for number, (name, value) in enumerate(zip(data["field"].values, data["value"].values, strict=True)):
-        if name in (field, AS_EVOLVED):
-            found[as_evolved if name == AS_EVOLVED else str(value)] = food.isel(setting=number)
-    return found if len(found) > 1 else {}
-
-
-def _number(label: str) -> tuple[float, str]:
-    try:
-        return float(label), label
-    except ValueError:
-        return 0.0, label
-
-
-def _reaction(axes: Axes, norm: Mapping[str, xr.DataArray], labels: Sequence[str], look: Series) -> None:
-    if norm:
-        shown = [label for label in labels if label in norm]
-        places = xr.DataArray([labels.index(label) for label in shown], dims="place")
-        food = xr.concat([norm[label].drop_vars(["field", "value", "setting"], errors="ignore") for label in shown], places)
-        _curve(axes, food.assign_coords(place=places), look, "", "place")
 
 
 @styled

@@ -6,7 +6,7 @@ are generations, over a window of its first or last ones. Food is the energy of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -28,15 +28,17 @@ RANDOM, EVOLVED = "random genome", "evolved"
 AS_EVOLVED = "as evolved"
 
 
-def read(directory: Path, factors: Mapping[str, Factors] = MappingProxyType({})) -> dict[str, dict[str, xr.Dataset]]:
-    """The assays stored in a study's directory, `assays/ASSAY/CONDITION.nc`; none where none is.
+def read(
+    directory: Path, factors: Mapping[str, Factors] = MappingProxyType({}), names: Iterable[str] = tuple(ASSAYS)
+) -> dict[str, dict[str, xr.Dataset]]:
+    """The assays of these names stored in a study's directory, `assays/ASSAY/CONDITION.nc`; none where none is.
 
     Each has the factors of its condition among its attributes, and all `learners` of the study. Conditions stand in the order
     of `factors`. Raises ValueError, naming the file, where one is damaged or is not the assay it should be.
     """
     found: dict[str, dict[str, xr.Dataset]] = {}
     learners = list(dict.fromkeys(one.learner for one in factors.values()))
-    for assay in ASSAYS:
+    for assay in names:
         folder = directory / "assays" / assay
         there = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.nc"))}
         for condition in dict.fromkeys(name for name in (*factors, *there) if name in there):

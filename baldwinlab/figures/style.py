@@ -87,7 +87,7 @@ def _png(figure: Figure) -> bytes:
     page = io.BytesIO()
     figure.set_layout_engine("none")
     figure.set_dpi(200)
-    FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})
+    FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 

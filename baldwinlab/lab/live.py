@@ -122,7 +122,7 @@ class Live:
         records = run.records()
         experiment = run.experiment.replace(evolution={"generations": run.lived})
         with self._lock:
-            study = create(_new_directory(root, name), [experiment], run.seed, factors=presets.factors())
+            study = create(new_directory(root, name), [experiment], run.seed, factors=presets.factors())
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
         run.kept = name
@@ -152,7 +152,7 @@ class Live:
         give_back()
 
 
-def _new_directory(root: Path, name: str) -> Path:
+def new_directory(root: Path, name: str) -> Path:
     """Raises StudyError for a name that is taken, or leads out of `root`."""
     if len(name) > LONGEST_NAME or not NAME.fullmatch(name):
         raise StudyError(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.make import items_looked_at
+from baldwinlab.studies.study import agent_steps_of_run
 
 MOST_RUNS: Final = 50
 MOST_GENERATIONS: Final = 10_000
@@ -14,6 +16,9 @@ MOST_WORK: Final = 20_000_000_000  # weights x agent-steps of a generation: some
 MOST_ITEMS: Final = 500_000  # of food
 MOST_WITHOUT_LOOK: Final = 30_000_000  # agent-steps x (weights + items looked at): less than a second, in which nothing is obeyed
 OF_AN_AGENT: Final = 32  # bytes of an agent's fitness, parents and what it ate
+MOST_SWEPT_RUNS: Final = 1_000  # of all points of a sweep
+MOST_SWEPT_WORK: Final = 1_000_000_000_000  # weights x agent-steps of all of them: some minutes to an hour
+MOST_SWEPT_DISK: Final = 1_000_000_000  # bytes
 AT_WORK: Final = 5  # generations' genomes that are held at a time while one lives and the next is bred
 
 
@@ -53,3 +58,22 @@ def check_size(experiment: BaseExperiment, runs: int) -> None:
     for value, most, what in faults:
         if value > most:
             raise ValueError(f"a live run may have {most:,} {what}, and this one would have {value:,}; `baldwinlab run` does it")
+
+
+def check_swept_runs(runs: int) -> None:
+    """Raises ValueError for a sweep of more runs, of all its points, than the page starts."""
+    _require_of_sweep(runs, MOST_SWEPT_RUNS, "runs, of all its points")
+
+
+def check_sweep(points: Sequence[Experiment], runs: int, disk: int) -> None:
+    """Raises ValueError for a sweep that `baldwinlab sweep` can do, but not the page; its runs take so many bytes of `disk`."""
+    for point in points:
+        check_size(point, runs)
+    work = sum(runs * agent_steps_of_run(point) * point.weight_count for point in points)
+    _require_of_sweep(work, MOST_SWEPT_WORK, "runs x generations x agents x steps x weights")
+    _require_of_sweep(disk, MOST_SWEPT_DISK, "bytes on the disk")
+
+
+def _require_of_sweep(value: int, most: int, what: str) -> None:
+    if value > most:
+        raise ValueError(f"a sweep from here may have {most:,} {what}, and this would have {value:,}; `baldwinlab sweep` does it")

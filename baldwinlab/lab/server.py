@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket
 
 from baldwinlab import palette
 from baldwinlab.console import on_a_screen
-from baldwinlab.lab import Lab, MissingError, forms, history, inside, live, recording, share, studies
+from baldwinlab.lab import Lab, MissingError, forms, history, inside, live, outcomes, recording, share, studies, sweeping
 from baldwinlab.lab.clients import InPieces
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
@@ -32,18 +32,20 @@ def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
 
     Pages wait with what lives until the engine is `ready`.
     """
-    lab = Lab(root.resolve(), live.Live(), ready=ready)
+    lab, sweeps = Lab(root.resolve(), live.Live(), ready=ready), sweeping.Sweeps()
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         yield
         lab.live.close()
+        sweeps.close()
 
     def engine(request: Request) -> JSONResponse:
         return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
 
-    routes = [route for part in (studies, forms, recording, inside, history, live, share) for route in part.routes(lab)]
-    routes += [Route("/api/engine", engine), Route("/palette.css", _palette)]
+    parts = (studies, outcomes, forms, recording, inside, history, live, share)
+    routes = [route for part in parts for route in part.routes(lab)]
+    routes += [*sweeping.routes(lab, sweeps), Route("/api/engine", engine), Route("/palette.css", _palette)]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
         routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), files],

@@ -195,7 +195,8 @@ def test_five_numbers_and_ticks_are_those_of_the_textbook(page: Page) -> None:
     page.goto("/#/results")
     found = page.evaluate(
         """async () => {
-            const { fiveNumbers, niceTicks } = await import("/box_chart.js");
+            const { fiveNumbers } = await import("/box_chart.js");
+            const { niceTicks } = await import("/drawing.js");
             return [fiveNumbers([9, 1, 2, 3, 4, 100]), niceTicks(437), niceTicks(0.9)];
         }"""
     )

@@ -1,9 +1,10 @@
 // Box plots with every value as a point; a point can be a link. Drawn as SVG, so that points can be reached with the keyboard.
 
 import { el } from "./common.js";
+import { gridLine, niceTicks, note, pictureFile, svg } from "./drawing.js";
 
-const SVG = "http://www.w3.org/2000/svg";
 const TOP = 10, BOTTOM = 8, LEFT = 46, SLOT = 0.34; // CSS pixels; half of a box's width as a share of its place
+const FILE = { width: 760, height: 400 };
 
 /**
  * @typedef {object} Group
@@ -12,27 +13,26 @@ const TOP = 10, BOTTOM = 8, LEFT = 46, SLOT = 0.34; // CSS pixels; half of a box
  * @property {string} color
  * @property {(index: number) => string} [describe] what a point is, for its tooltip and for screen readers
  * @property {(index: number) => string} [href] where a point leads
+ * @property {string} [leads] what is there, as a sentence
  */
 
 /**
  * One box (median, quartiles, whiskers to the farthest value within 1.5 times the box) and all values of each group.
  * @param {HTMLElement} root is emptied and filled; its width is followed
  * @param {{title: string, groups: Group[], height?: number}} options
- * @returns {{update: (groups: Group[]) => void, destroy: () => void}}
+ * @returns {{svg: () => string, destroy: () => void}} `svg` gives the text of a file
  */
 export function boxChart(root, options) {
-  let groups = options.groups;
+  const { title, groups } = options;
   const plot = el("div", { class: "chart-plot" });
-  root.replaceChildren(el("div", { class: "chart-title" }, options.title), plot);
-  const draw = () => plot.replaceChildren(picture(options.title, groups, Math.max(root.clientWidth, 160), options.height ?? 260));
+  root.replaceChildren(el("div", { class: "chart-title" }, title), plot);
+  const draw = () => plot.replaceChildren(picture(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260));
   draw();
   const resized = new ResizeObserver(draw);
   resized.observe(root);
+  const alone = groups.map(({ href, ...group }) => group); // a file leads nowhere
   return {
-    update(newGroups) {
-      groups = newGroups;
-      draw();
-    },
+    svg: () => pictureFile(title, FILE.width, FILE.height, picture(title, alone, FILE.width, FILE.height)),
     destroy: () => resized.disconnect(),
   };
 }
@@ -48,8 +48,7 @@ function picture(title, groups, width, height) {
   const slot = (width - LEFT) / groups.length;
   const drawing = svg("svg", { width, height, viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": title });
   for (const tick of ticks) {
-    drawing.append(svg("line", { x1: LEFT, x2: width, y1: y(tick), y2: y(tick), class: "chart-grid" }));
-    drawing.append(svg("text", { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end", class: "chart-tick" }, String(tick)));
+    drawing.append(gridLine(LEFT, y(tick), width, y(tick)), note(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }));
   }
   groups.forEach((group, number) => {
     const middle = LEFT + slot * (number + 0.5);
@@ -74,7 +73,8 @@ function points(group, middle, slot, y) {
   const half = Math.min(slot * SLOT, 36) * 0.8;
   return group.values.map((value, index) => {
     const x = middle + half * (2 * ((index * 0.618034) % 1) - 1); // spread evenly, the same each time
-    const name = group.describe?.(index) ?? String(value);
+    const described = group.describe?.(index) ?? String(value);
+    const name = group.href ? `${described}. ${group.leads}` : described;
     const dot = svg("circle", { cx: x, cy: y(value), r: 4, fill: group.color, "fill-opacity": 0.75 }, svg("title", {}, name));
     return group.href ? svg("a", { href: group.href(index), "aria-label": name, class: "chart-point" }, dot) : dot;
   });
@@ -82,7 +82,7 @@ function points(group, middle, slot, y) {
 
 function label(text, x, y, slanted) {
   const place = slanted ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` } : { "text-anchor": "middle", x, y };
-  return svg("text", { ...place, class: "chart-tick" }, text);
+  return note(text, place);
 }
 
 /** Median, quartiles (interpolated linearly) and the farthest values within 1.5 times their distance. */
@@ -97,19 +97,4 @@ export function fiveNumbers(values) {
   const reach = 1.5 * (third - first);
   const near = sorted.filter((value) => value >= first - reach && value <= third + reach);
   return { low: near[0], first, median, third, high: near.at(-1) };
-}
-
-/** From nought in steps of 1, 2 or 5 times a power of ten, about five of them, ending at or above `highest`. */
-export function niceTicks(highest) {
-  const rough = highest / 5;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
-  return Array.from({ length: Math.ceil(highest / step - 1e-9) + 1 }, (_, number) => Number((number * step).toPrecision(12)));
-}
-
-export function svg(tag, attributes, ...children) {
-  const element = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  element.append(...children);
-  return element;
 }

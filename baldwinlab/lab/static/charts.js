@@ -1,14 +1,16 @@
 // Charts: curves with bands (uPlot), and box plots whose points are links (box_chart.js). Both follow the page's colours.
 
 import uPlot from "./vendor/uPlot.esm.js";
-import { svg } from "./box_chart.js";
+import { curvesFile, rangeFrom } from "./chart_svg.js";
 import { el } from "./common.js";
+import { svg } from "./drawing.js";
 import { palette } from "./palette.js";
 
 export { boxChart } from "./box_chart.js";
 
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
 const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
+const WHOLE = [1, 2, 5].flatMap((step) => [step, 10 * step, 100 * step, 1000 * step]).sort((one, other) => one - other); // between ticks of generations
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
 
 /** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
@@ -24,10 +26,12 @@ export function look(number) {
  * @property {ArrayLike<number>} [high] upper edge of its band
  * @property {string} [color] "#rrggbb"; that of `look` where it is not given
  * @property {number[]} [dash] pixels drawn and left out
+ * @property {{run: number, values: ArrayLike<number|null>}[]} [runs] that it is the mean of, each a thin line
  *
  * @typedef {object} LineChart
  * @property {(x: ArrayLike<number>, series: Series[]) => void} update shows other data; what is hidden stays hidden by its label
  * @property {(index: number|null) => void} mark puts the cursor on a place of the x axis, or takes it away
+ * @property {() => string} svg what is shown now, as the text of a file
  * @property {() => void} destroy frees what it used
  */
 
@@ -37,19 +41,22 @@ export function look(number) {
  * @param {object} options
  * @param {string} options.title what is shown, for screen readers and above the chart
  * @param {ArrayLike<number>} options.x rising
+ * @param {string[]} [options.names] of the places on the x axis, which then are 0, 1, 2 and so on
  * @param {Series[]} options.series
  * @param {string} [options.xLabel]
  * @param {string} [options.yLabel]
  * @param {number} [options.height] CSS pixels of the plot
  * @param {string[]} [options.hidden] labels of series not shown at first
  * @param {(hidden: string[]) => void} [options.onHidden] told when the reader hides or shows one
- * @param {(pick: {index: number, x: number, label: string}) => void} [options.onPick] a click, a tap or Enter on a curve
+ * @param {(pick: {index: number, x: number, label: string, run?: number}) => void} [options.onPick] a click, a tap or Enter on a curve
  * @returns {LineChart}
  */
 export function lineChart(root, options) {
   const legend = el("div", { class: "chart-legend" });
   const plot = el("div", { class: "chart-plot", tabindex: "0", role: "group", "aria-label": options.title });
-  root.replaceChildren(el("div", { class: "chart-title" }, options.title), plot, legend);
+  const pointed = el("span", { class: "chart-run soft" }); // the run whose line is pointed at
+  const told = el("span", { class: "visually-hidden", role: "status" }); // what the keys have led to
+  root.replaceChildren(el("div", { class: "chart-title" }, options.title), plot, legend, told);
   const hidden = new Set(options.hidden ?? []);
   let { x, series } = options;
   let chart = null;
@@ -63,7 +70,7 @@ export function lineChart(root, options) {
   };
   const showLegend = () => {
     const all = el("button", { type: "button", class: "chart-all", onclick: toggleAll }, hidden.size ? "Show all" : "Hide all");
-    legend.replaceChildren(...series.map((one, number) => legendEntry(one, number, hidden, toggle)), ...(series.length > MANY ? [all] : []));
+    legend.replaceChildren(...series.map((one, number) => legendEntry(one, number, hidden, toggle)), ...(series.length > MANY ? [all] : []), pointed);
   };
   const toggle = (label) => {
     if (!hidden.delete(label)) hidden.add(label);
@@ -75,18 +82,20 @@ export function lineChart(root, options) {
     changeShown(series.length);
   };
   const changeShown = (pressed) => {
-    chart.batch(() => series.forEach((one, number) => {
-      for (let edge = 1; edge <= 3; edge++) chart.setSeries(3 * number + edge, { show: !hidden.has(one.label) });
+    chart.batch(() => curvesOf(series).forEach(({ columns, label }) => {
+      for (const column of columns) chart.setSeries(column, { show: !hidden.has(label) });
     }));
     showLegend();
     legend.querySelectorAll("button")[pressed].focus();
     options.onHidden?.([...hidden]);
   };
-  const showValues = (index) => {
+  const showValues = (index, focused) => {
     legend.querySelectorAll(".chart-value").forEach((place, number) => {
       const value = index == null ? null : series[number]?.values[index];
       place.textContent = value == null ? "" : brief(value);
     });
+    const { run, label, values } = curvesOf(series).find(({ columns: [column] }) => column === focused) ?? {};
+    pointed.textContent = run === undefined || values[index] == null ? "" : `${label}, run ${run}: ${brief(values[index])}`;
   };
 
   build();
@@ -95,17 +104,32 @@ export function lineChart(root, options) {
   const scheme = matchMedia("(prefers-color-scheme: dark)");
   const recolor = () => chart.redraw();
   scheme.addEventListener("change", recolor);
-  plot.addEventListener("keydown", (event) => moveCursor(event, chart, series, hidden, options.onPick));
+  let chosen = null; // the column that the keys have led to
+  plot.addEventListener("keydown", (event) => {
+    const found = keyed(event, chart, series, chosen);
+    if (!found) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (event.key === "Enter") return void (found.curve && options.onPick?.(picked(chart, found.index, found.curve)));
+    setCursor(chart, found.index, found.curve?.top);
+    chosen = found.curve?.columns[0] ?? null;
+    chart.setSeries(chosen, { focus: true }); // of several that meet there, this one
+    told.textContent = inWords(found, chart, options);
+  });
 
   return {
     update(newX, newSeries) {
-      const same = newSeries.length === series.length && newSeries.every((one, number) => one.label === series[number].label);
+      const same = newSeries.length === series.length && newSeries.every((one, number) => one.label === series[number].label && one.runs?.length === series[number].runs?.length);
       [x, series] = [newX, newSeries];
       if (same) chart.setData(columns(x, series));
       else build();
     },
     mark(index) {
       setCursor(chart, index);
+    },
+    svg() {
+      const shown = series.map((one, number) => ({ ...look(number), ...one })).filter(({ label }) => !hidden.has(label));
+      return curvesFile({ ...options, x, series: shown });
     },
     destroy() {
       resized.disconnect();
@@ -115,10 +139,26 @@ export function lineChart(root, options) {
   };
 }
 
-/** Three columns a series: its values, and the edges of its band (empty where it has none). */
+/**
+ * First every run's line, which so lies below; then three columns a series: its mean, and the edges of its band, empty where it
+ * has none.
+ */
 function columns(x, series) {
   const empty = new Array(x.length).fill(null);
-  return [x, ...series.flatMap((one) => [one.values, one.high ?? empty, one.low ?? empty])];
+  return [x, ...runsOf(series).map(({ values }) => values), ...series.flatMap((one) => [one.values, one.high ?? empty, one.low ?? empty])];
+}
+
+function runsOf(series) {
+  return series.flatMap(({ label, runs = [] }, number) => runs.map(({ run, values }) => ({ label, number, run, values })));
+}
+
+/** What can be pointed at, each with the columns that it has, its own first: the lines of runs, and the means. */
+function curvesOf(series) {
+  const runs = runsOf(series).map((line, place) => ({ ...line, columns: [place + 1] }));
+  return [...runs, ...series.map(({ label, values }, number) => {
+    const column = runs.length + 3 * number + 1;
+    return { label, number, values, columns: [column, column + 1, column + 2] };
+  })];
 }
 
 function settings(plot, series, hidden, options, showValues) {
@@ -126,35 +166,45 @@ function settings(plot, series, hidden, options, showValues) {
   const font = "12px system-ui, sans-serif";
   const axis = (label) => ({ label, font, labelFont: font, stroke: ink, grid: { stroke: GRID, width: 1 }, ticks: { stroke: GRID, width: 1 }, labelSize: 18 });
   const edge = (show) => ({ show, stroke: "transparent", width: 0, points: { show: false } });
+  const runs = runsOf(series).map(({ label, number }) => {
+    const color = series[number].color ?? look(number).color;
+    return { label, show: !hidden.has(label), stroke: `${color}73`, width: 1, points: { show: false } };
+  });
   const lines = series.flatMap((one, number) => {
     const { color, dash } = { ...look(number), ...one };
     const show = !hidden.has(one.label);
-    const alone = { show: one.values.length < 2, size: 6, fill: color };
-    return [{ label: one.label, show, stroke: color, dash, width: 2, points: alone }, edge(show), edge(show)];
+    const points = { show: Boolean(options.names) || one.values.length < 2, size: 6, fill: color };
+    return [{ label: one.label, show, stroke: color, dash, width: 2, points }, edge(show), edge(show)];
   });
+  const means = new Set(curvesOf(series).filter(({ run }) => run === undefined).map(({ columns: [column] }) => column));
+  const isCurve = (column) => column <= runs.length || means.has(column);
+  let focused = null;
   return {
     legend: { show: false },
-    scales: { x: { time: false }, y: { range: (_, low, high) => rangeFrom(low, high) } },
-    axes: [{ ...axis(options.xLabel), space: 60, size: 30 }, { ...axis(options.yLabel), size: 56 }],
-    series: [{}, ...lines],
+    scales: { x: { time: false, ...(options.names && { range: [-0.5, options.names.length - 0.5] }) }, y: { range: (_, low, high) => rangeFrom(low, high) } },
+    axes: [{ ...axis(options.xLabel), space: 60, size: 30, incrs: WHOLE, ...named(options.names) }, { ...axis(options.yLabel), size: 56 }],
+    series: [{}, ...runs, ...lines],
     bands: series.map((one, number) => ({
-      series: [3 * number + 2, 3 * number + 3],
+      series: [runs.length + 3 * number + 2, runs.length + 3 * number + 3],
       fill: `${one.color ?? look(number).color}${series.length > MANY ? "12" : "2e"}`,
     })),
     focus: { alpha: 0.25 },
     cursor: {
-      focus: { prox: 24, dist: (_, column, index, value, cursor) => (column % 3 === 1 ? value - cursor : Infinity) }, // lines, not edges
+      focus: { prox: 24, dist: (_, column, index, value, cursor) => (isCurve(column) ? value - cursor : Infinity) }, // not edges
       drag: { x: false, y: false, click() {} }, // uPlot would take a click near an edge, where its cursor snaps, for a drag
       y: false,
-      points: { show: (chart, column) => column % 3 === 1 && cursorPoint(chart, column) },
+      points: { show: (chart, column) => means.has(column) && cursorPoint(chart, column) },
     },
-    hooks: { setCursor: [(chart) => showValues(chart.cursor.idx)] },
+    hooks: {
+      setCursor: [(chart) => showValues(chart.cursor.idx, focused)],
+      setSeries: [(chart, column, { focus }) => focus === undefined || showValues(chart.cursor.idx, (focused = column))],
+    },
   };
 }
 
-function rangeFrom(low, high) {
-  if (low == null) return [0, 1];
-  return [Math.min(low, 0), high > Math.max(low, 0) ? high * 1.05 : Math.max(low, 0) + 1]; // items eaten and shares begin at nought
+/** An axis whose places have names. */
+function named(names) {
+  return names && { splits: () => names.map((_, place) => place), values: (_, places) => places.map((place) => names[place]) };
 }
 
 function cursorPoint(chart, column) {
@@ -179,38 +229,51 @@ function bindPick(chart, currentSeries, onPick) {
   chart.over.style.cursor = "pointer";
   chart.over.addEventListener("click", (event) => {
     const place = chart.over.getBoundingClientRect();
-    pickAt(chart, currentSeries(), chart.posToIdx(event.clientX - place.left), event.clientY - place.top, onPick);
+    const index = chart.posToIdx(event.clientX - place.left);
+    const [nearest] = shownAt(chart, currentSeries(), index).sort((one, other) => distance(one, event, place) - distance(other, event, place));
+    if (nearest) onPick(picked(chart, index, nearest));
   });
 }
 
-/** Picks the shown curve nearest to a height at an index of the x axis. */
-function pickAt(chart, series, index, top, onPick) {
-  let nearest = null;
-  series.forEach((one, number) => {
-    const value = one.values[index];
-    if (!chart.series[3 * number + 1].show || value == null) return;
-    const distance = Math.abs(chart.valToPos(value, "y") - top);
-    if (!nearest || distance < nearest.distance) nearest = { distance, label: one.label };
-  });
-  if (nearest) onPick({ index, x: chart.data[0][index], label: nearest.label });
+function distance({ top }, event, place) {
+  return Math.abs(top - (event.clientY - place.top));
 }
 
-function setCursor(chart, index) {
+/** The curves that are shown and have a value at an index of the x axis, with their height there. */
+function shownAt(chart, series, index) {
+  return curvesOf(series)
+    .map((curve) => ({ ...curve, value: curve.values[index] }))
+    .filter(({ columns: [column], value }) => chart.series[column].show && value != null)
+    .map((curve) => ({ ...curve, top: chart.valToPos(curve.value, "y") }));
+}
+
+function picked(chart, index, { label, run }) {
+  return { index, x: chart.data[0][index], label, ...(run !== undefined && { run }) };
+}
+
+function setCursor(chart, index, top = 0) {
   const left = index == null ? -10 : chart.valToPos(chart.data[0][index], "x");
-  chart.setCursor({ left, top: index == null ? -10 : 0 });
+  chart.setCursor({ left, top: index == null ? -10 : top });
 }
 
-function moveCursor(event, chart, series, hidden, onPick) {
+/** Where a key leads: left and right along the x axis, up and down from curve to curve, Enter nowhere; null for other keys. */
+function keyed({ key }, chart, series, chosen) {
   const last = chart.data[0].length - 1;
   const now = chart.cursor.idx ?? last;
-  const to = { ArrowLeft: now - 1, ArrowRight: now + 1, PageUp: now - 10, PageDown: now + 10, Home: 0, End: last }[event.key];
-  if (to !== undefined) setCursor(chart, Math.min(Math.max(to, 0), last));
-  else if (event.key === "Enter" && onPick) {
-    const first = series.find((one) => !hidden.has(one.label));
-    if (first) onPick({ index: now, x: chart.data[0][now], label: first.label });
-  } else return;
-  event.preventDefault();
-  event.stopPropagation();
+  const asked = { ArrowLeft: now - 1, ArrowRight: now + 1, PageUp: now - 10, PageDown: now + 10, Home: 0, End: last, ArrowUp: now, ArrowDown: now, Enter: now }[key];
+  if (asked === undefined) return null;
+  const index = Math.min(Math.max(asked, 0), last);
+  const there = shownAt(chart, series, index);
+  const before = there.find(({ columns: [column] }) => column === chosen) ?? there.find(({ run }) => run === undefined);
+  const rising = there.toSorted((one, other) => other.top - one.top);
+  const place = rising.indexOf(before) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
+  return { index, curve: rising[Math.min(Math.max(place, 0), rising.length - 1)] };
+}
+
+/** What the keys have led to, for screen readers. */
+function inWords({ index, curve }, chart, { names, xLabel = "" }) {
+  const place = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
+  return curve ? `${curve.label}${curve.run === undefined ? "" : `, run ${curve.run}`}, ${place}: ${brief(curve.value)}` : place;
 }
 
 function brief(value) {

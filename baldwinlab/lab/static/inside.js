@@ -127,7 +127,7 @@ export class Inspector {
       values: changes,
       stride: count,
       offset,
-      colour: offset < firstLayer ? "lit" : "agent",
+      ...(offset < firstLayer ? { colour: "lit", label: "of the first layer" } : { colour: "agent", label: "of those after it" }),
       alpha: 0.6,
     }));
     this.traces.weights.set(lines, steps, -most, most);

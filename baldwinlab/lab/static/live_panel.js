@@ -3,6 +3,7 @@
 import { lineChart, look } from "./charts.js";
 import { el, message, postJSON } from "./common.js";
 import { LiveWorld } from "./live_world.js";
+import { chartSaves } from "./saving.js";
 
 const WORDS = {
   preparing: ["Getting ready", ""], running: ["Running", "good"], paused: ["Paused", "warm"],
@@ -75,9 +76,16 @@ function curves(feed, fitness, share, runs, worlds, pick) {
   const shares = () => [band(worlds ? "share that eats" : "share above 0", "share", 2)];
   const options = { x, xLabel: "generation", height: 210, onPick: ({ x }) => pick(x) };
   const over = runs > 1 ? `, mean of ${runs} runs with its 95 % band` : "";
+  const chart = (root, name, more, shown) => {
+    const plot = el("div");
+    const made = lineChart(plot, { ...options, ...more, series: shown() });
+    const rows = () => shown().flatMap(({ label, values, low, high }) => x.slice(0, feed.lived).map((generation) => ({ curve: label, generation, mean: values[generation], low: low?.[generation], high: high?.[generation] })));
+    root.append(plot, chartSaves(name, ["curve", "generation", "mean", "low", "high"], rows, made.svg));
+    return made;
+  };
   const charts = [
-    lineChart(fitness, { ...options, title: `Fitness${over}`, series: lines(), yLabel: worlds ? "energy eaten" : "fitness" }),
-    lineChart(share, { ...options, title: worlds ? "Agents that eat at all" : "Agents with fitness above 0", series: shares(), yLabel: "share", height: 150 }),
+    chart(fitness, "fitness", { title: `Fitness${over}`, yLabel: worlds ? "energy eaten" : "fitness" }, lines),
+    chart(share, "share", { title: worlds ? "Agents that eat at all" : "Agents with fitness above 0", yLabel: "share", height: 150 }, shares),
   ];
   let drawn = 0;
   const draw = () => {

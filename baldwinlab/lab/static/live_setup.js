@@ -2,6 +2,7 @@
 
 import { el, getJSON, message, postJSON } from "./common.js";
 import { schemaForm } from "./form.js";
+import { sweepDialog } from "./sweep_dialog.js";
 
 const CHECK_AFTER = 200; // ms after the last change
 const PACES = [["0", "as fast as it goes"], ["0.1", "10 a second"], ["0.5", "2 a second"], ["5", "one in 5 seconds"]]; // seconds a generation
@@ -10,12 +11,13 @@ const PACE = "0.1";
 /**
  * @typedef {object} Listener
  * @property {(id: string) => void} started a live run
+ * @property {(name: string) => void} swept a sweep was started, as the study of that name
  * @property {(seconds: number) => void} paced the reader wants another pace, also of what runs already
  * @property {(shown: {world: object, look: object}) => void} valid the world that the form means, whenever it has changed and can be run
  */
 export class Setup {
   /**
-   * @param {Object<string, string>} state of the address: preset, set (what is changed, JSON), runs, seed, pace
+   * @param {Object<string, string>} state of the address: preset, set (what is changed, JSON), runs, seed, pace, fields (of the sweep that is planned, JSON)
    * @param {(patch: Object<string, any>) => void} navigate
    * @param {Listener} listener
    * @param {AbortSignal} signal
@@ -27,6 +29,7 @@ export class Setup {
     this.description = el("p", { class: "hint" });
     this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
     this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
+    this.sweep = el("button", { type: "button", "data-testid": "sweep", onclick: () => this.plan({}) }, "Sweep a field …");
     this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
     this.waiting = this.turn = 0;
   }
@@ -43,6 +46,15 @@ export class Setup {
     this.reset.addEventListener("click", () => this.take());
     await this.load(parsed(this.state.set));
     root.replaceChildren(this.element());
+    if (this.state.fields) this.plan(parsed(this.state.fields));
+  }
+
+  /** Which fields of the form are to be swept. */
+  plan(fields) {
+    const { runs, seed } = this.given;
+    const remember = (chosen) => this.navigate({ fields: chosen && JSON.stringify(chosen) });
+    const dialog = sweepDialog({ preset: this.preset.value, experiment: this.form.value, runs, seed }, fields, remember, (name) => this.listener.swept(name));
+    this.signal.addEventListener("abort", () => dialog.close(), { once: true });
   }
 
   /** The form says what a run is, so that it can be changed and run again. */
@@ -74,7 +86,7 @@ export class Setup {
         counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
         counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
         pacePicker(given.pace, remember("pace"))),
-      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body, start, fault);
+      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body, el("div", { class: "row live-begin" }, start, this.sweep), fault);
     element.addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();

@@ -1,6 +1,7 @@
 /** Every run as a line of a table that sorts, and the same for other programs. */
 
 import { el, format } from "./common.js";
+import { csv, saveButton } from "./saving.js";
 
 const COLUMNS = ["condition", "run", "best", "mean", "share"];
 
@@ -30,22 +31,10 @@ export function runTable(results, runs, measures, address) {
   const table = el("div", { class: "results-runs", tabindex: "0", role: "region", "aria-label": "Every run" }, el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body));
   return el("details", { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
     el("summary", {}, `Every run (${rows.length}), averaged over its last ten generations`), table,
-    download("runs.csv", COLUMNS, rows));
+    saveButton("runs.csv", () => csv(COLUMNS, rows)));
 }
 
 function line(row, address) {
   const run = address ? el("a", { href: address }, row.run) : row.run;
   return el("tr", {}, el("th", { scope: "row" }, row.condition), el("td", {}, run), ...COLUMNS.slice(2).map((measure) => el("td", {}, format(row[measure]))));
-}
-
-/** A link that takes rows along as a file. */
-export function download(name, columns, rows) {
-  const cell = (value) => (value === null || value === undefined ? "" : /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : value);
-  const text = () => [columns, ...rows.map((row) => columns.map((column) => row[column]))].map((cells) => cells.map(cell).join(",")).join("\n");
-  const save = () => {
-    const place = URL.createObjectURL(new Blob([`${text()}\n`], { type: "text/csv" }));
-    el("a", { href: place, download: name }).click();
-    setTimeout(() => URL.revokeObjectURL(place), 1000);
-  };
-  return el("button", { type: "button", class: "quiet", "data-testid": `download-${name}`, onclick: save }, `Save as ${name}`);
 }

@@ -1,18 +1,22 @@
 /** A small chart over a lifetime: many thin lines, and a cursor that follows time. A click goes to that step. */
 
+import { curvesFile } from "./chart_svg.js";
 import { el, format } from "./common.js";
 import { FONT, cssShade, palette } from "./palette.js";
+import { chartSaves } from "./saving.js";
 
+const MOST_SAVED = 1000; // places of a line in a picture that is saved
 const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
 
-/** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number}} Line */
+/** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number, label?: string}} Line */
 
 export class Trace {
   /** @param {string} title @param {(step: number) => void} seek */
   constructor(title, seek, height = 84) {
     this.value = el("span", { class: "number" });
     this.canvas = el("canvas", { style: `height:${height}px`, role: "img", "aria-label": title });
-    this.root = el("figure", { class: "trace" }, el("figcaption", {}, el("h3", {}, title), this.value), this.canvas);
+    const saves = chartSaves(title.split(",")[0].replaceAll(" ", "-"), ["line", "step", "value"], () => this.rows(), () => this.picture(title));
+    this.root = el("figure", { class: "trace" }, el("figcaption", {}, el("h3", {}, title), this.value), this.canvas, saves);
     this.canvas.addEventListener("click", (event) => {
       const share = (event.offsetX - MARGIN.left) / (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
       seek(Math.round(Math.min(1, Math.max(0, share)) * this.steps));
@@ -25,6 +29,24 @@ export class Trace {
   /** @param {Line[]} lines over steps 0 to `steps`, between two values */
   set(lines, steps, low, high) {
     Object.assign(this, { lines, steps, low, high: high > low ? high : low + 1, key: "" });
+  }
+
+  /** A row a point. */
+  rows() {
+    return this.lines.flatMap((line, number) => pointsOf(line).map(([step, value]) => ({ line: number, step, value })));
+  }
+
+  /** The text of a file: the lines of a colour together. */
+  picture(title) {
+    const every = Math.ceil(pointsOf(this.lines[0]).length / MOST_SAVED);
+    const thinned = (line) => pointsOf(line).filter((_, at) => at % every === 0);
+    const series = [...new Set(this.lines.map(({ colour }) => colour))].map((colour) => {
+      const own = this.lines.filter((line) => line.colour === colour);
+      const drawn = own.map((line, run) => ({ run, values: thinned(line).map(([, value]) => value) }));
+      const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
+      return { label: own[0].label ?? title, color: palette[colour], ...lines };
+    });
+    return curvesFile({ title, x: thinned(this.lines[0]).map(([step]) => step), series, xLabel: "step of life", yLabel: title });
   }
 
   draw(step, text) {
@@ -94,4 +116,10 @@ export class Trace {
 export function hint(...colours) {
   const entries = colours.map(([colour, text]) => [el("i", { style: `background: ${cssShade(colour)}` }), text]);
   return el("p", { class: "soft hint" }, entries.flat());
+}
+
+/** The steps and values of a line. */
+function pointsOf({ x, values, first = 0, stride = 1, offset = 0 }) {
+  const count = Math.floor((values.length - offset - 1) / stride) + 1;
+  return Array.from({ length: count }, (_, at) => [x ? x[at] : first + at, values[offset + at * stride]]);
 }

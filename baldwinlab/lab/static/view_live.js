@@ -4,7 +4,10 @@ import { el, getJSON, message } from "./common.js";
 import { feedOf } from "./live_feed.js";
 import { livePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
+import { sweepPanel } from "./sweep_panel.js";
 import { WorldView } from "./world.js";
+
+const NOTHING = { id: null, sweep: null, fields: null, run: null, generation: null, step: null, agent: null }; // of what was shown or planned before
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
 export function mount(root, state, navigate) {
@@ -14,7 +17,7 @@ export function mount(root, state, navigate) {
   root.append(both);
   const aborted = new AbortController();
   let [feed, panel] = [null, null];
-  let shown = null; // the id of the run that is shown; "" for none
+  let shown = null; // the run or the sweep that is shown; "" for none
 
   const leave = () => {
     if (feed) feed.heard = feed.failed = () => {};
@@ -28,11 +31,12 @@ export function mount(root, state, navigate) {
   };
   const update = (next) => {
     state = next;
-    const id = next.id ?? "";
-    if (id === shown) return;
-    shown = id;
-    both.classList.toggle("shown", id !== "");
+    const { id = "", sweep = "" } = next;
+    if (id + sweep === shown) return;
+    shown = id + sweep;
+    both.classList.toggle("shown", shown !== "");
     leave();
+    if (sweep) return void (panel = sweepPanel(stage, sweep, () => empty(stage, "This sweep is over", "What it has stored is in Results.", aborted.signal)));
     if (!id) return empty(stage, "Watch evolution happen", "Choose a preset, change what you like, and start.", aborted.signal);
     feed = feedOf(id);
     [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
@@ -40,8 +44,12 @@ export function mount(root, state, navigate) {
   };
   const listener = {
     started(id) {
-      navigate({ id, run: null, generation: null, step: null, agent: null }, false); // of the world that was shown before
+      navigate({ ...NOTHING, id }, false);
       root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
+    },
+    swept(sweep) {
+      navigate({ ...NOTHING, sweep }, false);
+      root.scrollTo({ top: 0 });
     },
     paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
     valid: (shown) => preview(stage, shown),
@@ -64,8 +72,9 @@ async function empty(stage, title, sentence, signal) {
   const others = el("ul", { class: "live-others" });
   const map = el("canvas", { class: "live-preview", hidden: true, role: "img", "aria-label": "The map: where agents are born, and what lies in it" });
   stage.replaceChildren(el("section", { class: "card empty", "data-testid": "live-empty" }, el("h1", {}, title), el("p", {}, sentence), map, others));
-  const { runs } = await getJSON("/api/live", signal);
-  others.replaceChildren(...runs.map((run) => el("li", {}, el("a", { href: `#/live?id=${run.id}` },
+  const [{ runs }, { sweep }] = await Promise.all([getJSON("/api/live", signal), getJSON("/api/sweep", signal)]);
+  const swept = sweep ? [el("li", {}, el("a", { href: `#/live?${new URLSearchParams({ sweep: sweep.name })}` }, `${sweep.name}, ${sweep.stored} of ${sweep.runs} runs, ${sweep.state}`))] : [];
+  others.replaceChildren(...swept, ...runs.map((run) => el("li", {}, el("a", { href: `#/live?id=${run.id}` },
     `${run.experiment.name}, ${run.lived} of ${run.experiment.evolution.generations} generations, ${run.state}`))));
 }
 

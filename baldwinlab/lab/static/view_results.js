@@ -3,8 +3,10 @@
 import { boxChart, lineChart, look } from "./charts.js";
 import { claimList } from "./claims.js";
 import { el, getJSON, message } from "./common.js";
+import { reactionNorms } from "./reaction_norms.js";
 import { arranged, factorChoices, forgotten, together } from "./results_factors.js";
-import { download, runTable } from "./results_runs.js";
+import { runTable } from "./results_runs.js";
+import { chartSaves, csv, saveButton } from "./saving.js";
 
 const WITHOUT_FOOD = {
   best: { name: "Best agent", axis: "fitness", title: "Fitness of the best agent" },
@@ -16,6 +18,7 @@ const MEASURES = { // of foragers, whose fitness is the energy of the items that
   mean: { ...WITHOUT_FOOD.mean, axis: "fitness (energy)" },
   share: { name: "Share that ate", axis: "share of the agents", title: "How many agents ate at all" },
 };
+const FEW = 8; // curves beside which the lines of their runs can still be told apart
 const measures = (results) => (results.food ? MEASURES : WITHOUT_FOOD);
 
 /** The address of a lifetime in the World tab. */
@@ -30,6 +33,11 @@ export function mount(root, state, navigate) {
   const aborted = new AbortController();
   let listed = null; // the answer of /api/studies
   let shown = null; // {study, results, asked, free}: what is drawn, as the address asks for it, and how its charts are freed
+  const answers = new Map(); // by address, what was asked for of the study that is shown
+  const ask = (path) => {
+    if (!answers.has(path)) answers.set(path, getJSON(path, aborted.signal));
+    return answers.get(path);
+  };
 
   const show = async (wanted) => {
     listed ??= (await getJSON("/api/studies", aborted.signal)).studies;
@@ -41,12 +49,17 @@ export function mount(root, state, navigate) {
     const { hidden = "", ...rest } = wanted;
     const asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden }).toString();
     if (shown?.asked === asked) return;
+    if (shown?.study !== study.id) answers.clear();
     const results = shown?.study === study.id ? shown.results : await fetched(study, page, listed, choose, aborted.signal);
     if (!results || aborted.signal.aborted) return;
     shown?.free();
-    const given = { study, results, measure, hidden, navigate, choose, listed, ...arranged(results, wanted) };
+    const given = { study, results, measure, hidden, navigate, choose, listed, ask, norm: wanted.norm, ...arranged(results, wanted) };
+    given.alone = given.groups.every(({ conditions }) => conditions.length === 1); // each curve is that of one condition
+    given.lines = given.alone && given.groups.length <= FEW && wanted.runs === "each";
+    const focused = page.contains(document.activeElement) ? document.activeElement.dataset.testid : undefined;
     const remember = (labels) => (shown.asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString());
     shown = { study: study.id, results, asked, free: draw(page, given, remember) };
+    if (focused) page.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   };
   const choose = (patch) => navigate("study" in patch ? { ...forgotten(shown?.results), ...patch } : patch, false);
   const update = (next) => show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
@@ -88,26 +101,34 @@ function draw(page, given, remember) {
   }
   const curves = el("section", { class: "card", "data-testid": "curves" });
   const boxes = ["best", "mean"].map((kind) => el("section", { class: "card", "data-testid": `final-${kind}` }));
-  const [chart, last] = [el("div"), lastGeneration(results)];
+  const last = lastGeneration(results);
+  const norms = reactionNorms(given.ask(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`), groups, given.norm, choose);
   const runs = Object.fromEntries(groups.flatMap(({ conditions }) => conditions).map((name) => [name, runsOf(study, name)]));
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     heading(given),
     factorChoices(results, given, choose) ?? "",
-    el("div", { class: "row" }, measureSwitch(results, measure, choose), el("span", { class: "soft" }, by ? `One curve for each ${by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.` : explained(given))),
+    el("div", { class: "row" }, measureSwitch(results, measure, choose), runsSwitch(given), el("span", { class: "soft" }, explained(given))),
     curves,
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     runTable(results, runs, measures(results), (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
+    norms.section,
     claimList(results.claims, study, (condition) => results.typical_run[condition], last),
   );
-  curves.append(chart, download("curves.csv", ["curve", "generation", "mean", "low", "high"], drawnRows(given)));
-  const line = drawCurves(chart, given, remember);
-  const drawn = ["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind));
-  return () => [line, ...drawn].forEach((chart) => chart.destroy());
+  const drawn = [drawCurves(curves, given, remember), ...["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind)), norms];
+  return () => drawn.forEach((chart) => chart.destroy());
 }
 
 function explained(given) {
-  return `${watched(given) ? "Click a curve to replay that generation of its typical run; shaded" : "Shaded"}: 95 % bands over runs.`;
+  if (!given.alone) return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
+  const click = !watched(given) ? "" : given.lines ? "Click a line to replay that generation of its run. " : "Click a curve to replay that generation of its typical run. ";
+  return `${click}Shaded: 95 % bands over runs.`;
+}
+
+/** Whether each run is a thin line beside the mean. */
+function runsSwitch({ alone, groups, lines, choose }) {
+  const input = el("input", { type: "checkbox", checked: lines, "data-testid": "each-run", onchange: () => choose({ runs: lines ? null : "each" }) });
+  return alone && groups.length <= FEW && el("label", { class: "inline" }, input, "each run as a line");
 }
 
 function runsOf(study, name) {
@@ -115,11 +136,14 @@ function runsOf(study, name) {
 }
 
 /** The curves as they are drawn, a row a generation. */
-function drawnRows({ results, measure, groups }) {
-  return groups.flatMap(({ label, conditions }) => {
-    const { mean, low, high } = together(conditions.map((name) => results.curves[name][measure]));
-    return results.generation.map((generation, place) => ({ curve: label, generation, mean: mean[place], low: low[place], high: high[place] }));
-  });
+function meanRows(generations, series) {
+  return series.flatMap(({ label, values, low, high }) =>
+    generations.map((generation, place) => ({ curve: label, generation, mean: values[place], low: low[place], high: high[place] })));
+}
+
+function runRows(generations, series) {
+  return series.flatMap(({ label, runs = [] }) => runs.flatMap(({ run, values }) =>
+    generations.map((generation, place) => ({ curve: label, run, generation, value: values[place] })).filter(({ value }) => value !== null)));
 }
 
 /** Whether lives of a condition, or of any, can be watched. */
@@ -151,12 +175,13 @@ function measureSwitch(results, measure, choose) {
   return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
 }
 
-function drawCurves(root, { study, results, measure, hidden, navigate, choose, by, groups }, remember) {
-  const series = groups.map(({ label, conditions }, number) => {
+function drawCurves(root, { study, results, measure, hidden, navigate, choose, by, groups, lines, ask }, remember) {
+  const plot = el("div");
+  let series = groups.map(({ label, conditions }, number) => {
     const { mean, low, high } = together(conditions.map((name) => results.curves[name][measure]));
     return { label, values: mean, low, high, ...look(number) };
   });
-  return lineChart(root, {
+  const chart = lineChart(plot, {
     title: `${measures(results)[measure].title}, generation by generation`,
     x: results.generation,
     xLabel: "generation",
@@ -168,13 +193,32 @@ function drawCurves(root, { study, results, measure, hidden, navigate, choose, b
       remember(labels.join(","));
       navigate({ hidden: labels.join(",") || null });
     },
-    onPick({ x, label }) {
+    onPick({ x, label, run }) {
       const { conditions } = groups.find((group) => group.label === label);
       if (conditions.length > 1) return choose({ [`only.${by}`]: label, group: null, hidden: null });
       if (!watched({ study }, conditions[0])) return message("Lives of this model have no world to watch.");
-      location.hash = lifeAddress({ study: study.id, condition: conditions[0], run: results.typical_run[conditions[0]], generation: x });
+      location.hash = lifeAddress({ study: study.id, condition: conditions[0], run: run ?? results.typical_run[conditions[0]], generation: x });
     },
   });
+  const saves = chartSaves("curves", ["curve", "generation", "mean", "low", "high"], () => meanRows(results.generation, series), chart.svg);
+  root.append(plot, saves);
+  let over = false;
+  const reading = el("span", { class: "soft" }, "Reading the runs …");
+  const withRuns = async () => {
+    saves.append(reading);
+    const runs = await Promise.all(groups.map(({ conditions: [condition] }) => ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`)));
+    if (over) return;
+    series = series.map((one, number) => ({ ...one, runs: Object.entries(runs[number]).map(([run, values]) => ({ run: Number(run), values: results.generation.map((_, place) => values[place] ?? null) })) }));
+    chart.update(results.generation, series);
+    reading.replaceWith(saveButton("run-curves.csv", () => csv(["curve", "run", "generation", "value"], runRows(results.generation, series))));
+  };
+  if (lines) withRuns().catch((fault) => over || (reading.textContent = fault.message));
+  return {
+    destroy() {
+      over = true;
+      chart.destroy();
+    },
+  };
 }
 
 function drawBoxes(root, { study, results, groups }, kind) {
@@ -184,13 +228,18 @@ function drawBoxes(root, { study, results, groups }, kind) {
     const seen = watched({ study }, conditions[0]);
     return {
       label,
+      points,
       values: points.map(({ value }) => value),
       color: look(number).color,
-      describe: (index) => `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}${seen ? ". Replay its last generation." : ""}`,
-      ...(seen && { href: (index) => lifeAddress({ study: study.id, condition: points[index].name, run: points[index].run, generation: last(points[index].name) }) }),
+      describe: (index) => `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
+      ...(seen && { leads: "Replay its last generation.", href: (index) => lifeAddress({ study: study.id, condition: points[index].name, run: points[index].run, generation: last(points[index].name) }) }),
     };
   });
-  return boxChart(root, { title: `${measures(results)[kind].name} at the end, each run a point, ${measures(results)[kind].axis}`, groups: drawn, height: 320 });
+  const plot = el("div");
+  const chart = boxChart(plot, { title: `${measures(results)[kind].name} at the end, each run a point, ${measures(results)[kind].axis}`, groups: drawn, height: 320 });
+  const rows = () => drawn.flatMap(({ label, points }) => points.map((point) => ({ box: label, condition: point.name, ...point })));
+  root.append(plot, chartSaves(`final-${kind}`, ["box", "condition", "run", "value"], rows, chart.svg));
+  return chart;
 }
 
 /** A condition's last generation, by its name. */

@@ -1,0 +1,103 @@
+/** A chart of curves as a file: the same curves, bands, axes and legend as on the page, drawn from the same numbers. */
+
+import { gridLine, note, pictureFile, svg, ticksBetween } from "./drawing.js";
+
+const [WIDTH, PLOT] = [760, 340]; // units; the height is that of the plot alone
+const [LEFT, RIGHT, TOP, BELOW] = [64, 20, 8, 52];
+const [ROW, LETTER] = [22, 6.8]; // of the legend: a row's height, and about how wide a letter is
+
+/** The y axis: fitness and shares begin at nought. */
+export function rangeFrom(low, high) {
+  if (low == null) return [0, 1];
+  return [Math.min(low, 0), high > Math.max(low, 0) ? high * 1.05 : Math.max(low, 0) + 1];
+}
+
+/**
+ * The text of an SVG file.
+ * @param {object} chart
+ * @param {string} chart.title
+ * @param {ArrayLike<number>} chart.x rising
+ * @param {string[]} [chart.names] of the places on the x axis, in the place of numbers
+ * @param {(import("./charts.js").Series & {color: string, dash?: number[]})[]} chart.series those that are shown
+ * @param {string} [chart.xLabel]
+ * @param {string} [chart.yLabel]
+ */
+export function curvesFile({ title, x, names, series, xLabel = "", yLabel = "" }) {
+  const scale = scaleOf(x, names, series);
+  const keys = legend(series);
+  const drawing = svg("g", {}, axes(scale, x, names, xLabel, yLabel),
+    ...series.map((one) => band(scale, x, one)),
+    ...series.flatMap((one) => (one.runs ?? []).map(({ values }) => curve(scale, x, values, { stroke: one.color, "stroke-width": 0.8, "stroke-opacity": 0.45 }))),
+    ...series.map((one) => mean(scale, x, one)), keys.drawing);
+  return pictureFile(title, WIDTH, TOP + PLOT + BELOW + keys.height, drawing);
+}
+
+function scaleOf(x, names, series) {
+  const all = series.flatMap(({ values, low, high, runs = [] }) => [values, low, high, ...runs.map((run) => run.values)].filter(Boolean));
+  let [least, most] = [Infinity, -Infinity]; // there may be too many to be arguments
+  for (const values of all) for (const value of values) if (value !== null) [least, most] = [Math.min(least, value), Math.max(most, value)];
+  const [low, high] = rangeFrom(least > most ? null : least, most);
+  const [first, last] = names ? [-0.5, names.length - 0.5] : x.length > 1 ? [x[0], x[x.length - 1]] : [x[0] - 1, x[0] + 1];
+  return {
+    low, high, first, last,
+    x: (at) => LEFT + ((at - first) / (last - first)) * (WIDTH - LEFT - RIGHT),
+    y: (value) => TOP + (1 - (value - low) / (high - low)) * PLOT,
+  };
+}
+
+function axes(scale, x, names, xLabel, yLabel) {
+  const rows = ticksBetween(scale.low, scale.high).map((tick) => [gridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
+    note(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" })]);
+  const ticks = names ? Array.from(x) : ticksBetween(scale.first, scale.last, 1); // generations are whole
+  const columns = ticks.map((tick) => [gridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT),
+    note(names ? names[tick] : String(tick), { x: scale.x(tick), y: TOP + PLOT + 18, "text-anchor": "middle" })]);
+  const [middle, height] = [LEFT + (WIDTH - LEFT - RIGHT) / 2, TOP + PLOT / 2];
+  return svg("g", {}, ...rows.flat(), ...columns.flat(), note(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
+    note(yLabel, { transform: `translate(16 ${height}) rotate(-90)`, "text-anchor": "middle" }));
+}
+
+/** Stretches of places at which there is a number. */
+function stretches(x, ...edges) {
+  const found = [[]];
+  for (let place = 0; place < x.length; place++) {
+    if (edges.every((values) => values[place] !== null && values[place] !== undefined)) found.at(-1).push(place);
+    else if (found.at(-1).length) found.push([]);
+  }
+  return found.filter((stretch) => stretch.length);
+}
+
+function band(scale, x, { low, high, color }) {
+  const point = (values) => (place) => `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`;
+  const areas = low && high ? stretches(x, low, high) : [];
+  const outline = areas.map((area) => `M${area.map(point(high)).join("L")}L${area.toReversed().map(point(low)).join("L")}Z`).join("");
+  return svg("path", { d: outline, fill: color, "fill-opacity": 0.18 });
+}
+
+function curve(scale, x, values, drawn) {
+  const lines = stretches(x, values).map((stretch) => `M${stretch.map((place) => `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`).join("L")}`);
+  return svg("path", { d: lines.join(""), fill: "none", "stroke-linejoin": "round", ...drawn });
+}
+
+/** A mean's curve; where it has few places, each of them a point, too. */
+function mean(scale, x, { values, color, dash = [], label }) {
+  const points = x.length > 12 ? [] : stretches(x, values).flat();
+  return svg("g", {}, svg("title", {}, label),
+    curve(scale, x, values, { stroke: color, "stroke-width": 2, "stroke-dasharray": dash.join(" ") }),
+    ...points.map((place) => svg("circle", { cx: round(scale.x(x[place])), cy: round(scale.y(values[place])), r: 3, fill: color })));
+}
+
+function legend(series) {
+  let [left, row] = [LEFT, 0];
+  const entries = series.map(({ label, color, dash = [] }) => {
+    const width = 40 + LETTER * label.length;
+    if (left > LEFT && left + width > WIDTH - RIGHT) [left, row] = [LEFT, row + 1];
+    const [x, y] = [left, TOP + PLOT + BELOW + row * ROW + 8];
+    left += width;
+    return svg("g", {}, svg("line", { x1: x, x2: x + 22, y1: y, y2: y, stroke: color, "stroke-width": 3, "stroke-dasharray": dash.join(" ") }), note(label, { x: x + 28, y: y + 4 }));
+  });
+  return { drawing: svg("g", {}, ...entries), height: (row + 1) * ROW + 6 };
+}
+
+function round(place) {
+  return Math.round(place * 100) / 100;
+}

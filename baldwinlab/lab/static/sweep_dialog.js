@@ -1,0 +1,139 @@
+/** A sweep of what the form says: which fields, with which values, how large that is, and where it goes. */
+
+import { el, format, postJSON } from "./common.js";
+import { saveButton } from "./saving.js";
+
+const CHECK_AFTER = 300; // ms after the last change
+const FIELDS = 2;
+
+/**
+ * @param {{preset: string, experiment: object, runs: number, seed: number}} order what the form says
+ * @param {Object<string, any[]>} swept of the address: the values of each field
+ * @param {(swept: Object<string, any[]>|null) => void} changed what is chosen has changed; null when the dialog closes
+ * @param {(name: string) => void} started as the study of that name
+ */
+export function sweepDialog(order, swept, changed, started) {
+  const known = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
+  const rows = Array.from({ length: FIELDS }, (_, number) => fieldRow(known, number, Object.entries(swept)[number]));
+  const name = el("input", { value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`, spellcheck: "false", maxlength: 100, "data-testid": "sweep-name" });
+  const [size, fault] = [el("p", { role: "status", "data-testid": "sweep-size" }), el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" })];
+  const start = el("button", { type: "submit", class: "primary", "data-testid": "sweep-start" }, "Start the sweep");
+  let [toml, waiting, turn] = [undefined, 0, 0];
+  const save = saveButton("sweep.toml", () => toml);
+  const elsewhere = el("p", { class: "soft" }, "Saved as a file, ", el("code", {}, "baldwinlab sweep sweep.toml"), " does the same elsewhere.");
+
+  const fields = () => Object.fromEntries(rows.filter(({ field }) => field.value).map(({ field, values }) => [field.value, listed(values.value)]));
+  const tell = (plan, sentence) => {
+    [toml, size.textContent, fault.textContent] = [plan?.toml, plan ? inWords(plan) : "", sentence];
+    start.disabled = save.disabled = !plan;
+  };
+  const check = () => {
+    clearTimeout(waiting);
+    changed(fields());
+    const mine = ++turn;
+    tell(null, "");
+    if (!Object.keys(fields()).length) return;
+    size.textContent = "Estimating …";
+    waiting = setTimeout(async () => {
+      try {
+        const plan = await postJSON("/api/sweep/plan", { ...order, fields: fields() });
+        if (mine === turn) tell(plan.problem ? null : plan, plan.problem ?? "");
+      } catch (refusal) {
+        if (mine === turn) tell(null, refusal.message);
+      }
+    }, CHECK_AFTER);
+  };
+  const form = el("form", { class: "live-keep" },
+    el("h2", {}, "Sweep a field"),
+    el("p", { class: "soft" }, "The experiment of the form at each of these values, or at each pair of them, with as many runs each. It becomes a study."),
+    ...rows.map(({ element }) => element),
+    el("label", { class: "field" }, el("span", {}, "Name, below the folder that this lab shows"), name),
+    size, elsewhere, fault,
+    el("div", { class: "row" }, save, el("span", { class: "spread" }), el("button", { type: "button", class: "quiet", onclick: () => dialog.close() }, "Cancel"), start));
+  const dialog = el("dialog", { "aria-label": "Sweep a field", "data-testid": "sweep-dialog" }, form);
+  for (const { element } of rows) element.addEventListener("input", check);
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    start.disabled = true;
+    try {
+      const { name: study } = await postJSON("/api/sweep", { ...order, fields: fields(), name: name.value.trim() });
+      dialog.close();
+      started(study);
+    } catch (refusal) {
+      fault.textContent = refusal.message;
+      start.disabled = false;
+    }
+  });
+  dialog.addEventListener("close", () => {
+    clearTimeout(waiting);
+    turn++;
+    dialog.remove();
+    changed(null);
+  });
+  document.body.append(dialog);
+  dialog.showModal();
+  check();
+  return dialog;
+}
+
+/** A field to choose, and its values. */
+function fieldRow(known, number, given) {
+  const title = number ? "and, if you like, another field" : "field";
+  const field = el("select", { "data-testid": `sweep-field-${number}` }, el("option", { value: "" }, number ? "none" : "choose a field"),
+    ...[...known.keys()].map((path) => el("option", { value: path }, path)));
+  const values = el("input", { spellcheck: "false", autocomplete: "off", "data-testid": `sweep-values-${number}` });
+  if (given && known.has(given[0])) [field.value, values.value] = [given[0], written(given[1])];
+  const beside = el("label", { class: "field", hidden: !field.value }, el("span", {}, "values, with commas between"), values);
+  field.addEventListener("change", () => {
+    beside.hidden = !field.value;
+    values.value = field.value ? written(around(known.get(field.value))) : "";
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  return { field, values, element: el("div", { class: "sweep-field" }, el("label", { class: "field" }, el("span", {}, title), field), beside) };
+}
+
+/** Every field of a tree that may be swept, by its path, with its value. */
+function leaves(tree, path = "") {
+  const table = tree !== null && typeof tree === "object" && (!Array.isArray(tree) || tree.some((one) => typeof one === "object"));
+  if (!table) return tree === null ? [] : [[path, tree]];
+  return Object.entries(tree).flatMap(([key, below]) => leaves(below, path ? `${path}.${key}` : key));
+}
+
+/** Some values to begin with. */
+function around(value) {
+  if (typeof value === "boolean") return [false, true];
+  if (typeof value !== "number") return [value];
+  if (value === 0) return [0, 1];
+  const near = Number.isInteger(value) ? [Math.ceil(value / 2), value, 2 * value] : [value / 2, value, 2 * value].map((one) => Number(one.toPrecision(6)));
+  return [...new Set(near)];
+}
+
+function written(values) {
+  return values.map((value) => (typeof value === "string" ? value : JSON.stringify(value))).join(", ");
+}
+
+/** `0, 0.1`, `true, false`, `rank, roulette` and `[10], [5, 5]` as the values that they mean. */
+function listed(text) {
+  try {
+    return JSON.parse(`[${text}]`);
+  } catch {
+    return text.split(",").map((one) => one.trim()).filter(Boolean).map((one) => {
+      try {
+        return JSON.parse(one);
+      } catch {
+        return one;
+      }
+    });
+  }
+}
+
+function inWords({ points, runs, seconds, workers, disk }) {
+  return `${format(points)} points, ${format(runs)} runs in all: ${duration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB on the disk.`;
+}
+
+/** So many seconds in words: "about 40 s". */
+export function duration(seconds) {
+  if (seconds < 1) return "less than a second";
+  const [size, unit] = seconds < 100 ? [1, "s"] : seconds < 6000 ? [60, "min"] : [3600, "hours"];
+  return `about ${Math.round(seconds / size)} ${unit}`;
+}

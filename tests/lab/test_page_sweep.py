@@ -1,0 +1,64 @@
+"""A sweep from the Live tab: planned in a dialog, lived while the page watches, and looked at in Results."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tomllib
+from urllib.parse import urlencode
+
+from playwright.sync_api import Page, expect
+
+from tests.axe import barriers
+from tests.lab.conftest import LabServer
+
+CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
+
+
+def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(page: Page, lab_server: LabServer) -> None:
+    page.goto(f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'set': json.dumps(CHANGES)})}")
+    page.get_by_test_id("sweep").click()
+    field, values = page.get_by_test_id("sweep-field-0"), page.get_by_test_id("sweep-values-0")
+    start, size = page.get_by_test_id("sweep-start"), page.get_by_test_id("sweep-size")
+    expect(start).to_be_disabled()
+    field.select_option("learning.rate")
+    expect(values).to_have_value("0.005, 0.01, 0.02")
+    expect(size).to_contain_text("3 points, 6 runs in all: ", timeout=60_000)
+    values.fill("0.01, 11")
+    expect(page.get_by_test_id("sweep-fault")).to_contain_text("learning.rate = 11")
+    expect(start).to_be_disabled()
+    values.fill("0.01, 0.1")
+    expect(size).to_contain_text("2 points, 4 runs in all: ")
+    expect(page).to_have_url(re.compile(r"fields=.*learning\.rate.*0\.01,0\.1"))
+    page.reload()  # the address holds what is planned
+    expect(values).to_have_value("0.01, 0.1")
+    expect(start).to_be_enabled(timeout=60_000)
+    assert barriers(page) == []
+    with page.expect_download() as saved:
+        page.get_by_test_id("download-sweep.toml").click()
+    assert tomllib.loads(saved.value.path().read_text())["fields"] == {"learning.rate": [0.01, 0.1]}
+    page.get_by_test_id("sweep-name").fill("swept/rates")
+    start.click()
+    expect(page.get_by_test_id("sweep-dialog")).to_have_count(0)
+    expect(page.get_by_test_id("sweep-state")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_test_id("sweep-count")).to_have_text("4 of 4 runs")
+    expect(page).to_have_url(re.compile(r"sweep=swept/rates$"))
+    assert barriers(page) == []
+    page.get_by_test_id("sweep-results").click()
+    expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
+    page.goto("/#/live?sweep=swept/gone")
+    expect(page.get_by_test_id("live-empty")).to_contain_text("This sweep is over")
+    expect(page.get_by_role("link", name="swept/rates, 4 of 4 runs, done")).to_be_visible()
+    shutil.rmtree(lab_server.root / "swept")
+
+
+def test_escape_closes_the_dialog_and_forgets_what_was_planned(page: Page) -> None:
+    page.goto("/#/live")
+    page.get_by_test_id("sweep").click()
+    page.get_by_test_id("sweep-field-0").select_option("population.size")
+    expect(page).to_have_url(re.compile("fields="))
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("sweep-dialog")).to_have_count(0)
+    expect(page.get_by_test_id("sweep")).to_be_focused()
+    expect(page).not_to_have_url(re.compile("fields="))
