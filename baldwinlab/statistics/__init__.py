@@ -23,6 +23,7 @@ SEED = 1896  # of the bootstrap alone, so that an interval is the same each time
 LEVEL = 0.95
 EXACT_PAIRS = 40_000  # 200 and 200; the exact distribution of larger samples takes long, and is the normal one by then
 ARRANGEMENTS = 20_000
+MOST_SIGNS = 13  # differences, whose signs are all tried
 
 
 class Comparison(NamedTuple):
@@ -90,10 +91,25 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     if a.size != b.size:
         raise ValueError(f"samples of {a.size} and {b.size} are not pairs")
     differences = a - b
-    p = float(stats.wilcoxon(differences).pvalue) if differences.any() else 1.0
+    p = signed_rank(differences) if differences.any() else 1.0
     medians = float(np.median(a)), float(np.median(b)), float(np.median(differences))
     above, below = int((differences > 0).sum()), int((differences < 0).sum())
     return Pairs(a.size, *medians, *median_interval(differences), p, above, below)
+
+
+def signed_rank(differences: Sample) -> float:
+    """The two-sided p of Wilcoxon's signed-rank test; differences of 0 are left out, and one must be another.
+
+    p is exact for at most 13 differences, all ways to give them signs being tried where there are ties, and without ties for
+    at most 50. Else it is the normal approximation with the correction for ties.
+    """
+    left = differences[differences != 0]
+    sizes = np.abs(left)
+    if differences.size > MOST_SIGNS or np.unique(sizes).size == differences.size:
+        return float(stats.wilcoxon(differences).pvalue)
+    ranks = stats.rankdata(sizes)  # SciPy tries them, too, but one by one, which takes a second and more
+    signs = (np.arange(2**left.size)[:, None] >> np.arange(left.size)) & 1
+    return _two_sided(signs @ ranks, ranks[left > 0].sum())
 
 
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
@@ -117,7 +133,11 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
 def _p_of_all_arrangements(ranks: Sample, size: int) -> float:
     """Twice the share of the ways to deal the ranks that give the first `size` a sum as far out as theirs, or farther."""
     sums = ranks[list(combinations(range(ranks.size), size))].sum(axis=1)
-    found = ranks[:size].sum()
+    return _two_sided(sums, ranks[:size].sum())
+
+
+def _two_sided(sums: Sample, found: float) -> float:
+    """Twice the share of the sums that are as far out as the one that was found, or farther."""
     return float(min(1, 2 * min(np.mean(sums <= found), np.mean(sums >= found))))
 
 

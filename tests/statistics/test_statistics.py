@@ -69,6 +69,13 @@ def test_pairs_as_in_hollander_and_wolfe() -> None:
     assert found.effect == pytest.approx(0.49) and found.low <= found.effect <= found.high
 
 
+@settings(deadline=None, derandomize=True, max_examples=60, database=None)
+@given(some.lists(some.integers(-4, 4).map(float), min_size=1, max_size=6).filter(any))
+def test_pairs_with_ties_are_held_against_all_signs_as_in_scipy(differences: list[float]) -> None:
+    found = compare_pairs(differences, [0.0] * len(differences))
+    assert found.p == pytest.approx(stats.wilcoxon(differences).pvalue, abs=1e-12)
+
+
 def test_pairs_differ_where_samples_do_not() -> None:
     before = np.arange(20.0) * 10
     found = compare_pairs(before + 1, before)
