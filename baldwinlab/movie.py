@@ -139,7 +139,8 @@ class _Camera:
     def __init__(self, scene: Scene) -> None:
         self.trace, width, height = scene
         self.look = json.loads(self.trace.attrs["look"])
-        self.x, self.y = self.trace.x.values, self.trace.y.values  # (step, agent)
+        self.x, self.y, self.heading = (self.trace[name].values for name in ("x", "y", "heading"))  # (step, agent)
+        self.items = self.trace.item_x.values, self.trace.item_y.values  # (step, item)
         self.eaten = self.trace.eaten.values.cumsum(axis=0)  # (step, agent), with that step
         self.scale = SIZE * SCALE / max(width, height)
         self.size = tuple(round(side * self.scale / SCALE / 2) * 2 for side in (width, height))  # video wants even numbers
@@ -175,7 +176,7 @@ class _Camera:
         return image
 
     def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        xs, ys = self.trace.item_x.values[step] * self.scale, self.trace.item_y.values[step] * self.scale
+        xs, ys = (places[step] * self.scale for places in self.items)
         half, first = 5 * self.scale, 0
         for kind in self.look["item_kinds"]:
             last = first + kind["number"]
@@ -201,7 +202,7 @@ class _Camera:
             x, y = x * self.scale, y * self.scale
             if eats[agent]:
                 draw.ellipse((x - around, y - around, x + around, y + around), fill=MOVIE["meal"])
-            heading = math.radians(float(self.trace.heading.values[step, agent]))
+            heading = math.radians(float(self.heading[step, agent]))
             turns = [heading + turn for turn in (0, 2.5, -2.5)]
             corners = [(x + ahead * math.cos(turn), y + ahead * math.sin(turn)) for turn in turns]
             draw.polygon(corners, MOVIE["agent"] if eaten[agent] else MOVIE["hungry"], MOVIE["outline"], SCALE)

@@ -110,7 +110,10 @@ def test_a_preset_is_named_and_not_written_out(lab_server: LabServer) -> None:
     assert panel["commands"][0] == "baldwinlab run evo/A --seed 3 --runs 3 --out study"
 
 
-def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(lab_server: LabServer, tmp_path: Path) -> None:
+def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
+    lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("baldwinlab.movie.LONGEST", 1)  # second, for a picture is as large after a few
     answer = ask(lab_server.address, "movie", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"}), format="gif")
     name = "evo%2Bself-taught-A-run1-generation2-beside-evo-A-run1-generation2.gif"
     assert answer.headers["content-disposition"].endswith(f"''{name}")
