@@ -26,7 +26,7 @@ from numba.core import cgutils, types
 from numba.extending import lower_builtin, models, overload, register_model, type_callable
 
 WIDTH: Final = int(os.environ.get("BALDWINLAB_LANES", "16"))
-"""Lanes in a bundle: one AVX-512 register of float32, and narrower machines use several; wasm.py, for a browser, asks for four."""
+"""Lanes in a bundle: one AVX-512 register of float32, and narrower machines use several; for browsers, wasm.py asks for 4."""
 
 Lane = Any  # an integer, or a bundle of lanes
 Value = Any  # a float32, or one for each lane of a bundle

@@ -19,7 +19,7 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.cli import main
-from baldwinlab.lab import frames, share
+from baldwinlab.lab import frames, pages, share
 from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
@@ -79,7 +79,7 @@ def test_a_shared_page_names_no_address_but_of_what_is_in_it(lab_server: LabServ
 
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    found = share.modules(share.PLAYER)
+    found = pages.modules(share.PLAYER)
     assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(found)
     for name, code in found.items():
         imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)

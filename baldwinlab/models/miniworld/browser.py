@@ -1,8 +1,9 @@
 """What a browser runs: entry points in which a run goes from founders to its last generation, and nothing is left to JavaScript.
 
 Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to learn how large arrays are,
-`furnish` once they are there, `found`, and then for every generation `begin`, `live` (as often as it likes to look), `reckon` and
-`breed`. They are made of the kernels that Python calls, in the order of runs/simulate.py; tests hold them to its bits.
+`furnish` once they are there, `found`, and then for every generation `begin`, `live` (as often as it likes to look), `reckon`
+and `breed`; it may `ask` a module something. They are made of the kernels that Python calls, in the order of runs/simulate.py;
+tests hold them to its bits.
 """
 
 from __future__ import annotations
@@ -28,10 +29,11 @@ from baldwinlab.models.miniworld.life import be_born, live_one_by_one, live_toge
 from baldwinlab.models.miniworld.recall import MOST_INPUTS
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
 from baldwinlab.parts.evolution import evaluate, pass_on
+from baldwinlab.parts.kinds import forward
 
 FOUND: Final = (
-    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes", "genome length",
-    "draws", "alert radius", "learning steps",
+    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
+    "genome length", "draws", "alert radius", "learning steps",
 )  # fmt: skip
 """What `measure` answers, in this order."""
 REGION: Final = ("left", "right", "upper", "lower", "count", "energy", "kind")  # the columns of `Setting.regions`
@@ -98,6 +100,8 @@ class Population(NamedTuple):
     draws: Any  # float64 [module and weight, 4], scratch
     shares: Any  # float64 [agent], scratch
     order: Any  # int64 [agent], scratch
+    asked_weights: Any  # float32 [weight, 1], those of a module that is asked something
+    asked_units: Any  # float32 [unit, 1], its inputs first, and what it answers
     schemes: Any
     variation: Any
     inheritance: Any
@@ -199,6 +203,11 @@ def live_at_once(model: Any, state: Any, population: Population) -> None:
 
 def live_in_turn(model: Any, state: Any, population: Population) -> None:
     live_one_by_one(taken(model), taken(state), population.fixed, False, population.first_step, population.last_step)
+
+
+def ask(state: Any, population: Population) -> None:
+    """What a module answers to some inputs, whoever has it."""
+    forward(taken(state).network, population.asked_weights, population.asked_units, 0)
 
 
 def reckon(model: Any, state: Any, population: Population) -> None:

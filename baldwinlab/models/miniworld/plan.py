@@ -5,18 +5,14 @@ JavaScript follows this and knows nothing of a model. What stands in it, is JSON
     a value   3, or {"path": "world.width"}; with "is": whether it is that; with "among": its place among those; with "above":
               whether it is larger; {"found": "alert radius"}, a number that `measure` answers; {"given": "seed"}
     a number  {"at": offset, "type": "f8", "value": a value}
-    an array  {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}, or what is in it: "values", one after
-              the other, where a value may be a list; or "table", a row for each entry of a list of the experiment
+    an array  {"at": offset, "type": "f4", "shape": [values, or names of `sizes`], "fill": 0}, or what is in it: "values" one by
+              one, of which any may be a list; or "table", a row for each entry of a list of the experiment
 """
 
 from __future__ import annotations
 
-import json
 import math
-import sys
-from base64 import b64encode
-from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterable, Mapping
 from typing import Any, Final, get_type_hints
 
 import numpy as np
@@ -24,18 +20,16 @@ from numba import typeof
 
 from baldwinlab.engine import wasm
 from baldwinlab.engine.phases import Array
-from baldwinlab.errors import BaldwinLabError
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.evolution.variation import Crossover
-from baldwinlab.experiment import Experiment, choices, validate
+from baldwinlab.experiment import Experiment, choices
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.models.miniworld import browser
 from baldwinlab.models.miniworld.make import item_kinds, item_regions, make_model, make_state
 from baldwinlab.models.miniworld.networks import FeedForward
-from baldwinlab.models.miniworld.state import ARRAYS, HEADING_COUNT
+from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.evolution import breeding_part
-from baldwinlab.parts.foreign import load_text
 from baldwinlab.parts.kinds import Network, numeric_fields
 
 Value = Any  # of JSON, as above
@@ -111,6 +105,8 @@ ARRAYS_OF_POPULATION: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "draws": ("f8", ("draws", 4)),
     "shares": ("f8", ("agents",)),
     "order": ("i8", ("agents",)),
+    "asked_weights": ("f4", ("weights", 1)),
+    "asked_units": ("f4", ("units", 1)),
 }
 DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the function that says how
     FeedForward.derived["biases"]: field("network.biases"),
@@ -156,6 +152,7 @@ class Habitat:
             "found": (browser.found, (population,)),
             "begin": (browser.begin, (model, state, population)),
             "live": (live, (model, state, population)),
+            "ask": (browser.ask, (state, population)),
             "reckon": (browser.reckon, (model, state, population)),
             "breed": (browser.breed, (population,)),
         }
@@ -209,9 +206,7 @@ class Habitat:
         network, experiment = self.experiment.part("network.kind"), self.experiment
         own = type(network).layers is not Network.layers
         sizes = (
-            list(experiment.layer_sizes)
-            if own
-            else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
+            list(experiment.layer_sizes) if own else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
         )
         return {"type": "i8", "values": sizes}
 
@@ -256,12 +251,11 @@ class Habitat:
         experiment = self.experiment
         names = [each.evolution.selection for each in self.schemes]
         least = [type(scheme).part.least for scheme in self.population.schemes]
+        ever, inheritance = self.inherits_as_ever, experiment.part("evolution.inheritance")
         own: dict[str, Any] = {
             "selection": field("evolution.selection", among=names),
-            "afresh": field("evolution.inheritance", **{"is": "none"}) if self.inherits_as_ever else type(self.inheritance).part.afresh,
-            "wants_learned": field("evolution.lamarckian_share", above=0)
-            if self.inherits_as_ever
-            else experiment.part("evolution.inheritance").wants_learned(experiment),
+            "afresh": field("evolution.inheritance", **{"is": "none"}) if ever else inheritance.afresh,
+            "wants_learned": field("evolution.lamarckian_share", above=0) if ever else inheritance.wants_learned(experiment),
             "learns": experiment.learns,
         }
         leaves = _numbers(self.population, POPULATION | own)
@@ -275,13 +269,9 @@ class Habitat:
         for name, chosen in {"variation": "variation", "worth": "fitness"}.items():
             path = f"evolution.{chosen}"
             leaves |= self._part(f"{name}.", getattr(self.population, name), path, experiment.part(path))
-        inheritance = type(self.inheritance).part
-        return leaves | self._part("inheritance.", self.inheritance, "evolution.inheritance", _having(inheritance, experiment))
-
-
-def _having(kind: Any, experiment: Experiment) -> Any:
-    chosen = experiment.part("evolution.inheritance")
-    return chosen if isinstance(chosen, kind) else kind()
+        return leaves | self._part(
+            "inheritance.", self.inheritance, "evolution.inheritance", Darwinian() if ever else inheritance
+        )
 
 
 def _schemes(experiment: Experiment) -> list[Experiment]:
@@ -328,23 +318,3 @@ def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
 
 def _name_of(habitat: Habitat, kind: Any) -> str:
     return next(name for name in ("setting", "model", "state", "population") if typeof(getattr(habitat, name)) == kind)
-
-
-def compiled(experiment: Experiment) -> dict[str, Any]:
-    """The module of an experiment and its plan, made here and now: call it `aside`."""
-    habitat = Habitat(experiment)
-    return {"module": b64encode(wasm.module(habitat.entries())).decode(), "plan": habitat.plan()}
-
-
-def _ordered(order: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    for source in order["parts"]:
-        load_text(source["text"], Path(source["file"]))
-    for tree in order["experiments"]:
-        yield compiled(validate(tree))
-
-
-if __name__ == "__main__":
-    try:
-        json.dump(list(_ordered(json.load(sys.stdin))), sys.stdout)
-    except BaldwinLabError as error:
-        sys.exit(str(error))

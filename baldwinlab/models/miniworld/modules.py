@@ -1,0 +1,87 @@
+"""The WebAssembly modules: those of built-in parts ship with the package, any other is compiled when it is asked for."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from base64 import b64decode, b64encode
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from baldwinlab.engine import cache, wasm
+from baldwinlab.engine.jit import fingerprint
+from baldwinlab.errors import BaldwinLabError
+from baldwinlab.experiment import Experiment, validate
+from baldwinlab.experiment.base import foreign_choices
+from baldwinlab.files import write_atomically
+from baldwinlab.models.miniworld.make import phases_of
+from baldwinlab.models.miniworld.plan import Habitat
+from baldwinlab.parts.foreign import load_text, sources_of
+
+SHIPPED: Final = Path(__file__).parent / "modules"
+MARKS: Final = SHIPPED / "fingerprints.json"  # of what each was made of, by a Python of that version
+RULES: Final = ("none", "self-taught", "drift")
+UPDATES: Final = ("simultaneous", "sequential")
+
+
+def module_of(experiment: Experiment) -> bytes:
+    """What a browser runs of an experiment's lives. Raises RefusedError where it must be linked and there is no linker."""
+    if not any(foreign_choices(experiment)):
+        return (SHIPPED / f"{name_of(experiment)}.wasm").read_bytes()
+    place = cache.place()
+    kept = place and place / f"{mark_of(experiment)}.wasm"
+    if kept and kept.is_file():
+        return kept.read_bytes()
+    wasm.find_linker()  # says so before a minute has passed
+    made = compiled([experiment])[0]
+    if kept:
+        write_atomically(kept, made)
+    return made
+
+
+def name_of(experiment: Experiment) -> str:
+    """Of the module of an experiment whose parts are built in."""
+    return f"{experiment.learning.rule}-{experiment.lifetime.update}"
+
+
+def built_in() -> dict[str, Experiment]:
+    """An experiment for each module that ships, by its name."""
+    made = [Experiment().replace(learning={"rule": rule}, lifetime={"update": update}) for rule in RULES for update in UPDATES]
+    return {name_of(experiment): experiment for experiment in made}
+
+
+def mark_of(experiment: Experiment) -> str:
+    """A hash of all that goes into a module; another Python compiles the same to other bytes, so it has another."""
+    habitat = Habitat(experiment)
+    functions = [function for function, _ in habitat.entries().values()]
+    breeding = (*habitat.population.schemes, habitat.population.variation, habitat.inheritance, habitat.population.worth)
+    phases = [each for part in breeding for each in (type(part), *type(part).part.phases())]
+    engine = Path(wasm.__file__).parent
+    sources = b"".join((engine / name).read_bytes() for name in ("lanes.py", "reference.py", "wasm.py"))
+    code = fingerprint([*functions, *phases_of(habitat.state), *phases])
+    return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
+
+
+def compiled(experiments: Iterable[Experiment]) -> list[bytes]:
+    """The modules of experiments, made in a process of its own."""
+    given = list(experiments)
+    order = {
+        "parts": [{"text": source.text, "file": source.file} for source in sources_of(given)],
+        "experiments": [experiment.to_dict() for experiment in given],
+    }
+    return [b64decode(one) for one in wasm.aside(__name__, order)]
+
+
+def _compile(order: Mapping[str, Any]) -> list[str]:
+    for source in order["parts"]:
+        load_text(source["text"], Path(source["file"]))
+    return [b64encode(wasm.module(Habitat(validate(tree)).entries())).decode() for tree in order["experiments"]]
+
+
+if __name__ == "__main__":
+    try:
+        json.dump(_compile(json.load(sys.stdin)), sys.stdout)
+    except BaldwinLabError as error:
+        sys.exit(str(error))
