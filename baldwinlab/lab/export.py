@@ -138,9 +138,9 @@ def _schema(experiment: Experiment) -> Any:
     """The fields that the page shows: those that it cannot change are as they are."""
     schema = schema_of(type(experiment))
     choosable = _choosable(experiment)
-    fixed = ["name", "model", "record", *(path for path, _, _ in choosing_fields(type(experiment)) if path not in choosable)]
+    fixed = ["model", "record.genome_every", *(path for path, _, _ in choosing_fields(type(experiment)) if path not in choosable)]
     if any(foreign_choices(experiment)):
-        fixed += ["lifetime.update", *_settled(experiment)]
+        fixed += ["name", "lifetime.update", *_settled(experiment)]
     for path, names in choosable.items():
         fields, name = node_at(schema, path)
         fields[name] |= {"enum": names}

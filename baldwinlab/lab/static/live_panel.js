@@ -97,7 +97,7 @@ function curves(feed, fitness, share, runs, worlds, pick) {
 /** Pause or resume, stop, keep, change and run again. */
 function controls(feed, experiment, seed, again) {
   const pause = el("button", { type: "button", "data-testid": "pause" });
-  const step = el("button", { type: "button", hidden: true, title: "Live one generation more", "data-testid": "live-step", onclick: () => feed.send({ do: "step" }) }, "Step");
+  const step = el("button", { type: "button", hidden: true, title: "Live one generation more", "data-testid": "one-more", onclick: () => feed.send({ do: "step" }) }, "Step");
   const stop = el("button", { type: "button", class: "danger", "data-testid": "stop" }, "Stop");
   const keep = el("button", { type: "button", class: "primary", "data-testid": "keep", hidden: true }, "Keep as a study …");
   const change = el("button", { type: "button", "data-testid": "again", onclick: () => again(feed.about) }, "Change and run again");
