@@ -26,6 +26,7 @@ import numba
 from llvmlite import ir
 from numba.core import types
 from numba.core.datamodel import default_manager
+from numba.core.types.containers import BaseNamedTuple, BaseTuple
 
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.reference import Reference
@@ -121,10 +122,10 @@ def places(kind: Any) -> tuple[int, dict[str, int]]:
 
 
 def _places(kind: Any, shape: Any, data: Any, name: str, offset: int) -> Iterator[tuple[str, int]]:
-    if not isinstance(kind, types.BaseTuple):
+    if not isinstance(kind, BaseTuple):
         yield name, offset
         return
-    names = kind.fields if isinstance(kind, types.BaseNamedTuple) else range(len(kind))
+    names = kind.fields if isinstance(kind, BaseNamedTuple) else range(len(kind))
     for number, (field, below) in enumerate(zip(names, kind.types, strict=True)):
         if isinstance(shape, ir.ArrayType):
             inner, at = shape.element, number * shape.element.get_abi_size(data)

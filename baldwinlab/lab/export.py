@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
-import numpy as np
 from scipy import stats
 
 from baldwinlab import presets
@@ -82,7 +81,7 @@ def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
         "presets": [_preset(experiment) for experiment in experiments],
         "programs": list(programs.values()),
         "rules": RULES,
-        "quantiles": [0, *stats.t.ppf(0.975, np.maximum(np.arange(MOST_RUNS), 1)).tolist()],
+        "quantiles": [0.0, *(float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MOST_RUNS + 1))],
     }
 
 

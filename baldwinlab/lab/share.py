@@ -1,4 +1,4 @@
-"""What is on the screen, to take away: a page that plays anywhere, a moving picture, a study's report."""
+"""What is on the screen, to take away: a page that plays anywhere or lives, a moving picture, a study's report."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from baldwinlab import presets
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, lives, pages, studies
+from baldwinlab.lab.export import live_page
 from baldwinlab.lab.lives import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.recording import bytes_of_step, record
@@ -39,6 +40,9 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def share(request: Request) -> Response:
         return InTurn(lab, lambda: _shared(lab, request.query_params))
 
+    async def laboratory(request: Request) -> Response:
+        return InTurn(lab, lambda: _laboratory(lab, request.query_params))
+
     async def movie(request: Request) -> Response:
         return InTurn(lab, lambda: _movie(lab, request.query_params))
 
@@ -50,7 +54,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         kind = "text/plain" if path.suffix == ".csv" else None  # shown, as a sandbox lets nothing be downloaded
         return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind)
 
-    endpoints = {"share": share, "movie": movie, "movie/made": made, "report/{place:path}": report}
+    endpoints = {"share": share, "laboratory": laboratory, "movie": movie, "movie/made": made, "report/{place:path}": report}
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
@@ -58,6 +62,13 @@ def _shared(lab: Lab, query: Query) -> Response:
     sources = _sources(query)
     page = shared_page(lab, sources, number(query, "step", 0))
     return _attachment(page, "text/html", f"{_file_name([lives.find(lab, given) for given in sources])}.html")
+
+
+def _laboratory(lab: Lab, query: Query) -> Response:
+    """The conditions of what is shown, each once, with its seed, as a page in which they live again."""
+    shown = [lives.find(lab, given) for given in _sources(query)]
+    experiments = list({life.experiment.name: life.experiment for life in shown}.values())
+    return _attachment(live_page(experiments, shown[0].moment.seed), "text/html", f"{_file_name(shown[:1])}-live.html")
 
 
 def _movie(lab: Lab, query: Query) -> Response:

@@ -134,6 +134,15 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer,
     assert data(lab_server.address, "movie/made", ticket="mine") == {"share": 0}  # nothing is kept of it
 
 
+def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_live(lab_server: LabServer) -> None:
+    answer = ask(lab_server.address, "laboratory", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"}))
+    assert answer.status_code == 200, answer.text
+    told = re.search(r'id="laboratory">(.*?)</script>', answer.text, re.DOTALL)
+    assert told is not None
+    names = [preset["name"] for preset in json.loads(told[1])["presets"]]
+    assert (names, json.loads(told[1])["seed"]) == (["evo+self-taught/A", "evo/A"], Study(lab_server.root / "small").seed)
+
+
 def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:
     assert "pip install 'baldwinlab[video]'" in refusal(lab_server.address, "movie", 400, a=LIFE, format="mp4")
 

@@ -35,6 +35,7 @@ function entries(getState) {
   return [
     here[0],
     saver("Page that plays anywhere", ".html, needs no server", "share-html", made("share", () => ({ step: getState().step }))),
+    saver("Live laboratory", ".html, evolution runs in it", "share-laboratory", made("laboratory", () => ({}))),
     here[1],
     saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", movie("mp4", getState)),
     saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),

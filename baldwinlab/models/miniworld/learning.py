@@ -39,7 +39,7 @@ def _express(rate: float, genes: npt.NDArray[np.float32], found: npt.NDArray[np.
 
 
 @compiled
-def expressed(rate: float, gene: np.float32) -> np.float32:
+def expressed(rate: float, gene: Any) -> np.float32:
     """The learning rate that a gene makes of the experiment's."""
     return np.float32(min(rate * power_of_ten(gene), FASTEST))
 

@@ -12,7 +12,7 @@ JavaScript follows this and knows nothing of a model. What stands in it, is JSON
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, get_type_hints
 
 import numpy as np
@@ -188,7 +188,7 @@ class Habitat:
             "actions": len(experiment.actions),
             "stride": experiment.part("motor.body").stride,
         }
-        leaves = _numbers(self.setting, SETTING | fixed)
+        leaves = _numbers(self.setting, {**SETTING, **fixed})
         kinds = item_kinds(experiment)
         added = [
             [*region.x, *region.y, region.count, region.energy, kinds.index(region.kind)]
@@ -211,7 +211,7 @@ class Habitat:
         return {"type": "i8", "values": sizes}
 
     def _model(self) -> dict[str, Any]:
-        leaves = _numbers(self.model, MODEL | _constants(self.model, ("inputs", "least_near", "always_alert")))
+        leaves = _numbers(self.model, {**MODEL, **_constants(self.model, ("inputs", "least_near", "always_alert"))})
         for name, shape in ARRAYS_OF_MODEL.items():
             leaves[name] = {"type": _type(getattr(self.model, name)), "shape": shape, "fill": 0}
         leaves["start"] = {"type": "f4", "values": [field(f"world.start.{name}") for name in ("x", "y", "radius")]}
@@ -258,7 +258,7 @@ class Habitat:
             "wants_learned": field("evolution.lamarckian_share", above=0) if ever else inheritance.wants_learned(experiment),
             "learns": experiment.learns,
         }
-        leaves = _numbers(self.population, POPULATION | own)
+        leaves = _numbers(self.population, {**POPULATION, **own})
         for name, (kind, shape) in ARRAYS_OF_POPULATION.items():
             leaves[name] = {"type": kind, "shape": shape, "fill": 0}
         leaves["purposes"] = {"type": "i8", "values": [WEIGHTS_OF_MODULE[name] for name in experiment.modules]}
@@ -309,6 +309,7 @@ def _constants(of: Any, names: Iterable[str]) -> dict[str, Any]:
 
 def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
     """Arrays as they are declared with their owners."""
+    shapes: dict[str, Callable[[Any], list[Any]]]
     shapes = {"agent": lambda rows: [*rows, "lanes"], "world": lambda rows: ["worlds", *rows], "batch": list}
     return {
         prefix + name: {"type": np.dtype(array.dtype).str[1:], "shape": shapes[array.owner](array.rows), "fill": array.fill}

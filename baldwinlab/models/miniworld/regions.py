@@ -16,14 +16,14 @@ WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more 
 
 
 @compiled
-def cell_edge(width: float, height: float, count: int) -> float:
+def cell_edge(width: float, height: float, count: int) -> Any:
     """Of the cells that a region's items are sorted into: square, or of a strip, however thin, as long as holds so many items."""
     items = max(1, count)
     return max(square_root(width * height * ITEMS_IN_CELL / items), max(width, height) * ITEMS_IN_CELL / items)
 
 
 @compiled
-def share_looked_at(width: float, height: float, count: int, radius: float) -> float:
+def share_looked_at(width: float, height: float, count: int, radius: float) -> Any:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
     area, side = width * height, 2 * radius + cell_edge(width, height, count)
     looked_at = side * side
