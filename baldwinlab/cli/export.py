@@ -28,10 +28,13 @@ def export(
 ) -> None:
     """Write a live laboratory: one HTML file in which evolution runs in the reader's own browser, to the same bits."""
     from baldwinlab.lab.export import live_page  # here, because to load the engine takes a while
+    from baldwinlab.models.miniworld.modules import is_ready
 
     require_writable("--out", out, EXPORT.encode(), force=force)
     load_parts(part)
     experiments, own_seed = _given(source, assignments or [])
+    if any(not is_ready(each) for each in experiments if isinstance(each, Experiment)):
+        console.say("compiling for browsers, which takes about a minute …")
     page = live_page(experiments, own_seed if seed is None else seed)
     write_atomically(out, page)
     names = ", ".join(experiment.name for experiment in experiments)

@@ -4,12 +4,22 @@ import { load } from "./engine.js";
 import { Run, simulate } from "./lives.js";
 import { lookInside, partOf, record } from "./looking.js";
 
+const WARMING = 150; // ms
+const PIECE = 100; // steps
+
 const loaded = new Map(); // programs, by the name of their module
 const groups = new Map(); // runs that live side by side, by the page's name for them
 
 const ORDERS = {
   async program({ name, bytes, plan }) {
     loaded.set(name, await load(bytes, plan));
+  },
+  /** Live for a moment and forget it: browsers make what runs fast only when it has run for a while. */
+  warm({ program, experiment }) {
+    const run = new Run(loaded.get(program), experiment, 0, 0);
+    const until = performance.now() + WARMING;
+    run.bear(0);
+    for (let step = 0; step < experiment.lifetime.steps && performance.now() < until; step += PIECE) run.live(step, Math.min(step + PIECE, experiment.lifetime.steps));
   },
   begin({ group, program, experiment, seed, runs }) {
     const made = runs.map((run) => ({ run, living: new Run(loaded.get(program), experiment, seed, run), genomes: [] }));

@@ -3,6 +3,7 @@
 import { faultsOf } from "./faults.js";
 import { lookUp } from "./engine.js";
 import { HereFeed, Workers } from "./here_runs.js";
+import { changesOf, withChanges } from "./live_setup.js";
 
 /**
  * @typedef {object} Laboratory what Python writes into the page
@@ -17,6 +18,8 @@ export class Here {
     this.laboratory = laboratory;
     this.workers = new Workers(code, laboratory.programs);
     this.feeds = new Map();
+    const { experiment } = laboratory.presets[0];
+    this.workers.warm(this.program(experiment), experiment).catch(() => {}); // whoever starts a run hears of it
   }
 
   async get(path) {
@@ -37,14 +40,22 @@ export class Here {
     if (path === "/api/schema") return { schema: this.preset(experiment.name).schema, experiment, errors: this.faults(experiment) };
     if (path === "/api/validate") return { errors: [...this.faults(experiment), ...faultsOf(ORDER, order, [])] };
     if (path === "/api/look") return { world: experiment.world, look: this.look(experiment), about: [] };
-    return { id: written({ experiment, ...order }) };
+    const preset = this.preset(experiment.name);
+    return { id: written({ preset: preset.name, changes: changesOf(experiment, preset.experiment), ...order }) };
   }
 
   /** The feed of a live run, whose id says what it is. */
   feed(id) {
-    const feed = new HereFeed(id, this, read(id));
+    const feed = new HereFeed(id, this, this.order(read(id)));
     this.feeds.set(id, feed);
     return feed;
+  }
+
+  /** What an id orders; null where it is damaged. */
+  order(given) {
+    const preset = this.laboratory.presets.find(({ name }) => name === given?.preset);
+    if (!preset || faultsOf(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length) return null;
+    return { ...given, experiment: withChanges(preset.experiment, given.changes ?? {}) };
   }
 
   preset(name) {
@@ -114,7 +125,7 @@ function written(order) {
   return btoa(String.fromCharCode(...bytes)).replace(/[+/=]/g, (letter) => ({ "+": "-", "/": "_", "=": "" })[letter]);
 }
 
-/** The order in an id; null where it is damaged. */
+/** What was written in an id; null where it is damaged. */
 function read(id) {
   try {
     const text = atob(id.replace(/[-_]/g, (letter) => ({ "-": "+", _: "/" })[letter]));

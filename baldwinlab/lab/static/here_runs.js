@@ -29,6 +29,12 @@ export class Workers {
     return worker;
   }
 
+  /** Have the first one ready before it is wanted. */
+  async warm(program, experiment) {
+    const worker = await this.ready(0, program);
+    await worker.ask("warm", { program: program.name, experiment });
+  }
+
   /** A whole run, on whichever worker has its turn. */
   async simulate(program, experiment, seed, run) {
     const worker = await this.ready(this.turn++ % this.most, program);
@@ -73,7 +79,7 @@ export class HereFeed extends Feed {
   }
 
   async live() {
-    const faults = this.order?.experiment?.evolution ? this.here.faults(this.order.experiment) : [{ message: "This link is damaged, and says of no run that could be started here" }];
+    const faults = this.order ? this.here.faults(this.order.experiment) : [{ message: "This link is damaged, and says of no run that could be started here" }];
     if (faults.length) return this.turn("gone", `${faults[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
     this.about = { id: this.id, experiment, runs, seed, seconds, kept: "" };

@@ -59,7 +59,7 @@ def _span(region: ItemRegion) -> tuple[float, float]:
 
 def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
-    return share_looked_at(*_span(region), region.count, experiment.senses.visual_radius)
+    return float(share_looked_at(*_span(region), region.count, experiment.senses.visual_radius))
 
 
 def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:

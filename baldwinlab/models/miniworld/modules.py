@@ -10,13 +10,15 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from numba.core.errors import NumbaError
+
 from baldwinlab.engine import cache, wasm
 from baldwinlab.engine.jit import fingerprint
+from baldwinlab.engine.refusals import refusal
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.base import foreign_choices
 from baldwinlab.files import write_atomically
-from baldwinlab.models.miniworld.make import phases_of
 from baldwinlab.models.miniworld.plan import Habitat
 from baldwinlab.parts.foreign import load_text, sources_of
 
@@ -28,10 +30,7 @@ UPDATES: Final = ("simultaneous", "sequential")
 
 def module_of(experiment: Experiment) -> bytes:
     """What a browser runs of an experiment's lives. Raises RefusedError where it must be linked and there is no linker."""
-    if not any(foreign_choices(experiment)):
-        return (SHIPPED / f"{name_of(experiment)}.wasm").read_bytes()
-    place = cache.place()
-    kept = place and place / f"{mark_of(experiment)}.wasm"
+    kept = _place(experiment)
     if kept and kept.is_file():
         return kept.read_bytes()
     wasm.find_linker()  # says so before a minute has passed
@@ -39,6 +38,20 @@ def module_of(experiment: Experiment) -> bytes:
     if kept:
         write_atomically(kept, made)
     return made
+
+
+def is_ready(experiment: Experiment) -> bool:
+    """Whether that module is there already."""
+    kept = _place(experiment)
+    return kept is not None and kept.is_file()
+
+
+def _place(experiment: Experiment) -> Path | None:
+    """Where a module ships, or is kept once it has been compiled; None where there is no place to keep it."""
+    if not any(foreign_choices(experiment)):
+        return SHIPPED / f"{name_of(experiment)}.wasm"
+    kept = cache.place()
+    return kept and kept / f"{mark_of(experiment)}.wasm"
 
 
 def name_of(experiment: Experiment) -> str:
@@ -56,11 +69,9 @@ def mark_of(experiment: Experiment) -> str:
     """A hash of all that goes into a module; another Python compiles the same to other bytes, so it has another."""
     habitat = Habitat(experiment)
     functions = [function for function, _ in habitat.entries().values()]
-    breeding = (*habitat.population.schemes, habitat.population.variation, habitat.inheritance, habitat.population.worth)
-    phases = [each for part in breeding for each in (type(part), *type(part).part.phases())]
     engine = Path(wasm.__file__).parent
     sources = b"".join((engine / name).read_bytes() for name in ("lanes.py", "reference.py", "wasm.py"))
-    code = fingerprint([*functions, *phases_of(habitat.state), *phases])
+    code = fingerprint([*functions, *habitat.phases()])
     return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
 
 
@@ -77,7 +88,14 @@ def compiled(experiments: Iterable[Experiment]) -> list[bytes]:
 def _compile(order: Mapping[str, Any]) -> list[str]:
     for source in order["parts"]:
         load_text(source["text"], Path(source["file"]))
-    return [b64encode(wasm.module(Habitat(validate(tree)).entries())).decode() for tree in order["experiments"]]
+    return [b64encode(_module(Habitat(validate(tree)))).decode() for tree in order["experiments"]]
+
+
+def _module(habitat: Habitat) -> bytes:
+    try:
+        return wasm.module(habitat.entries())
+    except NumbaError as error:
+        raise refusal(error, habitat.phases()) or error from None
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.models.miniworld import browser
-from baldwinlab.models.miniworld.make import item_kinds, item_regions, make_model, make_state
+from baldwinlab.models.miniworld.make import item_kinds, item_regions, make_model, make_state, phases_of
 from baldwinlab.models.miniworld.networks import FeedForward
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.evolution import breeding_part
@@ -156,6 +156,12 @@ class Habitat:
             "reckon": (browser.reckon, (model, state, population)),
             "breed": (browser.breed, (population,)),
         }
+
+    def phases(self) -> tuple[Any, ...]:
+        """The types of all parts, and their phases: what is compiled in beside the entry points."""
+        population = self.population
+        breeding = (*population.schemes, population.variation, population.inheritance, population.worth)
+        return (*phases_of(self.state), *(each for part in breeding for each in (type(part), *type(part).part.phases())))
 
     def plan(self) -> dict[str, Any]:
         """As above; "tuples" by name, in the order in which entry points take them."""
