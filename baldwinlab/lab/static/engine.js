@@ -14,6 +14,8 @@ const NUMBERS = {
 };
 const HEAD = 32; // bytes of an array's description before its shape
 
+export const REFUSED = "The browser refused the memory that this experiment takes; fewer agents, items or units take less.";
+
 /** @typedef {{plan: Object<string, any>, code: WebAssembly.Module}} Program */
 
 export class Engine {
@@ -141,7 +143,7 @@ function ask(make) {
   try {
     return make();
   } catch {
-    throw new Error("The browser refused the memory that this experiment takes; fewer agents, items or units take less.");
+    throw new Error(REFUSED);
   }
 }
 

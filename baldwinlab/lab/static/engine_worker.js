@@ -1,11 +1,12 @@
 /** What a worker of a page without a server does: some runs of an experiment, and any life of them again. */
 
-import { load } from "./engine.js";
+import { REFUSED, load } from "./engine.js";
 import { Run, simulate } from "./lives.js";
 import { lookInside, partOf, record } from "./looking.js";
 
 const WARMING = 150; // ms
 const PIECE = 100; // steps
+const MOST_KEPT = 256_000_000; // bytes of genomes, in each worker
 
 const loaded = new Map(); // programs, by the name of their module
 const groups = new Map(); // runs that live side by side, by the page's name for them
@@ -23,40 +24,37 @@ const ORDERS = {
   },
   begin({ group, program, experiment, seed, runs }) {
     const made = runs.map((run) => ({ run, living: new Run(loaded.get(program), experiment, seed, run), genomes: [] }));
-    groups.set(group, { program, experiment, seed, made });
+    groups.set(group, { made });
   },
   /** The next generation of each run of a group. */
   next({ group }) {
-    return groups.get(group).made.map(({ run, living, genomes }) => {
+    const { made } = groups.get(group);
+    return made.map(({ run, living, genomes }) => {
       const { genome, ...lived } = living.next();
       genomes.push(genome);
+      genomes[genomes.length - 1 - Math.floor(MOST_KEPT / made.length / genome.byteLength)] &&= null;
       return { run, ...lived };
     });
   },
-  recording({ group, run, generation, look, first, last }) {
-    const again = liveAgain(group, run, generation);
-    const part = partOf(again.experiment, first, last);
-    const sizes = Array.from(again.engine.array("setting.sizes"), Number);
-    return { part, sizes, arrays: record(again, { generation, look, ...part }) };
+  genome({ group, run, generation }) {
+    const found = groups.get(group).made.find((one) => one.run === run).genomes[generation];
+    if (!found) throw new Error(`The genomes of generation ${generation} are no longer kept: a page keeps those of the newest only.`);
+    return found;
   },
-  inside({ group, run, generation, agent, look, first, last }) {
-    const again = liveAgain(group, run, generation);
-    const part = partOf(again.experiment, first, last);
-    const sizes = Array.from(again.engine.array("setting.sizes"), Number);
-    return { part, sizes, arrays: lookInside(again, { generation, look, agent, ...part }) };
-  },
+  recording: (wanted) => looked(wanted, record),
+  inside: (wanted) => looked(wanted, lookInside),
   simulate: ({ program, experiment, seed, run }) => simulate(loaded.get(program), experiment, seed, run),
   end({ group }) {
     groups.delete(group);
   },
 };
 
-/** A run in memory of its own, with the genomes of a generation. */
-function liveAgain(group, run, generation) {
-  const { program, experiment, seed, made } = groups.get(group);
+/** A life again, from the genomes of its generation, with somebody who looks at it. */
+function looked({ program, experiment, seed, run, genome, first, last, ...wanted }, look) {
   const again = new Run(loaded.get(program), experiment, seed, run);
-  again.engine.array("population.genome").set(made.find((one) => one.run === run).genomes[generation]);
-  return again;
+  again.engine.array("population.genome").set(genome);
+  const part = partOf(experiment, first, last);
+  return { part, sizes: Array.from(again.engine.array("setting.sizes"), Number), arrays: look(again, { ...wanted, ...part }) };
 }
 
 addEventListener("message", async ({ data: { ticket, order, given } }) => {
@@ -64,6 +62,6 @@ addEventListener("message", async ({ data: { ticket, order, given } }) => {
     const answer = await ORDERS[order](given);
     postMessage({ ticket, answer });
   } catch (fault) {
-    postMessage({ ticket, fault: fault.message });
+    postMessage({ ticket, fault: fault instanceof RangeError ? REFUSED : fault.message });
   }
 });

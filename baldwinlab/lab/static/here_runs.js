@@ -10,7 +10,7 @@ export class Workers {
   constructor(code, programs) {
     this.address = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
     this.programs = programs;
-    this.pool = [];
+    this.pool = {}; // by number; and one that only looks, so that nobody who lives waits for it
     this.turn = 0;
   }
 
@@ -19,9 +19,9 @@ export class Workers {
     return Math.min(navigator.hardwareConcurrency || 2, MOST_WORKERS);
   }
 
-  /** One of them, that knows a program. */
-  async ready(number, program) {
-    const worker = (this.pool[number] ??= new Asked(new Worker(this.address)));
+  /** One of them, by its number or name, that knows a program. */
+  async ready(name, program) {
+    const worker = (this.pool[name] ??= new Asked(new Worker(this.address)));
     await (worker.programs[program.name] ??= (async () => {
       program.bytes ??= new Uint8Array(await inflated(program.module));
       await worker.ask("program", { name: program.name, bytes: program.bytes, plan: program.plan });
@@ -146,7 +146,7 @@ export class HereFeed extends Feed {
   async recording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.about;
     const look = this.here.look(experiment);
-    const { part, sizes, arrays } = await this.of(run).ask("recording", { group: this.id, run, generation, look, first, last });
+    const { part, sizes, arrays } = await this.looked("recording", { run, generation, look, first, last });
     const { name: condition, lifetime: { steps }, population: { size: agents }, world, network: { biases } } = experiment;
     const header = { kind: "recording", source, condition, seed, run, generation, ...part, steps, agents, items: arrays.item_x.length, world, look, about: [] };
     return { header: { ...header, learns: experiment.learning.rule !== "none", layer_sizes: sizes, biases }, arrays };
@@ -156,7 +156,7 @@ export class HereFeed extends Feed {
   async inside({ run, generation, agent, first, last }) {
     const { experiment } = this.about;
     const look = this.here.look(experiment);
-    const { part, sizes, arrays } = await this.of(run).ask("inside", { group: this.id, run, generation, agent, look, first, last });
+    const { part, sizes, arrays } = await this.looked("inside", { run, generation, agent, look, first, last });
     const [own, next] = [this.parents[generation][run], this.parents[generation + 1]?.[run]];
     const pair = Array.from(own.subarray(2 * agent, 2 * agent + 2));
     const children = next ? Array.from({ length: next.length / 2 }, (_, child) => child).filter((child) => next[2 * child] === agent || next[2 * child + 1] === agent) : [];
@@ -166,9 +166,14 @@ export class HereFeed extends Feed {
     return { header: { ...header, ...kin }, arrays };
   }
 
-  /** The worker that has a run. */
-  of(run) {
-    return this.workers[run % this.here.workers.most];
+  /** What a worker finds that lives a generation again. */
+  async looked(order, wanted) {
+    const { run, generation } = wanted;
+    const { workers } = this.here;
+    const genome = await this.workers[run % workers.most].ask("genome", { group: this.id, run, generation });
+    const { experiment, seed } = this.about;
+    const program = this.here.program(experiment);
+    return (await workers.ready("looking", program)).ask(order, { program: program.name, experiment, seed, genome, ...wanted });
   }
 
   disconnect() {
