@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.cli.common import Assignments, Force, Parts, PerhapsWhole, load_parts
 from baldwinlab.experiment import Experiment, assign
+from baldwinlab.experiment.idle import require_effect
 from baldwinlab.files import write_atomically
 from baldwinlab.outputs import EXPORT, is_study, require_writable
 from baldwinlab.presets import load
@@ -46,4 +47,6 @@ def _given(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
     if is_study(Path(source)):
         study = Study(Path(source))
         return [assign(study.experiment(name), assignments) for name in study.experiments], study.seed
-    return [assign(load(source), assignments)], 0
+    experiment = assign(load(source), assignments)
+    require_effect([experiment])
+    return [experiment], 0

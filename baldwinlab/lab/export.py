@@ -13,7 +13,6 @@ from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.base import choosing_fields, foreign_choices
 from baldwinlab.experiment.choices import BUILT_IN, key_of
-from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import pages
 from baldwinlab.lab.schema import node_at, schema_of
@@ -60,7 +59,6 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
             raise RefusedError(
                 f"{experiment.name} is of the model {experiment.model}, whose lives are Python: a browser has none"
             )
-        require_effect([experiment])
     given = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
     told = laboratory(given) | {"seed": seed}
@@ -76,9 +74,15 @@ def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
     for experiment in experiments:
         for name, one in _modules_for(experiment):
             programs.setdefault(name, _program(name, one))
+    schemas = [_schema(experiment) for experiment in experiments]
+    different = [schema for number, schema in enumerate(schemas) if schema not in schemas[:number]]
     return {
         "version": __version__,
-        "presets": [_preset(experiment) for experiment in experiments],
+        "presets": [
+            _preset(experiment) | {"schema": different.index(schema)}
+            for experiment, schema in zip(experiments, schemas, strict=True)
+        ],
+        "schemas": different,
         "programs": list(programs.values()),
         "rules": RULES,
         "quantiles": [0.0, *(float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MOST_RUNS + 1))],
@@ -110,7 +114,6 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "name": experiment.name,
         "description": description,
         "experiment": experiment.to_dict(),
-        "schema": _schema(experiment),
         "look": _look(experiment),
     }
 

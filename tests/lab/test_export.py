@@ -123,8 +123,7 @@ def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(monkey
         load_file(EXAMPLES / f"{name}.py")
     chosen = ['world.features=["poison"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
     experiment = assign(load("evo/A"), [*chosen, "network.kind=elman", "learning.rule=social"])
-    schema = laboratory([experiment])["presets"][0]["schema"]
-    tables = schema["$defs"]
+    tables = laboratory([experiment])["schemas"][0]["$defs"]
     assert "const" in tables["Network"]["properties"]["hidden"]
     poison = next(table for name, table in tables.items() if name.startswith("Poison"))["properties"]
     assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))

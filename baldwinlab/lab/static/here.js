@@ -7,7 +7,8 @@ import { changesOf, withChanges } from "./live_setup.js";
 
 /**
  * @typedef {object} Laboratory what Python writes into the page
- * @property {{name: string, description: string, experiment: object, schema: object, look: object}[]} presets
+ * @property {{name: string, description: string, experiment: object, schema: number, look: object}[]} presets
+ * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules
  * @property {number[]} quantiles of Student's t, for so many runs
@@ -37,11 +38,12 @@ export class Here {
   }
 
   async post(path, { experiment, ...order }) {
-    if (path === "/api/schema") return { schema: this.preset(experiment.name).schema, experiment, errors: this.faults(experiment) };
+    if (path === "/api/schema") return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
     if (path === "/api/validate") return { errors: [...this.faults(experiment), ...faultsOf(ORDER, order, [])] };
     if (path === "/api/look") return { world: experiment.world, look: this.look(experiment), about: [] };
     const preset = this.preset(experiment.name);
-    return { id: written({ preset: preset.name, changes: changesOf(experiment, preset.experiment), ...order }) };
+    const turn = Math.random().toString(36).slice(2, 6); // the same can be started again
+    return { id: written({ preset: preset.name, changes: changesOf(experiment, preset.experiment), ...order, turn }) };
   }
 
   /** The feed of a live run, whose id says what it is. */
@@ -63,8 +65,12 @@ export class Here {
     return presets.find((preset) => preset.name === name) ?? presets[0];
   }
 
+  schema(experiment) {
+    return this.laboratory.schemas[this.preset(experiment.name).schema];
+  }
+
   faults(experiment) {
-    return faultsOf(this.preset(experiment.name).schema, experiment, this.laboratory.rules);
+    return faultsOf(this.schema(experiment), experiment, this.laboratory.rules);
   }
 
   /** The program that lives an experiment. Raises an Error with a sentence where the page has none. */
@@ -81,7 +87,7 @@ export class Here {
 
   /** For scripts: a whole run, to the bits of `bl.simulate`. Rejects with a sentence. */
   async simulate({ seed, run = 0, generations, experiment = {} }) {
-    const base = this.laboratory.presets[0].experiment;
+    const base = this.preset(experiment.name).experiment;
     const length = generations === undefined ? {} : { evolution: { generations } };
     const whole = laid(laid(base, experiment), length);
     const faults = [...faultsOf(ORDER, { seed, run }, []), ...this.faults(whole)];

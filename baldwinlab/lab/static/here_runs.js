@@ -179,6 +179,7 @@ export class HereFeed extends Feed {
   disconnect() {
     this.state = "stopped";
     this.stirred();
+    this.here.feeds.delete(this.id);
     for (const worker of this.workers ?? []) worker.ask("end", { group: this.id });
   }
 }

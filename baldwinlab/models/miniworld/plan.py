@@ -182,7 +182,6 @@ class Habitat:
                 "actions": len(experiment.actions),
                 "item kinds": len(item_kinds(experiment)),
             },
-            "kinds": item_kinds(experiment),
             "takes": {name: [_name_of(self, each) for each in types] for name, (_, types) in self.entries().items()},
         }
 
