@@ -169,6 +169,19 @@ def test_a_run_can_be_paused_and_lived_generation_by_generation(page: Page) -> N
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
 
 
+def test_a_run_stops_in_mid_life_and_another_begins(page: Page) -> None:
+    page.get_by_test_id("group-lifetime").locator("summary").click()
+    page.get_by_test_id("field-lifetime.steps").fill("100000000")
+    start(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Running")
+    page.get_by_test_id("stop").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Stopped")
+    expect(page.get_by_test_id("live-count")).to_have_text("0 of 3 generations")
+    page.get_by_test_id("field-lifetime.steps").fill("100")
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+
+
 def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
     start(page, runs=1)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")

@@ -6,6 +6,8 @@ import { lookInside, partOf, record } from "./looking.js";
 
 const WARMING = 150; // ms
 const PIECE = 100; // steps
+const AGENT_STEPS = 200_000; // at a time
+const LISTENS = 50; // ms, after which a worker hears what is asked of it
 const MOST_KEPT = 256_000_000; // bytes of genomes, in each worker
 
 const loaded = new Map(); // programs, by the name of their module
@@ -27,14 +29,17 @@ const ORDERS = {
     groups.set(group, { made });
   },
   /** The next generation of each run of a group. */
-  next({ group }) {
-    const { made } = groups.get(group);
-    return made.map(({ run, living, genomes }) => {
-      const { genome, ...lived } = living.next();
+  async next({ group }) {
+    const whole = groups.get(group);
+    const { made } = whole;
+    const all = [];
+    for (const { run, living, genomes } of made) {
+      const { genome, ...lived } = await livedInPieces(living, () => !whole.stopped);
       genomes.push(genome);
       genomes[genomes.length - 1 - Math.floor(MOST_KEPT / made.length / genome.byteLength)] &&= null;
-      return { run, ...lived };
-    });
+      all.push({ run, ...lived });
+    }
+    return all;
   },
   genome({ group, run, generation }) {
     const found = groups.get(group).made.find((one) => one.run === run).genomes[generation];
@@ -44,10 +49,30 @@ const ORDERS = {
   recording: (wanted) => looked(wanted, record),
   inside: (wanted) => looked(wanted, lookInside),
   simulate: ({ program, experiment, seed, run }) => simulate(loaded.get(program), experiment, seed, run),
+  /** Live no further, in mid-life too; what has lived can still be seen. */
+  stop({ group }) {
+    groups.get(group).stopped = true;
+  },
   end({ group }) {
+    ORDERS.stop({ group });
     groups.delete(group);
   },
 };
+
+/** The next generation of a run, which is left where it is as soon as it is not `wanted` any more. */
+async function livedInPieces(living, wanted) {
+  const { lifetime: { steps }, population: { size } } = living.experiment;
+  const piece = Math.max(1, Math.floor(AGENT_STEPS / size));
+  const genome = living.begin();
+  let since = performance.now();
+  for (let step = 0; step < steps && wanted(); step += piece) {
+    living.live(step, Math.min(step + piece, steps));
+    if (performance.now() - since < LISTENS) continue;
+    await new Promise((resolve) => setTimeout(resolve)); // let others be heard
+    since = performance.now();
+  }
+  return living.end(genome);
+}
 
 /** A life again, from the genomes of its generation, with somebody who looks at it. */
 function looked({ program, experiment, seed, run, genome, first, last, ...wanted }, look) {

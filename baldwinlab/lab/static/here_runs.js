@@ -93,7 +93,7 @@ export class HereFeed extends Feed {
       }
       if (!this.ended) this.turn("done");
     } catch (fault) {
-      this.turn("failed", fault.message);
+      if (!this.ended) this.turn("failed", fault.message);
     }
   }
 
@@ -109,13 +109,14 @@ export class HereFeed extends Feed {
   }
 
   all(order) {
-    return Promise.all(this.workers.map((worker, number) => worker.ask(...order(number))));
+    return Promise.all((this.workers ?? []).map((worker, number) => worker.ask(...order(number))));
   }
 
   async generation() {
     const began = performance.now();
     this.steps = Math.max(0, this.steps - 1);
     const lived = (await this.all(() => ["next", { group: this.id }])).flat().sort((one, other) => one.run - other.run);
+    if (this.ended) return; // stopped in mid-life
     this.parents.push(lived.map(({ parents }) => parents));
     this.energies.push(lived.map(({ energy }) => energy));
     this.add(bandsOf(lived, this.here.laboratory.quantiles));
@@ -134,6 +135,7 @@ export class HereFeed extends Feed {
     else if (wish === "step") this.steps += 1;
     else if (!this.workers || this.state === "preparing") this.wanted = { pause: "paused", stop: "stopped" }[wish];
     else this.turn({ pause: "paused", resume: "running", stop: "stopped" }[wish]);
+    if (wish === "stop") this.all(() => ["stop", { group: this.id }]);
     this.stirred();
   }
 

@@ -29,10 +29,21 @@ export class Run {
 
   /** Live the next generation, and let it have its children if there is one after it. Raises an Error with a sentence. */
   next() {
-    const { engine, parents } = this;
-    const genome = engine.array("population.genome").slice();
-    this.bear(this.lived);
+    const genome = this.begin();
     this.live(0, this.experiment.lifetime.steps);
+    return this.end(genome);
+  }
+
+  /** Let the next generation be born. @returns {Float32Array} its genomes */
+  begin() {
+    const genome = this.engine.array("population.genome").slice();
+    this.bear(this.lived);
+    return genome;
+  }
+
+  /** What became of the generation that has lived. */
+  end(genome) {
+    const { engine, parents } = this;
     engine.call("reckon");
     this.check();
     const agents = this.experiment.population.size;
