@@ -16,6 +16,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.lab.export import live_page
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.runs.simulate import simulate
+from tests.axe import barriers
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
 SIMULATE = """async (wanted) => {
@@ -193,6 +194,7 @@ def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
     expect(page.get_by_test_id("parent")).to_have_text([f"agent {parent}" for parent in parents])
     items = int(run.food_eaten[2, 4])
     expect(page.locator(".inspector header")).to_contain_text(f"{items} items in its life")
+    assert barriers(page) == []
 
 
 def test_the_form_says_what_is_wrong_and_does_not_start(page: Page) -> None:

@@ -7,6 +7,7 @@ import json
 import sys
 from base64 import b64decode, b64encode
 from collections.abc import Iterable, Mapping
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, Final
 
@@ -100,6 +101,8 @@ def _module(habitat: Habitat) -> bytes:
 
 if __name__ == "__main__":
     try:
-        json.dump(_compile(json.load(sys.stdin)), sys.stdout)
+        with redirect_stdout(sys.stderr):  # whatever a part's file says when it is loaded
+            modules = _compile(json.load(sys.stdin))
+        json.dump(modules, sys.stdout)
     except BaldwinLabError as error:
         sys.exit(str(error))
