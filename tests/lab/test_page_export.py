@@ -222,6 +222,20 @@ def test_a_damaged_link_is_a_sentence(lonely: Page, file: Path) -> None:
     expect(lonely.get_by_test_id("live-empty")).to_contain_text("This link is damaged")
 
 
+def test_a_page_with_several_conditions_lives_the_one_that_is_chosen(lonely: Page, file: Path) -> None:
+    both = [quick(presets.load(name)) for name in ("evo+self-taught/A", "evo/A")]
+    path = file.with_name("both.html")
+    path.write_bytes(live_page(both, seed=4))
+    lonely.goto(path.as_uri())
+    lonely.get_by_test_id("preset").select_option("evo/A")
+    start(lonely, runs=1)
+    expect(lonely.get_by_test_id("live-state")).to_have_text("Done")
+    expect(lonely.get_by_test_id("live-head")).to_contain_text("evo/A")
+    expect(lonely.get_by_test_id("live-head")).to_contain_text("seed 4")
+    energy = bytes(lonely.evaluate(SIMULATE, {"seed": 4, "experiment": {"name": "evo/A"}})["energy"])
+    assert energy == simulate(both[1], seed=4).energy.values.tobytes()
+
+
 def test_on_a_phone_nothing_is_wider_than_the_screen(page: Page) -> None:
     page.set_viewport_size({"width": 360, "height": 740})
     start(page, runs=1)
