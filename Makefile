@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test nightly faults lint format bench cuda slurm browser clean
+.PHONY: help reproduce test nightly faults lint format bench cuda slurm browser wasm clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
@@ -15,6 +15,7 @@ help:
 	@echo "make format      put the code into its standard form"
 	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
 	@echo "make cuda        add what the GPU backend needs"
+	@echo "make wasm        compile the engine for browsers anew, after a change of what compiled code does"
 	@echo "make slurm       as root: set up a Slurm of one node, and run a study on its jobs"
 	@echo "make clean       remove the virtual environment and what the tools left"
 
@@ -71,6 +72,11 @@ bench: $(VENV)/.bench
 
 # Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
 cuda: $(VENV)/.cuda
+
+# What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.
+wasm: $(VENV)/.dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-wasm.txt
+	$(BIN)/python scripts/browser_modules.py
 
 # Installs Slurm from the distribution's packages where it is missing, and runs it on loopback only while it is tested.
 slurm: $(VENV)/.dev

@@ -9,6 +9,7 @@ from baldwinlab.errors import RefusedError
 
 REPLAY: Final = "baldwinlab replay"  # what stands in every trace, picture and movie that is written
 REPORT: Final = "baldwinlab report"  # and in every page of a study
+EXPORT: Final = "baldwinlab export"  # in every live laboratory
 _OF_A_STUDY: Final = ("runs", "parts", "assays", "paper", "study.toml", "sessions.jsonl")
 _LOOKED_AT: Final = 65536  # bytes at each end of a file
 

@@ -9,7 +9,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab import palette
-from baldwinlab.lab.share import STATIC
+from baldwinlab.lab.pages import STATIC
 
 PACKAGE = Path(baldwinlab.__file__).parent
 COLOUR = re.compile(r"#(?:[0-9a-fA-F]{3}){1,2}\b(?![\w-])")

@@ -15,6 +15,7 @@ COMMANDS = {  # module and function of each
     "assay": ("assays.command", "assay"),
     "bench": ("cli.measure", "bench"),
     "check": ("cli.check", "check"),
+    "export": ("cli.export", "export"),
     "lab": ("cli.lab", "lab"),
     "multiverse": ("multiverse.command", "multiverse"),
     "papers": ("cli.papers", "papers"),

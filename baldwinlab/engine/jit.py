@@ -102,13 +102,13 @@ def is_kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], 
 
 
 def entry(function: Function) -> Function:
-    """A compiled function that Python calls, and no compiled one: it is kept for the next start."""
+    """A compiled function that Python calls: it is kept for the next start. Compiled code may call it too."""
 
     @wraps(function)
     def call(*arguments: Any) -> Any:
         return kept(function)(*arguments)
 
-    return cast(Function, call)
+    return cast(Function, register(call, lambda *types: function))
 
 
 def fingerprint(functions: Iterable[Callable[..., Any]]) -> str:

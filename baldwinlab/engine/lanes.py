@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -24,7 +25,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import lower_builtin, models, overload, register_model, type_callable
 
-WIDTH: Final = 16  # lanes in a bundle: one AVX-512 register of float32; narrower machines use several registers
+WIDTH: Final = int(os.environ.get("BALDWINLAB_LANES", "16"))
+"""Lanes in a bundle: one AVX-512 register of float32, and narrower machines use several; for browsers, wasm.py asks for 4."""
 
 Lane = Any  # an integer, or a bundle of lanes
 Value = Any  # a float32, or one for each lane of a bundle

@@ -1,6 +1,6 @@
 """The lab in the browser: one page, served on loopback, from which studies are watched, steered, replayed and shared.
 
-It needs the extra `lab`, so what works without it imports no other module of this package.
+It needs the extra `lab`, so what works without it imports no other module of this package than `pages`, `schema` and `export`.
 """
 
 from __future__ import annotations

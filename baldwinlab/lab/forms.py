@@ -8,10 +8,11 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live_size import check_size
 from baldwinlab.lab.query import body, whole
+from baldwinlab.lab.schema import schema_of
 from baldwinlab.models.miniworld.about import about
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.runs.simulate import check_seed
@@ -55,20 +56,6 @@ def form_of(tree: Any) -> dict[str, Any]:
     except ExperimentError:
         return {"schema": schema_of(Experiment), "experiment": tree, "errors": faults(tree)}
     return {"schema": schema_of(type(experiment)), "experiment": experiment.to_dict(), "errors": []}
-
-
-def schema_of(kind: type[BaseExperiment]) -> Any:
-    """The JSON schema of experiments, in which each field that chooses parts says which there are."""
-    return _with_choices(kind.model_json_schema())
-
-
-def _with_choices(node: Any) -> Any:
-    if isinstance(node, list):
-        return [_with_choices(each) for each in node]
-    if not isinstance(node, dict):
-        return node
-    known = {"enum": choices.names(node["x-chooses"])} if "x-chooses" in node else {}
-    return {key: _with_choices(value) for key, value in node.items()} | known
 
 
 def completed(tree: Any) -> BaseExperiment:

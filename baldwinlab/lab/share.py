@@ -1,25 +1,23 @@
-"""What is on the screen, to take away: a page that plays anywhere, a moving picture, a study's report."""
+"""What is on the screen, to take away: a page that plays anywhere or lives, a moving picture, a study's report."""
 
 from __future__ import annotations
 
-import base64
 import re
-import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 from urllib.parse import parse_qsl, quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab import palette, presets
+from baldwinlab import presets
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.lab import Lab, MissingError, lives, studies
+from baldwinlab.lab import Lab, MissingError, lives, pages, studies
+from baldwinlab.lab.export import live_page
 from baldwinlab.lab.lives import Life
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.recording import bytes_of_step, record
@@ -28,12 +26,10 @@ from baldwinlab.movie import Scene, write_movie_of
 from baldwinlab.runs.replay import replay
 from baldwinlab.version import __version__
 
-STATIC = Path(__file__).parent / "static"
 PLAYER = "replay_page.js"  # the module that a shared page begins with
 STYLES = ("style.css", "world.css", "watch.css", "replay_page.css")
 MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
 MOST_OF_A_MOVIE = 2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
-_IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w.]+\.js)(?=")')
 _REPORT = re.compile(r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))")
 
 # A report is a file that anybody may have made, so it runs no scripts, reaches nothing, and counts as another page.
@@ -43,6 +39,9 @@ REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-i
 def routes(lab: Lab) -> list[BaseRoute]:
     async def share(request: Request) -> Response:
         return InTurn(lab, lambda: _shared(lab, request.query_params))
+
+    async def laboratory(request: Request) -> Response:
+        return InTurn(lab, lambda: _laboratory(lab, request.query_params))
 
     async def movie(request: Request) -> Response:
         return InTurn(lab, lambda: _movie(lab, request.query_params))
@@ -55,7 +54,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
         kind = "text/plain" if path.suffix == ".csv" else None  # shown, as a sandbox lets nothing be downloaded
         return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind)
 
-    endpoints = {"share": share, "movie": movie, "movie/made": made, "report/{place:path}": report}
+    endpoints = {"share": share, "laboratory": laboratory, "movie": movie, "movie/made": made, "report/{place:path}": report}
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
@@ -63,6 +62,13 @@ def _shared(lab: Lab, query: Query) -> Response:
     sources = _sources(query)
     page = shared_page(lab, sources, number(query, "step", 0))
     return _attachment(page, "text/html", f"{_file_name([lives.find(lab, given) for given in sources])}.html")
+
+
+def _laboratory(lab: Lab, query: Query) -> Response:
+    """The conditions of what is shown, each once, with its seed, as a page in which they live again."""
+    shown = [lives.find(lab, given) for given in _sources(query)]
+    experiments = list({life.experiment.name: life.experiment for life in shown}.values())
+    return _attachment(live_page(experiments, shown[0].moment.seed), "text/html", f"{_file_name(shown[:1])}-live.html")
 
 
 def _movie(lab: Lab, query: Query) -> Response:
@@ -87,42 +93,21 @@ def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
     as a request for the recording does.
     """
     panels = [_panel(lives.find(lab, given), given) for given in sources]
-    loader = PackageLoader("baldwinlab.lab")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    page = environment.get_template("replay.html").render(
-        title=" and ".join(panel["title"] for panel in panels),
-        styles=palette.lab_css() + "".join((STATIC / name).read_text("utf-8") for name in STYLES),
-        modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(PLAYER).items()},
-        replay={"version": __version__, "step": step, "panels": panels},
-    )
-    return page.encode()
-
-
-def modules(first: str) -> dict[str, str]:
-    """A module of the page and all that it imports, by names that do not depend on where a page lies, as "lab/world.js"."""
-    found: dict[str, str] = {}
-    waiting = [first]
-    while waiting:
-        name = waiting.pop()
-        if f"lab/{name}" not in found:
-            code = (STATIC / name).read_text("utf-8")
-            found[f"lab/{name}"] = _IMPORT.sub(r"lab/\g<name>", code)
-            waiting += [imported["name"] for imported in _IMPORT.finditer(code)]
-    return found
+    title = " and ".join(panel["title"] for panel in panels)
+    replay = {"version": __version__, "step": step, "panels": panels}
+    return pages.page("replay.html", PLAYER, STYLES, title=title, replay=replay)
 
 
 def _panel(life: Life, given: dict[str, str]) -> dict[str, Any]:
     """A lifetime: its recording, deflated, and what it takes to live it again."""
     experiment, steps = life.experiment, life.experiment.lifetime.steps
     part = lives.span(given, steps, bytes_of_step(experiment))
-    deflate = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)  # with no header, as a browser's "deflate-raw" reads it
-    packed = deflate.compress(record(life, part, given)) + deflate.flush()
     seed, run, generation = life.moment
     own = not _is_preset(life)
     what = "experiment.toml" if own else experiment.name
     return {
         "title": f"{experiment.name}, run {run}, generation {generation}",
-        "recording": base64.b64encode(packed).decode(),
+        "recording": pages.packed(record(life, part, given)),
         "experiment": to_toml(experiment) if own else None,
         "commands": [
             f"baldwinlab run {what} --seed {seed} --runs {run + 1} --out study",

@@ -17,8 +17,8 @@ from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.forms import schema_of
 from baldwinlab.lab.query import parsed, text
+from baldwinlab.lab.schema import schema_of
 from baldwinlab.lab.turns import InTurn
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study

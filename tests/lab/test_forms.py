@@ -11,7 +11,8 @@ from playwright.sync_api import Page, expect
 from pydantic import Field
 
 from baldwinlab.experiment import Experiment, choices
-from baldwinlab.lab.forms import form_of, schema_of
+from baldwinlab.lab.forms import form_of
+from baldwinlab.lab.schema import schema_of
 from baldwinlab.parts.kinds import LearningRule
 from tests.lab.conftest import LabServer
 from tests.small import small

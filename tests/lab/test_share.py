@@ -19,7 +19,7 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.cli import main
-from baldwinlab.lab import frames, share
+from baldwinlab.lab import frames, pages, share
 from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
@@ -79,7 +79,7 @@ def test_a_shared_page_names_no_address_but_of_what_is_in_it(lab_server: LabServ
 
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    found = share.modules(share.PLAYER)
+    found = pages.modules(share.PLAYER)
     assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(found)
     for name, code in found.items():
         imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)
@@ -135,6 +135,15 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer,
     assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
     assert told == [0.25, 0.75]
     assert data(lab_server.address, "movie/made", ticket="mine") == {"share": 0}  # nothing is kept of it
+
+
+def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_live(lab_server: LabServer) -> None:
+    answer = ask(lab_server.address, "laboratory", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"}))
+    assert answer.status_code == 200, answer.text
+    told = re.search(r'id="laboratory">(.*?)</script>', answer.text, re.DOTALL)
+    assert told is not None
+    names = [preset["name"] for preset in json.loads(told[1])["presets"]]
+    assert (names, json.loads(told[1])["seed"]) == (["evo+self-taught/A", "evo/A"], Study(lab_server.root / "small").seed)
 
 
 def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:

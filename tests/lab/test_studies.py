@@ -14,7 +14,7 @@ from baldwinlab import results
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
-from baldwinlab.lab.share import STATIC
+from baldwinlab.lab.pages import STATIC
 from baldwinlab.papers import built_in
 from baldwinlab.papers.verdicts import evaluate, write
 from baldwinlab.runs.simulate import simulate

@@ -39,13 +39,27 @@ export class Refusal extends Error {
   }
 }
 
+let here = null; // answers in the place of a server, in a page that has none
+
+/** @param {{get: (path: string, signal?: AbortSignal) => Promise<any>, post: (path: string, body: any) => Promise<any>}} answerer */
+export function answeredBy(answerer) {
+  here = answerer;
+}
+
+/** Whether there is no server, and what needs one is not to be offered. */
+export function serverless() {
+  return here !== null;
+}
+
 /** @returns {Promise<any>} */
 export async function getJSON(path, signal) {
+  if (here) return here.get(path, signal);
   return (await request(path, { signal })).json();
 }
 
 /** @returns {Promise<any>} */
 export async function postJSON(path, body, signal) {
+  if (here) return here.post(path, body);
   const headers = { "Content-Type": "application/json" };
   return (await request(path, { method: "POST", headers, body: JSON.stringify(body), signal })).json();
 }
@@ -55,6 +69,7 @@ export async function postJSON(path, body, signal) {
  * @returns {Promise<{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}>}
  */
 export async function getBinary(path, signal) {
+  if (here) return here.get(path, signal);
   return unpack(await (await request(path, { signal })).arrayBuffer());
 }
 
@@ -80,6 +95,12 @@ export function unpack(buffer) {
     arrays[name] = new TYPES[dtype](buffer, 8 + length + offset, count);
   }
   return { header, arrays };
+}
+
+/** Base64 of deflated bytes, unpacked. @returns {Promise<ArrayBuffer>} */
+export async function inflated(text) {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer();
 }
 
 /** A request that waits, with a banner, while there is no connection, and then goes on. Raises Refusal. */

@@ -73,7 +73,7 @@ function shelf(places, path) {
   return places.get("").fault;
 }
 
-function resolve(form, node) {
+export function resolve(form, node) {
   if (node.anyOf?.length === 2 && node.anyOf.some(({ type }) => type === "null")) {
     const { anyOf, ...rest } = node;
     return { ...resolve(form, anyOf.find(({ type }) => type !== "null")), ...rest, empty: true }; // null where nothing is written

@@ -7,11 +7,17 @@ const ENDS = ["done", "stopped", "failed", "gone"];
 
 /** @type {Map<string, Feed>} */
 const feeds = new Map();
+let make = (id) => new Feed(id);
+
+/** @param {(id: string) => Feed} maker of feeds that are not a server's */
+export function feedsFrom(maker) {
+  make = maker;
+}
 
 /** The feed of a run. Those of other runs that have ended are closed, so that the server can forget them. */
 export function feedOf(id) {
   for (const feed of [...feeds.values()]) if (feed.id !== id && feed.ended) feed.close();
-  return feeds.get(id) ?? new Feed(id);
+  return feeds.get(id) ?? make(id);
 }
 
 /**
@@ -79,10 +85,14 @@ export class Feed {
     else this.failed("There is no connection at the moment; it is being tried again.");
   }
 
-  close() {
-    this.closed = true;
+  disconnect() {
     clearTimeout(this.retry);
     this.socket.close();
+  }
+
+  close() {
+    this.closed = true;
+    this.disconnect();
     feeds.delete(this.id);
   }
 }

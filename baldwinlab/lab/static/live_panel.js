@@ -1,7 +1,7 @@
 /** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
 
 import { lineChart, look } from "./charts.js";
-import { el, message, postJSON } from "./common.js";
+import { el, message, postJSON, serverless } from "./common.js";
 import { LiveWorld } from "./live_world.js";
 import { chartSaves } from "./saving.js";
 
@@ -105,6 +105,7 @@ function curves(feed, fitness, share, runs, worlds, pick) {
 /** Pause or resume, stop, keep, change and run again. */
 function controls(feed, experiment, seed, again) {
   const pause = el("button", { type: "button", "data-testid": "pause" });
+  const step = el("button", { type: "button", hidden: true, title: "Live one generation more", "data-testid": "one-more", onclick: () => feed.send({ do: "step" }) }, "Step");
   const stop = el("button", { type: "button", class: "danger", "data-testid": "stop" }, "Stop");
   const keep = el("button", { type: "button", class: "primary", "data-testid": "keep", hidden: true }, "Keep as a study …");
   const change = el("button", { type: "button", "data-testid": "again", onclick: () => again(feed.about) }, "Change and run again");
@@ -120,11 +121,12 @@ function controls(feed, experiment, seed, again) {
   const update = () => {
     pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
     pause.hidden = stop.hidden = feed.ended;
-    keep.hidden = Boolean(feed.about.kept) || !["done", "stopped"].includes(feed.state) || !feed.lived;
+    step.hidden = feed.ended || feed.state !== "paused" || !serverless();
+    keep.hidden = serverless() || Boolean(feed.about.kept) || !["done", "stopped"].includes(feed.state) || !feed.lived;
     kept.hidden = !feed.about.kept;
     if (feed.about.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.about.kept })}`;
   };
-  return { elements: [pause, stop, change, keep, kept], update };
+  return { elements: [pause, step, stop, change, keep, kept], update };
 }
 
 /** A dialog that asks for a study's name until `keep` takes it. */

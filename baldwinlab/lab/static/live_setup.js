@@ -218,7 +218,7 @@ function parsed(text) {
 }
 
 /** The fields, by path, in which a tree differs from another; lists differ as a whole. */
-function changesOf(tree, base, path = "") {
+export function changesOf(tree, base, path = "") {
   if (tree === null || typeof tree !== "object" || Array.isArray(tree)) {
     return JSON.stringify(tree) === JSON.stringify(base) ? {} : { [path]: tree };
   }
@@ -226,7 +226,7 @@ function changesOf(tree, base, path = "") {
 }
 
 /** A copy of a tree with the fields of `changes` set, by path; paths that it has not are passed over. */
-function withChanges(base, changes) {
+export function withChanges(base, changes) {
   const tree = structuredClone(base);
   for (const [path, value] of Object.entries(changes)) {
     const steps = path.split(".");

@@ -1,6 +1,6 @@
 /** A replay on a page of its own: share.py writes it into a file, with all that it imports. It asks nobody for anything. */
 
-import { el, format, unpack } from "./common.js";
+import { el, format, inflated, unpack } from "./common.js";
 import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
@@ -12,7 +12,7 @@ import { WorldFigure, whole } from "./world_figure.js";
  * @param {{version: string, step: number, panels: {title: string, recording: string, experiment: string|null, commands: string[]}[]}} replay
  */
 export async function play(root, replay) {
-  const lives = await Promise.all(replay.panels.map(async ({ recording }) => whole(new Recording(unpack(await inflate(recording))))));
+  const lives = await Promise.all(replay.panels.map(async ({ recording }) => whole(new Recording(unpack(await inflated(recording))))));
   const player = new Player((time) => {
     const ready = figures.map((figure) => figure.draw(time).ready);
     bar.draw(Math.floor(time), player.last + 1, figures.map(({ life, agent }) => ({ life, chosen: agent })));
@@ -32,12 +32,6 @@ export async function play(root, replay) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
   addEventListener("keydown", (event) => steer(event, bar, figures));
   player.seek(replay.step);
-}
-
-/** Base64 of deflated bytes, unpacked. */
-async function inflate(text) {
-  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer();
 }
 
 function framed({ title }, { header }, { stage, foot, facts }) {

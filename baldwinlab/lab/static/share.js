@@ -1,7 +1,7 @@
 /** The share menu: what is on the screen as a link, a page that plays anywhere, a picture or a movie. */
 
 import { address } from "./address.js";
-import { el, getJSON, icon, message, request } from "./common.js";
+import { el, getJSON, icon, message, request, serverless } from "./common.js";
 
 const SHARE = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 const HOW_FAR = 400; // ms between two questions how far a movie is
@@ -30,10 +30,13 @@ export function mountShare(root, getState) {
 
 function entries(getState) {
   const made = (kind, more) => () => fetchFile(kind, { ...sources(getState()), ...more() });
+  const here = [linkRow(), saver("Picture", ".png of this moment", "share-png", () => picture(getState()))];
+  if (serverless()) return here;
   return [
-    linkRow(),
+    here[0],
     saver("Page that plays anywhere", ".html, needs no server", "share-html", made("share", () => ({ step: getState().step }))),
-    saver("Picture", ".png of this moment", "share-png", () => picture(getState())),
+    saver("Live laboratory", ".html, evolution runs in it", "share-laboratory", made("laboratory", () => ({}))),
+    here[1],
     saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", movie("mp4", getState)),
     saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),
   ];
@@ -49,7 +52,7 @@ function linkRow() {
     link.value = address();
     try {
       await navigator.clipboard.writeText(link.value);
-      message("The link is copied. It opens exactly this, on this machine.", "done");
+      message(`The link is copied. It opens exactly this${serverless() ? "" : ", on this machine"}.`, "done");
     } catch {
       link.focus(); // a browser that forbids it: the link is chosen, ready to be copied by hand
     }

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import power_of_ten
-from baldwinlab.engine.jit import entry
+from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import Lane, get, put
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
@@ -35,7 +35,13 @@ def rates(experiment: Experiment, genomes: npt.NDArray[np.float32]) -> npt.NDArr
 @entry
 def _express(rate: float, genes: npt.NDArray[np.float32], found: npt.NDArray[np.float32]) -> None:
     for agent in range(genes.size):
-        found[agent] = np.float32(min(rate * power_of_ten(genes[agent]), FASTEST))
+        found[agent] = expressed(rate, genes[agent])
+
+
+@compiled
+def expressed(rate: float, gene: Any) -> np.float32:
+    """The learning rate that a gene makes of the experiment's."""
+    return np.float32(min(rate * power_of_ten(gene), FASTEST))
 
 
 class NoLearning(LearningRule, name="none"):

@@ -13,12 +13,10 @@ from baldwinlab.engine.lanes import WIDTH
 from baldwinlab.engine.phases import Array, functions_of
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.recall import MOST_INPUTS, kind_of_recall
+from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert, share_looked_at
 from baldwinlab.models.miniworld.state import ARRAYS, FOOD, HEADING_COUNT, Floats, Model, State
 from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
 
-FEW_ITEMS: Final = 8 * WIDTH
-ITEMS_IN_CELL: Final = 10  # on average
-WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
 FOOD_COLOR: Final = "green"  # of `baldwinlab.palette`
 
 
@@ -55,30 +53,18 @@ def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
     return lambda part, experiment: item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
 
 
-def _edge(region: ItemRegion) -> float:
-    """Of the cells that a region's items are sorted into: square, or of a strip, however thin, as long as holds so many items."""
-    width, height, count = region.x[1] - region.x[0], region.y[1] - region.y[0], max(1, region.count)
-    return max(math.sqrt(width * height * ITEMS_IN_CELL / count), max(width, height) * ITEMS_IN_CELL / count)
+def _span(region: ItemRegion) -> tuple[float, float]:
+    return region.x[1] - region.x[0], region.y[1] - region.y[0]
 
 
 def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
-    area = (region.x[1] - region.x[0]) * (region.y[1] - region.y[0])
-    looked_at = (2 * experiment.senses.visual_radius + _edge(region)) ** 2
-    if region.count <= FEW_ITEMS or looked_at >= WORTH_SORTING * area:  # equal where both are less than any float
-        return 1
-    return looked_at / area
+    return float(share_looked_at(*_span(region), region.count, experiment.senses.visual_radius))
 
 
 def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
-    """Columns and rows of the cells that a region's items are sorted into.
-
-    One cell for a few items, and where an agent would have to look at most cells anyway.
-    """
-    if _share_looked_at(region, experiment) == 1:
-        return 1, 1
-    width, height, edge = region.x[1] - region.x[0], region.y[1] - region.y[0], _edge(region)
-    return max(1, round(width / edge)), max(1, round(height / edge))
+    """Columns and rows of the cells that a region's items are sorted into."""
+    return columns_and_rows(*_span(region), region.count, experiment.senses.visual_radius)
 
 
 def items_looked_at(experiment: Experiment) -> int:
@@ -101,11 +87,10 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     cosine, sine = _circle()
     regions, stride = item_regions(experiment), experiment.part("motor.body").stride
     boxes = np.array([(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32).reshape(-1, 4)
-    farthest_touch = contact.reach * (math.sqrt(2) if contact.shape == "square" else 1)
-    alert_radius = (farthest_touch + stride) * 1.001 + 0.25  # with room for rounding
+    alert_radius = radius_of_alert(contact.reach, contact.shape == "square", stride)
     margin = max(experiment.senses.visual_radius, alert_radius) + stride
     grid = np.array([_grid(region, experiment) for region in regions], np.int64).reshape(-1, 2)
-    compact = [2 * (r.x[1] - r.x[0] + margin) < world.width and 2 * (r.y[1] - r.y[0] + margin) < world.height for r in regions]
+    images = [images_of(*_span(region), margin, world.width, world.height) for region in regions]
     looked_for = {sense.item_kind for sense in experiment.parts("senses.kinds")}
     return Model(
         worlds=worlds,
@@ -120,7 +105,7 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         region_cells=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
         grid=grid,
         cell_size=(boxes[:, 1::2] / grid).astype(np.float32),
-        images=np.where(compact, 1, 9).astype(np.int64),
+        images=np.array(images, np.int64),
         cosine=cosine,
         sine=sine,
         visual_radius=np.float32(experiment.senses.visual_radius),

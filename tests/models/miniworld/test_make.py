@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.models.miniworld.make import ITEMS_IN_CELL, dimensions
+from baldwinlab.models.miniworld.make import dimensions
+from baldwinlab.models.miniworld.regions import ITEMS_IN_CELL
 from tests.small import small
 
 

@@ -1,0 +1,158 @@
+/**
+ * The engine in a browser: a module of the functions that Python compiles, laid out in memory as its plan says (plan.py). It knows
+ * no model, and computes nothing but where things lie. Needs no page: a worker, Node and tests use it alike.
+ */
+
+const PAGE = 65536; // bytes, in which memory grows
+const ALIGNED = 64; // bytes, to which arrays begin
+const ARRAYS = { f4: Float32Array, f8: Float64Array, i4: Int32Array, i8: BigInt64Array, u4: Uint32Array, bool: Uint8Array };
+const NUMBERS = {
+  f4: (view, at, value) => view.setFloat32(at, value, true),
+  f8: (view, at, value) => view.setFloat64(at, value, true),
+  i8: (view, at, value) => view.setBigInt64(at, BigInt(Math.trunc(value)), true),
+  bool: (view, at, value) => view.setUint8(at, value ? 1 : 0),
+};
+const HEAD = 32; // bytes of an array's description before its shape
+
+export const REFUSED = "The browser refused the memory that this experiment takes; fewer agents, items or units take less.";
+
+/** @typedef {{plan: Object<string, any>, code: WebAssembly.Module}} Program */
+
+export class Engine {
+  /** @param {Program} program one that `load` gave */
+  constructor({ plan, code }) {
+    this.plan = plan;
+    this.memory = ask(() => new WebAssembly.Memory({ initial: 16 }));
+    this.made = new WebAssembly.Instance(code, { env: { memory: this.memory } }).exports;
+    this.first = this.made.__heap_base.value;
+  }
+
+  /** Make room for a run of an experiment, and fill in what never changes in it. */
+  prepare(experiment, { seed, run }) {
+    Object.assign(this, { experiment, given: { seed, run }, free: this.first, found: {}, tuples: {}, arrays: {} });
+    this.place("setting");
+    this.call("measure");
+    const answers = this.array("setting.found");
+    this.plan.found.forEach((name, number) => (this.found[name] = answers[number]));
+    for (const name of ["model", "state", "population"]) this.place(name);
+    this.call("furnish");
+  }
+
+  /** Call an entry point with the addresses of the tuples that it takes. */
+  call(name) {
+    this.made[name](...this.plan.takes[name].map((tuple) => this.tuples[tuple]));
+  }
+
+  /** The array of a name such as "state.weights"; it looks into the memory, and the next `prepare` makes it void. */
+  array(name) {
+    const { type, data, size } = this.arrays[name];
+    return new ARRAYS[type](this.memory.buffer, data, size);
+  }
+
+  /** @returns {number[]} how long an array is in each of its dimensions */
+  shape(name) {
+    return this.arrays[name].shape;
+  }
+
+  /** Write a number of a name such as "population.generation". */
+  set(name, value) {
+    const [tuple, leaf] = split(name);
+    const { at, type } = this.plan.tuples[tuple].leaves[leaf];
+    NUMBERS[type](new DataView(this.memory.buffer), this.tuples[tuple] + at, value);
+  }
+
+  /** Lay out a tuple and all that is in it. */
+  place(tuple) {
+    const { bytes, leaves } = this.plan.tuples[tuple];
+    this.tuples[tuple] = this.take(bytes);
+    for (const [leaf, spec] of Object.entries(leaves)) {
+      if ("value" in spec) this.set(`${tuple}.${leaf}`, this.value(spec.value));
+      else this.lay(`${tuple}.${leaf}`, this.tuples[tuple] + spec.at, spec);
+    }
+  }
+
+  /** Make room for an array, fill it, and write its description as compiled code reads it. */
+  lay(name, at, { type, fill = 0, ...spec }) {
+    const content = this.content(spec);
+    const shape = spec.table ? [content.length / spec.columns.length, spec.columns.length] : this.sizes(spec.shape ?? [content.length]);
+    const size = shape.reduce((product, length) => product * length, 1);
+    const width = ARRAYS[type].BYTES_PER_ELEMENT;
+    const data = this.take(size * width);
+    this.arrays[name] = { type, data, size, shape };
+    const number = type === "i8" ? (value) => BigInt(value) : Number;
+    if (content) this.array(name).set(content.map(number));
+    else this.array(name).fill(number(fill));
+    const view = new DataView(this.memory.buffer);
+    const whole = (offset, value) => view.setBigInt64(at + offset, BigInt(value), true);
+    view.setUint32(at, 0, true);
+    view.setUint32(at + 4, 0, true);
+    whole(8, size);
+    whole(16, width);
+    view.setUint32(at + 24, data, true);
+    let stride = size * width;
+    shape.forEach((length, axis) => {
+      stride = shape.slice(axis + 1).reduce((product, below) => product * below, width);
+      whole(HEAD + 8 * axis, length);
+      whole(HEAD + 8 * (shape.length + axis), stride);
+    });
+  }
+
+  /** What an array begins with, where the plan says so one by one. */
+  content({ values, table, columns, then }) {
+    if (values) return values.flatMap((value) => this.value(value));
+    if (!table) return null;
+    const rows = lookUp(this.experiment, table).map((row) => columns.map((column) => (typeof column === "string" ? lookUp(row, column) : column)));
+    return [...rows, ...then].flat();
+  }
+
+  sizes(names) {
+    return names.map((name) => (typeof name === "string" ? (this.found[name] ?? this.value(this.plan.sizes[name])) : name));
+  }
+
+  /** What a value of the plan is in this run. */
+  value(value) {
+    if (value === null || typeof value !== "object") return typeof value === "string" ? Number(value) : value;
+    if ("found" in value) return this.found[value.found];
+    if ("given" in value) return this.given[value.given];
+    const there = lookUp(this.experiment, value.path) ?? value.absent;
+    if ("is" in value) return there === value.is;
+    if ("among" in value) return value.among.indexOf(there);
+    if ("above" in value) return there > value.above;
+    return there;
+  }
+
+  /** The address of so many bytes, zeros or whatever was there. Raises an Error with a sentence where there is no memory. */
+  take(bytes) {
+    const at = Math.ceil(this.free / ALIGNED) * ALIGNED;
+    this.free = at + bytes;
+    const missing = Math.ceil((this.free - this.memory.buffer.byteLength) / PAGE);
+    if (missing > 0) ask(() => this.memory.grow(missing));
+    return at;
+  }
+}
+
+/** Compile a module. Raises an Error with a sentence where the browser cannot. */
+export async function load(bytes, plan) {
+  if (typeof WebAssembly === "undefined" || !WebAssembly.validate(bytes)) {
+    throw new Error("This browser has no WebAssembly with SIMD, which evolution runs in here; a browser of 2021 or later has it.");
+  }
+  return { plan, code: await WebAssembly.compile(bytes) };
+}
+
+function ask(make) {
+  try {
+    return make();
+  } catch {
+    throw new Error(REFUSED);
+  }
+}
+
+/** What stands at a dotted path; undefined where nothing does. */
+export function lookUp(tree, path) {
+  return path.split(".").reduce((below, step) => below?.[step] ?? undefined, tree);
+}
+
+function split(name) {
+  const dot = name.indexOf(".");
+  return [name.slice(0, dot), name.slice(dot + 1)];
+}

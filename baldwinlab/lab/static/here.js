@@ -1,0 +1,142 @@
+/** What the lab's server answers, in a page that has none: experiments, their faults, and live runs on workers of the page. */
+
+import { faultsOf } from "./faults.js";
+import { lookUp } from "./engine.js";
+import { HereFeed, Workers } from "./here_runs.js";
+import { changesOf, withChanges } from "./live_setup.js";
+
+/**
+ * @typedef {object} Laboratory what Python writes into the page
+ * @property {{name: string, description: string, experiment: object, schema: number, look: object}[]} presets
+ * @property {object[]} schemas
+ * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
+ * @property {object[]} rules
+ * @property {number[]} quantiles of Student's t, for so many runs
+ */
+export class Here {
+  /** @param {Laboratory} laboratory @param {string} code of a worker */
+  constructor(laboratory, code) {
+    this.laboratory = laboratory;
+    this.workers = new Workers(code, laboratory.programs);
+    this.feeds = new Map();
+    const { experiment } = laboratory.presets[0];
+    this.workers.warm(this.program(experiment), experiment).catch(() => {}); // whoever starts a run hears of it
+  }
+
+  async get(path) {
+    const { pathname, searchParams } = new URL(path, "http://here/");
+    const given = Object.fromEntries(searchParams);
+    const { presets } = this.laboratory;
+    if (pathname === "/api/presets") return { presets: presets.map(({ name, description }) => ({ name, description })), default: presets[0].name };
+    if (pathname === "/api/preset") return structuredClone(this.preset(given.name).experiment);
+    if (pathname === "/api/live") return { runs: [] };
+    const feed = this.feeds.get(given.live);
+    const number = (name) => (given[name] === undefined ? undefined : Number(given[name]));
+    const source = { run: number("run"), generation: number("generation"), first: number("first"), last: number("last") };
+    if (pathname === "/api/recording") return feed.recording(given, source);
+    return feed.inside({ ...source, agent: number("agent") });
+  }
+
+  async post(path, { experiment, ...order }) {
+    if (path === "/api/schema") return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
+    if (path === "/api/validate") return { errors: [...this.faults(experiment), ...faultsOf(ORDER, order, [])] };
+    if (path === "/api/look") return { world: experiment.world, look: this.look(experiment), about: [] };
+    const preset = this.preset(experiment.name);
+    const turn = Math.random().toString(36).slice(2, 6); // the same can be started again
+    return { id: written({ preset: preset.name, changes: changesOf(experiment, preset.experiment), ...order, turn }) };
+  }
+
+  /** The feed of a live run, whose id says what it is. */
+  feed(id) {
+    const feed = new HereFeed(id, this, this.order(read(id)));
+    this.feeds.set(id, feed);
+    return feed;
+  }
+
+  /** What an id orders; null where it is damaged. */
+  order(given) {
+    const preset = this.laboratory.presets.find(({ name }) => name === given?.preset);
+    if (!preset || faultsOf(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length) return null;
+    return { ...given, experiment: withChanges(preset.experiment, given.changes ?? {}) };
+  }
+
+  preset(name) {
+    const { presets } = this.laboratory;
+    return presets.find((preset) => preset.name === name) ?? presets[0];
+  }
+
+  schema(experiment) {
+    return this.laboratory.schemas[this.preset(experiment.name).schema];
+  }
+
+  faults(experiment) {
+    return faultsOf(this.schema(experiment), experiment, this.laboratory.rules);
+  }
+
+  /** The program that lives an experiment. Raises an Error with a sentence where the page has none. */
+  program(experiment) {
+    const found = this.laboratory.programs.find(({ when }) => Object.entries(when).every(([path, value]) => same(lookUp(experiment, path), value)));
+    if (!found) throw new Error("This page has no module for the parts that the experiment chooses; export it with them.");
+    return found;
+  }
+
+  /** How the world of an experiment looks. */
+  look(experiment) {
+    return filled(this.preset(experiment.name).look, experiment);
+  }
+
+  /** For scripts: a whole run, to the bits of `bl.simulate`. Rejects with a sentence. */
+  async simulate({ seed, run = 0, generations, experiment = {} }) {
+    const base = this.preset(experiment.name).experiment;
+    const length = generations === undefined ? {} : { evolution: { generations } };
+    const whole = laid(laid(base, experiment), length);
+    const faults = [...faultsOf(ORDER, { seed, run }, []), ...this.faults(whole)];
+    if (faults.length) throw new Error(faults.map(({ message }) => message).join("\n"));
+    return this.workers.simulate(this.program(whole), whole, seed, run);
+  }
+}
+
+const INTEGER = { type: "integer", minimum: 0, maximum: 2 ** 31 - 1 };
+const ORDER = { properties: { seed: INTEGER, run: INTEGER, runs: { ...INTEGER, minimum: 1, maximum: 50 }, seconds: { type: "number" } } };
+
+/** A tree laid over another, table by table; lists are replaced whole. */
+function laid(base, changes) {
+  if (!plain(base) || !plain(changes)) return structuredClone(changes);
+  const names = new Set([...Object.keys(base), ...Object.keys(changes)]);
+  return Object.fromEntries([...names].map((name) => [name, name in changes ? laid(base[name], changes[name]) : structuredClone(base[name])]));
+}
+
+function plain(value) {
+  return value !== null && typeof value === "object" && !Array.isArray(value);
+}
+
+function same(one, other) {
+  return JSON.stringify(one) === JSON.stringify(other);
+}
+
+/** A template with what an experiment says in the place of each {"path"}, and a row for each entry of a "table". */
+function filled(template, experiment) {
+  if (Array.isArray(template)) {
+    return template.flatMap((each) => (each?.table ? lookUp(experiment, each.table).map((row) => filled(each.row, row)) : [filled(each, experiment)]));
+  }
+  if (!plain(template)) return template;
+  if ("path" in template) return lookUp(experiment, template.path) - (template.less ? lookUp(experiment, template.less) : 0);
+  if ("sum" in template) return template.sum.reduce((sum, [path, factor]) => sum + factor * lookUp(experiment, path), 0);
+  return Object.fromEntries(Object.entries(template).map(([name, value]) => [name, filled(value, experiment)]));
+}
+
+/** An order as an id that can stand in an address. */
+function written(order) {
+  const bytes = new TextEncoder().encode(JSON.stringify(order));
+  return btoa(String.fromCharCode(...bytes)).replace(/[+/=]/g, (letter) => ({ "+": "-", "/": "_", "=": "" })[letter]);
+}
+
+/** What was written in an id; null where it is damaged. */
+function read(id) {
+  try {
+    const text = atob(id.replace(/[-_]/g, (letter) => ({ "-": "+", _: "/" })[letter]));
+    return JSON.parse(new TextDecoder().decode(Uint8Array.from(text, (letter) => letter.charCodeAt(0))));
+  } catch {
+    return null;
+  }
+}

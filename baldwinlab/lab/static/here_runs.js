@@ -1,0 +1,210 @@
+/** Live runs of a page without a server: a pool of workers, and a feed of what lives on them. */
+
+import { inflated } from "./common.js";
+import { Feed } from "./live_feed.js";
+
+const MOST_WORKERS = 16;
+
+/** Workers of the page, as many as there are cores, each with the programs that it has been asked for. */
+export class Workers {
+  constructor(code, programs) {
+    this.address = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+    this.programs = programs;
+    this.pool = {}; // by number; and one that only looks, so that nobody who lives waits for it
+    this.turn = 0;
+  }
+
+  /** How many there may be. */
+  get most() {
+    return Math.min(navigator.hardwareConcurrency || 2, MOST_WORKERS);
+  }
+
+  /** One of them, by its number or name, that knows a program. */
+  async ready(name, program) {
+    const worker = (this.pool[name] ??= new Asked(new Worker(this.address)));
+    await (worker.programs[program.name] ??= (async () => {
+      program.bytes ??= new Uint8Array(await inflated(program.module));
+      await worker.ask("program", { name: program.name, bytes: program.bytes, plan: program.plan });
+    })());
+    return worker;
+  }
+
+  /** Have the first one ready before it is wanted. */
+  async warm(program, experiment) {
+    const worker = await this.ready(0, program);
+    await worker.ask("warm", { program: program.name, experiment });
+  }
+
+  /** A whole run, on whichever worker has its turn. */
+  async simulate(program, experiment, seed, run) {
+    const worker = await this.ready(this.turn++ % this.most, program);
+    return worker.ask("simulate", { program: program.name, experiment, seed, run });
+  }
+}
+
+/** A worker that is asked things. */
+class Asked {
+  constructor(worker) {
+    Object.assign(this, { worker, waiting: new Map(), programs: {}, ticket: 0 });
+    worker.onmessage = ({ data: { ticket, answer, fault } }) => {
+      const { resolve, reject } = this.waiting.get(ticket);
+      this.waiting.delete(ticket);
+      if (fault === undefined) resolve(answer);
+      else reject(new Error(fault));
+    };
+    worker.onerror = (event) => {
+      for (const { reject } of this.waiting.values()) reject(new Error(`The page's worker failed: ${event.message ?? "it does not start here"}.`));
+      this.waiting.clear();
+    };
+  }
+
+  ask(order, given) {
+    return new Promise((resolve, reject) => {
+      this.waiting.set(++this.ticket, { resolve, reject });
+      this.worker.postMessage({ ticket: this.ticket, order, given });
+    });
+  }
+}
+
+/** As the feed of a server's run; what is asked of it is `recording` and `inside`. */
+export class HereFeed extends Feed {
+  /** @param {import("./here.js").Here} here @param {Object<string, any>|null} order what is to run; null where its link is damaged */
+  constructor(id, here, order) {
+    super(id);
+    Object.assign(this, { here, order, steps: 0, parents: [], energies: [], stirred: () => {} });
+  }
+
+  connect() {
+    queueMicrotask(() => this.live());
+  }
+
+  async live() {
+    const faults = this.order ? this.here.faults(this.order.experiment) : [{ message: "This link is damaged, and says of no run that could be started here" }];
+    if (faults.length) return this.turn("gone", `${faults[0].message}.`);
+    const { experiment, runs, seed, seconds = 0 } = this.order;
+    this.about = { id: this.id, experiment, runs, seed, seconds, kept: "" };
+    this.heard();
+    try {
+      await this.prepare(experiment, runs, seed);
+      this.turn(this.wanted ?? "running");
+      while (this.lived < experiment.evolution.generations && !this.ended) {
+        if (this.state === "paused" && !this.steps) await new Promise((resolve) => (this.stirred = resolve));
+        else await this.generation();
+      }
+      if (!this.ended) this.turn("done");
+    } catch (fault) {
+      if (!this.ended) this.turn("failed", fault.message);
+    }
+  }
+
+  /** Deal the runs out among the workers. */
+  async prepare(experiment, runs, seed) {
+    const { workers } = this.here;
+    const program = this.here.program(experiment);
+    this.groups = [];
+    for (let run = 0; run < runs; run++) (this.groups[run % workers.most] ??= []).push(run);
+    this.workers = await Promise.all(this.groups.map((_, number) => workers.ready(number, program)));
+    const given = { group: this.id, program: program.name, experiment, seed };
+    await this.all((number) => ["begin", { ...given, runs: this.groups[number] }]);
+  }
+
+  all(order) {
+    return Promise.all((this.workers ?? []).map((worker, number) => worker.ask(...order(number))));
+  }
+
+  async generation() {
+    const began = performance.now();
+    this.steps = Math.max(0, this.steps - 1);
+    const lived = (await this.all(() => ["next", { group: this.id }])).flat().sort((one, other) => one.run - other.run);
+    if (this.ended) return; // stopped in mid-life
+    this.parents.push(lived.map(({ parents }) => parents));
+    this.energies.push(lived.map(({ energy }) => energy));
+    this.add(bandsOf(lived, this.here.laboratory.quantiles));
+    this.heard();
+    const rest = 1000 * this.about.seconds - (performance.now() - began);
+    if (rest > 0 && this.state === "running") {
+      await new Promise((resolve) => {
+        this.stirred = resolve;
+        setTimeout(resolve, rest);
+      });
+    }
+  }
+
+  send({ do: wish, seconds }) {
+    if (wish === "pace") this.about.seconds = seconds;
+    else if (wish === "step") this.steps += 1;
+    else if (!this.workers || this.state === "preparing") this.wanted = { pause: "paused", stop: "stopped" }[wish];
+    else this.turn({ pause: "paused", resume: "running", stop: "stopped" }[wish]);
+    if (wish === "stop") this.all(() => ["stop", { group: this.id }]);
+    this.stirred();
+  }
+
+  turn(state, message = "") {
+    Object.assign(this, { state, message });
+    this.heard();
+  }
+
+  /** The container of a generation's recording. */
+  async recording(source, { run, generation, first, last }) {
+    const { experiment, seed } = this.about;
+    const look = this.here.look(experiment);
+    const { part, sizes, arrays } = await this.looked("recording", { run, generation, look, first, last });
+    const { name: condition, lifetime: { steps }, population: { size: agents }, world, network: { biases } } = experiment;
+    const header = { kind: "recording", source, condition, seed, run, generation, ...part, steps, agents, items: arrays.item_x.length, world, look, about: [] };
+    return { header: { ...header, learns: experiment.learning.rule !== "none", layer_sizes: sizes, biases }, arrays };
+  }
+
+  /** The container about one agent. */
+  async inside({ run, generation, agent, first, last }) {
+    const { experiment } = this.about;
+    const look = this.here.look(experiment);
+    const { part, sizes, arrays } = await this.looked("inside", { run, generation, agent, look, first, last });
+    const [own, next] = [this.parents[generation][run], this.parents[generation + 1]?.[run]];
+    const pair = Array.from(own.subarray(2 * agent, 2 * agent + 2));
+    const children = next ? Array.from({ length: next.length / 2 }, (_, child) => child).filter((child) => next[2 * child] === agent || next[2 * child + 1] === agent) : [];
+    const energy = this.energies[generation][run];
+    const header = { kind: "inside", agent, ...part, look, layer_sizes: sizes, biases: experiment.network.biases };
+    const kin = { parents: pair[0] < 0 ? null : pair, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
+    return { header: { ...header, ...kin }, arrays };
+  }
+
+  /** What a worker finds that lives a generation again. */
+  async looked(order, wanted) {
+    const { run, generation } = wanted;
+    const { workers } = this.here;
+    const genome = await this.workers[run % workers.most].ask("genome", { group: this.id, run, generation });
+    const { experiment, seed } = this.about;
+    const program = this.here.program(experiment);
+    return (await workers.ready("looking", program)).ask(order, { program: program.name, experiment, seed, genome, ...wanted });
+  }
+
+  disconnect() {
+    this.state = "stopped";
+    this.stirred();
+    this.here.feeds.delete(this.id);
+    for (const worker of this.workers ?? []) worker.ask("end", { group: this.id });
+  }
+}
+
+/** Best and mean fitness and the share that eats: of each the mean over runs and, of several, the edges of its 95 % interval. */
+function bandsOf(lived, quantiles) {
+  const measures = {
+    best: lived.map(({ energy }) => Math.max(...energy)),
+    mean: lived.map(({ energy }) => meanOf(energy)),
+    share: lived.map(({ food_eaten }) => food_eaten.filter((items) => items > 0).length / food_eaten.length),
+  };
+  return Object.fromEntries(Object.entries(measures).map(([name, values]) => [name, band(values, quantiles)]));
+}
+
+function band(values, quantiles) {
+  const mean = meanOf(values);
+  if (values.length === 1) return { mean: [mean] };
+  const spread = values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1);
+  const half = Math.sqrt(spread / values.length) * quantiles[values.length];
+  const low = values.some((value) => value < 0) ? mean - half : Math.max(0, mean - half);
+  return { mean: [mean], low: [low], high: [mean + half] };
+}
+
+function meanOf(values) {
+  return values.reduce((sum, value) => sum + value, 0) / values.length;
+}

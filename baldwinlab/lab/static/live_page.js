@@ -1,0 +1,30 @@
+/** A laboratory in one file: the lab's live runs, with an engine of the page's own in the place of a server (export.py). */
+
+import { asked, follow, followed, navigate } from "./address.js";
+import { answeredBy, message } from "./common.js";
+import { Here } from "./here.js";
+import { feedsFrom } from "./live_feed.js";
+import { mount } from "./view_live.js";
+
+/**
+ * @param {HTMLElement} root is filled; the page has elements for #actions and #messages, too
+ * @param {import("./here.js").Laboratory} laboratory
+ * @param {string} code of a worker
+ */
+export function open(root, laboratory, code) {
+  const here = new Here(laboratory, code);
+  answeredBy(here);
+  feedsFrom((id) => here.feed(id));
+  window.baldwinlab = { simulate: (wanted) => here.simulate(wanted) };
+  addEventListener("unhandledrejection", (event) => {
+    event.preventDefault();
+    if (event.reason?.name !== "AbortError") message(event.reason?.message ?? String(event.reason), "error");
+  });
+  const place = asked(["live"], "live");
+  follow({ ...place, state: { seed: laboratory.seed, ...place.state } });
+  const view = mount(root, followed().state, navigate);
+  addEventListener("hashchange", () => {
+    follow(asked(["live"], "live"));
+    view.update(followed().state);
+  });
+}

@@ -1,0 +1,130 @@
+/** A life in the browser, looked at step by step: the containers of lab/recording.py and lab/inside.py. Needs no page. */
+
+const SAMPLES = 201; // of the weights over a life, birth and death among them
+const MOST_INPUTS = 4; // of which every combination is a line of a table
+const MOST_BYTES = 64_000_000; // of one recording
+
+/** The part of a life that one recording holds from `first` on: all of it, where that is not too much. */
+export function partOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
+  return { first, last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (16 * size))), steps) };
+}
+
+/**
+ * @param {import("./lives.js").Run} run prepared, with the genomes of a generation
+ * @param {{generation: number, first: number, last: number, look: Object<string, any>}} wanted
+ * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
+ */
+export function record(run, { generation, first, last, look }) {
+  const [agents, inputs, steps] = [run.experiment.population.size, look.inputs.length, last - first];
+  const inputBytes = Math.ceil(inputs / 8);
+  const arrays = {
+    x: new Float32Array(steps * agents), y: new Float32Array(steps * agents), heading: new Uint8Array(steps * agents),
+    sensor: new Uint8Array(steps * agents * inputBytes), action: new Uint8Array(steps * agents), eaten_in_life: new Uint32Array(steps * agents),
+  };
+  const now = views(run.engine, ["places", "heading", "activations", "action", "eaten_in_life", "item_x", "item_y", "touched"]);
+  const [lanes, regions] = [now.heading.length, now.eaten_in_life.length / now.heading.length];
+  const moves = { step: [], item: [], x: [], y: [] };
+  run.bear(generation);
+  run.live(0, first);
+  [arrays.item_x, arrays.item_y] = [now.item_x.slice(), now.item_y.slice()];
+  for (let step = first; step < last; step++) {
+    const row = (step - first) * agents;
+    arrays.x.set(now.places.subarray(0, agents), row);
+    arrays.y.set(now.places.subarray(lanes, lanes + agents), row);
+    arrays.heading.set(now.heading.subarray(0, agents), row);
+    run.live(step, step + 1);
+    arrays.action.set(now.action.subarray(0, agents), row);
+    for (let agent = 0; agent < agents; agent++) {
+      for (let region = 0; region < regions; region++) arrays.eaten_in_life[row + agent] += now.eaten_in_life[region * lanes + agent];
+      for (let input = 0; input < inputs; input++) {
+        if (now.activations[input * lanes + agent] > 0) arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
+      }
+    }
+    if (step + 1 === last) break;
+    for (let item = now.touched.indexOf(step); item >= 0; item = now.touched.indexOf(step, item + 1)) {
+      for (const [name, value] of Object.entries({ step: step + 1, item, x: now.item_x[item], y: now.item_y[item] })) moves[name].push(value);
+    }
+  }
+  arrays.move_step = Uint32Array.from(moves.step);
+  arrays.move_item = Uint32Array.from(moves.item);
+  arrays.move_x = Float32Array.from(moves.x);
+  arrays.move_y = Float32Array.from(moves.y);
+  return arrays;
+}
+
+/** @returns {Object<string, ArrayLike<number>>} as in lab/inside.py, of one agent */
+export function lookInside(run, { generation, first, last, look, agent }) {
+  const { engine, experiment } = run;
+  const steps = experiment.lifetime.steps;
+  const now = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);
+  const lanes = now.heading.length;
+  const column = (array) => Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
+  const samples = [...new Set(Array.from({ length: SAMPLES }, (_, number) => Math.floor((steps * number) / (SAMPLES - 1))))];
+  const [weights, activations, action, eaten, asked] = [[], [], [], [], []];
+  const teacher = "state.recall.activations" in engine.arrays ? engine.array("state.recall.activations") : null;
+  run.bear(generation);
+  for (let step = 0; step <= steps; step++) {
+    if (samples[weights.length] === step) weights.push(column(now.weights));
+    if (step === steps) break;
+    run.live(step, step + 1);
+    if (step < first || step >= last) continue;
+    activations.push(column(now.activations));
+    action.push(now.action[agent]);
+    eaten.push(column(now.eaten_in_life).reduce((sum, items) => sum + items, 0));
+    if (teacher) asked.push(column(teacher));
+  }
+  const genome = engine.array("population.genome");
+  const [, modules, length] = engine.shape("population.genome");
+  const module = (number) => genome.slice((agent * modules + number) * length, (agent * modules + number) * length + weights[0].length);
+  const inputs = look.inputs.length;
+  const few = inputs <= MOST_INPUTS && !look.remembers;
+  const answers = (of) => activations.map((one) => answer(engine, of, one.subarray(0, inputs)));
+  const units = few && !learns(engine) ? answers(module(0)) : activations;
+  const found = { sample_step: Uint32Array.from(samples), weights: flat(weights), activations: flat(units), action: Uint16Array.from(action), eaten_in_life: Uint32Array.from(eaten) };
+  if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
+  if (modules > 1) {
+    const taught = teacher ? asked : answers(module(1));
+    Object.assign(found, { teacher: module(1), teacher_activations: flat(taught), error: errors(units, taught, look.actions.length) });
+  }
+  return found;
+}
+
+function learns(engine) {
+  return engine.value(engine.plan.tuples.population.leaves.learns.value);
+}
+
+/** The activations of a module without memory for some inputs. */
+function answer(engine, weights, inputs) {
+  const units = engine.array("population.asked_units");
+  engine.array("population.asked_weights").set(weights);
+  units.set(inputs);
+  engine.call("ask");
+  return units.slice();
+}
+
+/** What the action module would have the agent do, [sample, code]: the action of its largest output. */
+function responses(engine, weights, inputs, actions) {
+  const codes = Array.from({ length: 2 ** inputs }, (_, code) => Array.from({ length: inputs }, (_, input) => (code >> input) & 1));
+  return Uint8Array.from(weights.flatMap((one) => codes.map((code) => {
+    const outputs = answer(engine, one, code).slice(-actions);
+    return outputs.indexOf(Math.max(...outputs));
+  })));
+}
+
+/** The root mean square of the difference of two modules' outputs, [step]. */
+function errors(own, taught, actions) {
+  return Float32Array.from(own, (units, step) => {
+    const square = units.slice(-actions).reduce((sum, output, k) => sum + (output - taught[step].at(k - actions)) ** 2, 0);
+    return Math.sqrt(square / actions);
+  });
+}
+
+function views(engine, names) {
+  return Object.fromEntries(names.map((name) => [name, engine.array(`state.${name}`)]));
+}
+
+function flat(rows) {
+  const whole = new Float32Array(rows.length * (rows[0]?.length ?? 0));
+  rows.forEach((row, number) => whole.set(row, number * row.length));
+  return whole;
+}

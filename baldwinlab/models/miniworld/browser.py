@@ -1,0 +1,318 @@
+"""What a browser runs: entry points in which a run goes from founders to its last generation, and nothing is left to JavaScript.
+
+Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to learn how large arrays are,
+`furnish` once they are there, `found`, and then for every generation `begin`, `live` (as often as it likes to look), `reckon`
+and `breed`; it may `ask` a module something. They are made of the kernels that Python calls, in the order of runs/simulate.py;
+tests hold them to its bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled, register
+from baldwinlab.engine.lanes import WIDTH
+from baldwinlab.engine.reference import taken
+from baldwinlab.engine.rng import SELECTION, TEACHER, draw_uniforms
+from baldwinlab.evolution.breeding import breed_children
+from baldwinlab.evolution.fitness import balance, charge
+from baldwinlab.evolution.founders import draw_normal
+from baldwinlab.evolution.inheritance import deal
+from baldwinlab.evolution.moment import Moment
+from baldwinlab.evolution.selection import draw_parents, misfit
+from baldwinlab.evolution.sorting import sort_by
+from baldwinlab.models.miniworld.learning import expressed
+from baldwinlab.models.miniworld.life import be_born, live_one_by_one, live_together
+from baldwinlab.models.miniworld.recall import MOST_INPUTS
+from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
+from baldwinlab.parts.evolution import evaluate, pass_on
+from baldwinlab.parts.kinds import forward
+
+FOUND: Final = (
+    "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
+    "genome length", "draws", "alert radius", "learning steps",
+)  # fmt: skip
+"""What `measure` answers, in this order."""
+REGION: Final = ("left", "right", "upper", "lower", "count", "energy", "kind")  # the columns of `Setting.regions`
+TEACHERS: Final = ("inherited", "shuffled", "fresh")  # by number, as `Population.teacher` has them
+NO_NUMBER, MISFIT, STRANGER = 1, 2, 3  # what may be wrong with a generation: `Population.fault`
+
+
+class Setting(NamedTuple):
+    """What sizes and derived numbers follow from."""
+
+    regions: Any  # float64 [region, REGION]
+    sizes: Any  # int64 [layer], units
+    found: Any  # float64 [FOUND], what follows
+    agents: int
+    modules: int
+    inputs: int
+    actions: int
+    biases: bool
+    evolved_rate: bool
+    width: float
+    height: float
+    visual_radius: float
+    reach: float
+    square_contact: bool
+    stride: float
+    steps: int
+    learning_stops: int  # -1 for never
+
+
+class Population(NamedTuple):
+    """A run: where it is, what it works on, and the parts that breed."""
+
+    seed: int
+    run: int
+    generation: int
+    first_step: int
+    last_step: int
+    selection: int  # the number of its scheme among `schemes`
+    afresh: bool  # nothing is inherited
+    wants_learned: bool
+    learns: bool
+    evolved_rate: bool
+    teacher: int  # one of TEACHERS
+    rate: float
+    cost_per_step: float
+    cost_per_change: float
+    fault: Any  # int64 [(what is wrong, the agent)]
+    purposes: Any  # int64 [module], what random numbers of its weights are for
+    least: Any  # float64 [scheme], the lowest fitness that it copes with
+    energies: Any  # float64 [region]
+    kinds: Any  # int64 [region], the number of its items' kind
+    genome: Any  # float32 [agent, module, weight]
+    inherited: Any
+    children: Any
+    learned: Any  # float32 [agent, weight], the action module at death
+    fixed: Any  # float32 [weight, lane]
+    eaten: Any  # int32 [agent, region]
+    eaten_of_kind: Any  # int32 [kind, agent]
+    gained: Any  # float64 [agent]
+    cost: Any
+    energy: Any  # fitness
+    parents: Any  # int32 [child, 2]
+    uniforms: Any  # float64 [child, 2, 4]
+    draws: Any  # float64 [module and weight, 4], scratch
+    shares: Any  # float64 [agent], scratch
+    order: Any  # int64 [agent], scratch
+    asked_weights: Any  # float32 [weight, 1], those of a module that is asked something
+    asked_units: Any  # float32 [unit, 1], its inputs first, and what it answers
+    schemes: Any
+    variation: Any
+    inheritance: Any
+    worth: Any  # the part that says what a life was worth
+
+
+for _kernel in (live_together, live_one_by_one, draw_parents, breed_children):
+    compiled(_kernel)
+
+
+def measure(setting: Setting) -> None:
+    """How large arrays are, and the numbers that follow from others: fill `setting.found`."""
+    regions, items, cells = setting.regions.shape[0], 0, 0
+    for region in range(regions):
+        columns, rows = _grid(setting, region)
+        items += int(setting.regions[region, 4])
+        cells += columns * rows
+    units, weights = setting.sizes[0], 0
+    for layer in range(1, setting.sizes.size):
+        units += setting.sizes[layer]
+        weights += (setting.sizes[layer - 1] + int(setting.biases)) * setting.sizes[layer]
+    some, length, stops = max(1, regions), weights + int(setting.evolved_rate), setting.learning_stops
+    answers = setting.actions << min(setting.inputs, MOST_INPUTS)
+    lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
+    whole = (regions, regions + 1, some, items, items + WIDTH * some, cells, cells + some, units, weights, answers, lanes, length)
+    for number in range(len(whole)):
+        setting.found[number] = float(whole[number])
+    setting.found[len(whole)] = float(setting.modules * length)
+    setting.found[len(whole) + 1] = radius_of_alert(setting.reach, setting.square_contact, setting.stride)
+    setting.found[len(whole) + 2] = float(setting.steps if stops < 0 else min(stops, setting.steps))
+
+
+@compiled
+def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
+    left, right, upper, lower = _edges(setting, region)
+    return columns_and_rows(right - left, lower - upper, int(setting.regions[region, 4]), setting.visual_radius)
+
+
+@compiled
+def _edges(setting: Setting, region: int) -> tuple[float, float, float, float]:
+    of = setting.regions
+    return of[region, 0], of[region, 1], of[region, 2], of[region, 3]
+
+
+def furnish(setting: Setting, model: Any, state: Any, population: Population) -> None:
+    """Fill what never changes in a run: the model's arrays of regions, and whose run it is."""
+    state.keys[0, 0], state.keys[0, 1] = population.seed, population.run
+    alert = radius_of_alert(setting.reach, setting.square_contact, setting.stride)
+    margin = max(setting.visual_radius, alert) + setting.stride
+    items, cells = 0, 0
+    population.energies[0], population.kinds[0] = 0.0, 0
+    for region in range(setting.regions.shape[0]):
+        left, right, upper, lower = _edges(setting, region)
+        columns, rows = _grid(setting, region)
+        model.regions[region, 0], model.regions[region, 1] = np.float32(left), np.float32(right - left)
+        model.regions[region, 2], model.regions[region, 3] = np.float32(upper), np.float32(lower - upper)
+        model.grid[region, 0], model.grid[region, 1] = columns, rows
+        for axis, count in ((0, columns), (1, rows)):
+            model.cell_size[region, axis] = np.float32(np.float64(model.regions[region, 2 * axis + 1]) / count)
+        model.images[region] = images_of(right - left, lower - upper, margin, setting.width, setting.height)
+        model.region_kind[region] = population.kinds[region] = int(setting.regions[region, 6])
+        population.energies[region] = setting.regions[region, 5]
+        model.region_items[region], model.region_cells[region] = items, cells
+        items += int(setting.regions[region, 4])
+        cells += columns * rows
+    last = setting.regions.shape[0]
+    model.region_items[last], model.region_cells[last] = items, cells
+
+
+def found(population: Population) -> None:
+    """Draw the genomes of the first generation."""
+    _draw_founders(population, population.generation)
+
+
+@compiled
+def _draw_founders(population: Population, generation: int) -> None:
+    moment = Moment(population.seed, population.run, generation)
+    for module in range(population.purposes.size):
+        draw_normal(moment, population.purposes[module], population.genome, module)
+
+
+def begin(model: Any, state: Any, population: Population) -> None:
+    """Let a generation be born."""
+    genome, last = population.genome, population.genome.shape[1] - 1
+    state.generation[0] = population.generation
+    for agent in range(model.agents):
+        for weight in range(state.weights.shape[0]):
+            state.weights[weight, agent] = genome[agent, 0, weight]
+            population.fixed[weight, agent] = genome[agent, last, weight]
+        gene = genome[agent, 0, genome.shape[2] - 1]
+        state.rate[0, agent] = expressed(population.rate, gene) if population.evolved_rate else np.float32(population.rate)
+    be_born(taken(model), taken(state), population.fixed)
+
+
+def live_at_once(model: Any, state: Any, population: Population) -> None:
+    """Live from `population.first_step` up to, and without, `last_step`."""
+    live_together(taken(model), taken(state), population.fixed, False, population.first_step, population.last_step)
+
+
+def live_in_turn(model: Any, state: Any, population: Population) -> None:
+    live_one_by_one(taken(model), taken(state), population.fixed, False, population.first_step, population.last_step)
+
+
+def ask(state: Any, population: Population) -> None:
+    """What a module answers to some inputs, whoever has it."""
+    forward(taken(state).network, population.asked_weights, population.asked_units, 0)
+
+
+def reckon(model: Any, state: Any, population: Population) -> None:
+    """What the lives were worth that have been lived."""
+    eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
+    of_kind[:] = 0
+    for agent in range(model.agents):
+        population.energy[agent], cost[agent] = np.nan, 0.0
+        for region in range(eaten.shape[1]):
+            eaten[agent, region] = state.eaten_in_life[region, agent]
+            of_kind[population.kinds[region], agent] += eaten[agent, region]
+        for weight in range(state.weights.shape[0]):
+            population.learned[agent, weight] = state.weights[weight, agent]
+        if population.learns:
+            cost[agent] += population.cost_per_step * model.learning_steps
+    balance(population.energies, eaten, population.gained)
+    if population.learns:
+        charge(population.cost_per_change, population.genome, population.learned, cost)
+    evaluate(population.worth, population.gained, cost, population.energy)
+    population.fault[0] = 0
+    for agent in range(model.agents):
+        if np.isnan(population.energy[agent]):
+            population.fault[0], population.fault[1] = NO_NUMBER, agent
+
+
+def breed(population: Population) -> None:
+    """Let the generation that has been reckoned have its children, whose genomes take the place of its own."""
+    if population.afresh:
+        population.parents[:] = -1
+        _draw_founders(population, population.generation + 1)
+        return
+    unfit = misfit(population.energy, population.least[population.selection])
+    if unfit >= 0:
+        population.fault[0], population.fault[1] = MISFIT, unfit
+        return
+    _copy(population.genome, population.inherited)
+    if population.learns and population.wants_learned:
+        for agent in range(population.genome.shape[0]):
+            born, learned = population.genome[agent, 0], population.learned[agent]
+            pass_on(population.inheritance, born, learned, population.inherited[agent, 0])
+    _choose_parents(population)
+    if population.fault[0] == 0:
+        moment = Moment(population.seed, population.run, population.generation + 1)
+        breed_children(
+            population.variation, moment, population.inherited, population.parents, population.draws, population.children
+        )
+        _copy(population.children, population.genome)
+        _deal_teachers(population, moment)
+
+
+@compiled
+def _copy(genome: Any, into: Any) -> None:
+    for agent in range(genome.shape[0]):
+        for module in range(genome.shape[1]):
+            for weight in range(genome.shape[2]):
+                into[agent, module, weight] = genome[agent, module, weight]
+
+
+@compiled
+def _choose_parents(population: Population) -> None:
+    agents, generation, uniforms = population.genome.shape[0], population.generation + 1, population.uniforms
+    for child in range(agents):
+        draw_uniforms(population.seed, population.run, generation, SELECTION, child, uniforms[child])
+    population.parents[:] = -1
+    energy, shares, order = population.energy, population.shares, population.order
+    of_chosen(population.schemes, population.selection, energy, uniforms, shares, order, population.parents)
+    for child in range(agents):
+        if min(population.parents[child, 0], population.parents[child, 1]) < 0:
+            population.fault[0] = STRANGER
+        if max(population.parents[child, 0], population.parents[child, 1]) >= agents:
+            population.fault[0] = STRANGER
+
+
+@compiled
+def _deal_teachers(population: Population, moment: Moment) -> None:
+    if population.genome.shape[1] == 1 or population.teacher == 0:
+        return
+    if population.teacher == 2:
+        draw_normal(moment, population.purposes[1], population.genome, 1)
+        return
+    for child in range(population.genome.shape[0]):
+        draw_uniforms(moment.seed, moment.run, moment.generation, TEACHER, child, population.uniforms[child])
+    draws = population.uniforms[:, 0, 0]
+    sort_by(draws, draws, population.order)
+    deal(population.children, population.order, population.genome)
+
+
+def of_chosen(schemes: Any, number: int, energy: Any, uniforms: Any, shares: Any, order: Any, parents: Any) -> None:
+    """Fill `parents` by one of some schemes."""
+    draw_parents(schemes[number], energy, uniforms, shares, order, parents)
+
+
+def _choose_of_chosen(schemes: Any, *others: Any) -> Callable[..., Any]:
+    if len(schemes) == 1:
+        return lambda schemes, number, energy, uniforms, shares, order, parents: draw_parents(
+            schemes[0], energy, uniforms, shares, order, parents
+        )
+
+    def either(schemes: Any, number: int, energy: Any, uniforms: Any, shares: Any, order: Any, parents: Any) -> None:
+        if number == 0:
+            draw_parents(schemes[0], energy, uniforms, shares, order, parents)
+        else:
+            of_chosen(schemes[1:], number - 1, energy, uniforms, shares, order, parents)
+
+    return either
+
+
+register(of_chosen, _choose_of_chosen)

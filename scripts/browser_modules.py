@@ -1,0 +1,24 @@
+"""Make the WebAssembly modules that ship: about five minutes, with a linker (docs/browser.md).
+
+A test holds what ships to what it was made of, so this is to be run after every change of what compiled code does.
+"""
+
+import json
+import platform
+
+from baldwinlab.models.miniworld.modules import MARKS, SHIPPED, built_in, compiled, mark_of
+
+
+def main() -> None:
+    SHIPPED.mkdir(exist_ok=True)
+    experiments = built_in()
+    for (name, experiment), module in zip(experiments.items(), compiled(experiments.values()), strict=True):
+        (SHIPPED / f"{name}.wasm").write_bytes(module)
+        print(f"{name}: {len(module):,} bytes, made of {mark_of(experiment)}")
+    version = ".".join(platform.python_version_tuple()[:2])
+    marks = {name: mark_of(experiment) for name, experiment in experiments.items()}
+    MARKS.write_text(json.dumps({"python": version, "marks": marks}, indent=2) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()

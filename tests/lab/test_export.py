@@ -1,0 +1,148 @@
+"""A live laboratory: small, whole, and refused in a sentence where it cannot be."""
+
+from __future__ import annotations
+
+import base64
+import json
+import platform
+import re
+import shutil
+import subprocess
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baldwinlab.engine import wasm
+from baldwinlab.experiment import assign
+from baldwinlab.lab import pages
+from baldwinlab.lab.export import laboratory, live_page
+from baldwinlab.models.miniworld.modules import MARKS, SHIPPED, built_in, mark_of
+from baldwinlab.models.miniworld.plan import Habitat
+from baldwinlab.parts import load_file
+from baldwinlab.presets import load
+from baldwinlab.runs.simulate import simulate
+from tests.commands import Command
+from tests.small import small, small_study
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
+NODE = """
+import { readFileSync } from "node:fs";
+import { load } from "./engine.js";
+import { simulate } from "./lives.js";
+const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
+const arrays = simulate(await load(readFileSync(module), plan), experiment, 5, 1);
+console.log(JSON.stringify(Object.fromEntries(Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]))));
+"""
+
+
+def in_node(folder: Path, experiment: Any, module: Path) -> dict[str, Any]:
+    """A run as the page's own modules have it in Node."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("there is no Node on this machine")
+    for name in ("engine.js", "lives.js"):
+        shutil.copy(pages.STATIC / name, folder)
+    (folder / "package.json").write_text('{"type": "module"}')
+    (folder / "run.js").write_text(NODE)
+    given = {"plan": Habitat(experiment).plan(), "experiment": experiment.to_dict(), "module": str(module)}
+    (folder / "given.json").write_text(json.dumps(given))
+    done = subprocess.run([node, "run.js"], cwd=folder, capture_output=True, text=True, check=True)
+    return dict(json.loads(done.stdout))
+
+
+@pytest.mark.parametrize("name", ["evo/B", "evo+self-taught/A", "evo+drift/A"])
+def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str) -> None:
+    experiment = small(name)
+    module = SHIPPED / f"{experiment.learning.rule}-simultaneous.wasm"
+    here, there = simulate(experiment, seed=5, run=1), in_node(tmp_path, experiment, module)
+    for variable in ("food_eaten", "energy", "parents", "genome"):
+        values = here[variable].values
+        assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), variable
+
+
+def test_what_ships_was_made_of_these_very_functions() -> None:
+    kept = json.loads(MARKS.read_text())
+    if ".".join(platform.python_version_tuple()[:2]) != kept["python"]:
+        pytest.skip(f"the marks are those of Python {kept['python']}")
+    marks = {name: mark_of(experiment) for name, experiment in built_in().items()}
+    assert kept["marks"] == marks, "run `make wasm`: what compiled code does has changed"
+
+
+def test_a_module_imports_nothing_but_its_memory() -> None:
+    for path in SHIPPED.glob("*.wasm"):
+        assert path.read_bytes().count(b"\x03env") == 1, path.name
+        assert path.stat().st_size < 80_000
+
+
+def test_a_page_is_small_and_names_no_address_but_of_what_is_in_it() -> None:
+    page = live_page([load("evo+self-taught/A"), load("evo/A")])
+    assert len(page) < 2_000_000
+    assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page.decode())
+
+
+def test_every_module_that_a_page_imports_is_in_it() -> None:
+    found = pages.modules("live_page.js")
+    for name, code in found.items():
+        assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(found), name
+
+
+def test_a_study_is_exported_with_its_conditions_and_its_seed(command: Command, tmp_path: Path) -> None:
+    small_study(tmp_path / "study", runs=1)
+    outcome = command("export", "study", "--out", "page.html")
+    assert outcome.code == 0, outcome.err
+    told = re.search(r'id="laboratory">(.*?)</script>', (tmp_path / "page.html").read_text(), re.DOTALL)
+    assert told
+    found = json.loads(told[1])
+    assert ([preset["name"] for preset in found["presets"]], found["seed"]) == (["evo/A", "evo+self-taught/A"], 5)
+
+
+def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_path: Path) -> None:
+    assert "there is no map 'Z'" in command("export", "evo/Z", "--out", "page.html").err
+    model = ("--part", str(EXAMPLES / "bit_strings.py"))
+    assert "lives are Python: a browser has none" in command("export", "bit-strings", *model, "--out", "page.html").err
+    (tmp_path / "mine.html").write_text("my own")
+    assert "not made by this command" in command("export", "evo/A", "--out", "mine.html").err
+
+
+def test_without_a_linker_a_part_of_one_s_own_is_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setattr(wasm, "find_spec", lambda name: None)
+    monkeypatch.setattr("baldwinlab.models.miniworld.modules.cache.place", lambda: tmp_path)
+    load_file(EXAMPLES / "social.py")
+    social = assign(load("evo/A"), ["learning.rule=social"])
+    with pytest.raises(ValueError, match=r"pip install 'baldwinlab\[wasm\]'"):
+        live_page([social])
+
+
+def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("baldwinlab.lab.export.module_of", lambda experiment: b"")
+    for name in ("poison", "elman", "social"):
+        load_file(EXAMPLES / f"{name}.py")
+    chosen = ['world.features=["poison"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
+    experiment = assign(load("evo/A"), [*chosen, "network.kind=elman", "learning.rule=social"])
+    tables = laboratory([experiment])["schemas"][0]["$defs"]
+    assert "const" in tables["Network"]["properties"]["hidden"]
+    poison = next(table for name, table in tables.items() if name.startswith("Poison"))["properties"]
+    assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))
+    social = next(table for name, table in tables.items() if name.startswith("Social"))["properties"]
+    assert "const" not in social["least"]
+
+
+@pytest.mark.nightly  # a module of one's own takes a minute to be compiled
+def test_parts_of_one_s_own_have_python_s_bits(tmp_path: Path) -> None:
+    for path in EXAMPLES.glob("*.py"):
+        load_file(path)
+    chosen = ['world.features=["poison", "obstacles"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
+    for rule, own in (("social", ["network.kind=elman", "evolution.selection=champion"]), ("self-taught-again", [])):
+        experiment = assign(small("evo/A"), [*chosen, f"learning.rule={rule}", "learning.rate=0.1", *own])
+        program = laboratory([experiment])["programs"][0]
+        module = tmp_path / f"{rule}.wasm"
+        module.write_bytes(zlib.decompress(base64.b64decode(program["module"]), -zlib.MAX_WBITS))
+        there, here = in_node(tmp_path, experiment, module), simulate(experiment, seed=5, run=1)
+        assert here.food_eaten.sum() > 0
+        for variable in ("food_eaten", "energy", "parents", "genome"):
+            values = here[variable].values
+            assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), (rule, variable)

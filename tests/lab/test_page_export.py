@@ -1,0 +1,243 @@
+"""A live laboratory in one file: Python's bits in the browser, and all that a reader can do there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Error, Page, expect
+
+from baldwinlab import presets
+from baldwinlab.experiment import Experiment
+from baldwinlab.lab.export import live_page
+from baldwinlab.papers.paper import STANDARD
+from baldwinlab.runs.simulate import simulate
+from tests.axe import barriers
+
+TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
+SIMULATE = """async (wanted) => {
+  const arrays = await window.baldwinlab.simulate(wanted);
+  return Object.fromEntries(Object.entries(arrays).map(([name, array]) => [name, Array.from(new Uint8Array(array.buffer))]));
+}"""
+
+
+def quick(experiment: Experiment, **changes: Any) -> Experiment:
+    """Short lives, which begin where the food does, so that something is eaten."""
+    food = experiment.world.food[0]
+    start = {"x": food.x[0], "y": sum(food.y) / 2}
+    return experiment.replace(lifetime={"steps": 150}, evolution={"generations": 3}, world={"start": start}).replace(**changes)
+
+
+def all_presets() -> list[Experiment]:
+    """Every preset, and every reading of the one that uses most of the model."""
+    names = [
+        f"{name}/{map}" for kind in ("conditions", "controls") for name in presets.names(kind) for map in presets.names("maps")
+    ]
+    readings = [reading for reading in presets.names("readings") if reading != STANDARD]
+    return [*map(presets.load, names), *(presets.load("evo+self-taught/A", reading) for reading in readings)]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("export") / "laboratory.html"
+    path.write_bytes(live_page([quick(presets.load("evo+self-taught/A"))]))
+    return path
+
+
+@pytest.fixture
+def lonely(browser: Browser) -> Iterator[Page]:
+    """A page with no network; its test fails if it asks for anything but what it holds, or has a fault."""
+    context = browser.new_context(offline=True, viewport={"width": 1280, "height": 900})
+    page, faults, asked = context.new_page(), list[str](), list[str]()
+    page.on("console", lambda message: faults.append(message.text))
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    yield page
+    context.close()
+    assert not faults
+    assert not [url for url in asked if not url.startswith(("data:", "blob:", "file:"))]
+
+
+@pytest.fixture
+def page(lonely: Page, file: Path) -> Page:
+    lonely.goto(file.as_uri())
+    lonely.get_by_test_id("start").wait_for()
+    return lonely
+
+
+def start(page: Page, runs: int = 2, pace: str = "0") -> None:
+    page.get_by_test_id("setup-runs").fill(str(runs))
+    page.get_by_test_id("pace").select_option(pace)
+    page.get_by_test_id("start").click()
+
+
+def same_bits(page: Page, experiment: Experiment, seed: int, run: int) -> bool:
+    here = simulate(experiment, seed=seed, run=run)
+    there = page.evaluate(SIMULATE, {"seed": seed, "run": run, "experiment": experiment.to_dict()})
+    assert here.food_eaten.sum() > 0, experiment.name
+    return {name: bytes(there[name]) for name in TYPES} == {name: here[name].values.tobytes() for name in TYPES}
+
+
+def test_every_preset_has_python_s_bits(page: Page) -> None:
+    for number, experiment in enumerate(all_presets()):
+        assert same_bits(page, quick(experiment), seed=3 + number, run=number % 4), (experiment.name, number)
+
+
+def test_settings_that_no_preset_has_have_python_s_bits_too(page: Page) -> None:
+    near, far = {"x": [380, 420], "y": [120, 200], "count": 400}, {"x": [0, 640], "y": [500, 640], "count": 30, "energy": 2.5}
+    changes: list[dict[str, Any]] = [
+        {"world": {"food": [near, far]}, "senses": {"visual_radius": 8}},  # items in cells, and seen from all sides of the map
+        {"world": {"food": []}, "population": {"size": 3}, "network": {"hidden": []}},
+        {"network": {"hidden": [5, 4], "biases": True}, "population": {"size": 7}, "learning": {"steps": 60}},
+        {"evolution": {"selection": "neutral", "lamarckian_share": 0.5}, "learning": {"cost_per_change": 0.1}},
+        {"evolution": {"inheritance": "none"}, "learning": {"rule": "none"}},
+    ]
+    for number, change in enumerate(changes):
+        experiment = quick(presets.load("evo+self-taught/A"), **change)
+        if experiment.world.food:
+            assert same_bits(page, experiment, seed=7, run=number), change
+        else:
+            genome = bytes(page.evaluate(SIMULATE, {"seed": 7, "experiment": experiment.to_dict()})["genome"])
+            assert genome == simulate(experiment, seed=7).genome.values.tobytes()
+
+
+def test_what_is_left_out_is_the_page_s_own(page: Page, file: Path) -> None:
+    experiment = quick(presets.load("evo+self-taught/A"), learning={"rate": 0.05})
+    given = {"seed": 2, "generations": 2, "experiment": {"learning": {"rate": 0.05}}}
+    there = bytes(page.evaluate(SIMULATE, given)["energy"])
+    assert there == simulate(experiment.replace(evolution={"generations": 2}), seed=2).energy.values.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"seed": 1, "experiment": {"learning": {"rate": 11}}}, "learning.rate = 11: input should be less than or equal to 10"),
+        ({"seed": 1, "experiment": {"lifetime": {"steps": 1.5}}}, "lifetime.steps = 1.5: input should be a whole number"),
+        ({"seed": 1, "experiment": {"lifetime": {"step": 1}}}, "lifetime.step: there is no such field; there are: steps, update"),
+        ({"seed": 1, "experiment": {"world": {"width": 300}}}, "world.start.x = 400: agents are born on the map"),
+        ({"seed": 1, "experiment": {"senses": {"kinds": ["smell"]}}}, "for which this page was made"),
+        ({"seed": -1}, "seed = -1: input should be greater than or equal to 0"),
+        ({"seed": 1, "generations": 0}, "evolution.generations = 0: input should be greater than or equal to 1"),
+    ],
+)
+def test_a_script_that_asks_for_what_cannot_be_gets_a_sentence(page: Page, given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(Error, match=re.escape(sentence)):
+        page.evaluate(SIMULATE, given)
+
+
+def test_memory_that_is_refused_is_a_sentence(page: Page) -> None:
+    huge = {"population": {"size": 1_000_000}, "network": {"hidden": [1000, 1000]}}
+    with pytest.raises(Error, match="The browser refused the memory that this experiment takes"):
+        page.evaluate(SIMULATE, {"seed": 1, "experiment": huge})
+
+
+def test_a_browser_without_simd_is_told(lonely: Page, file: Path) -> None:
+    text = file.read_text().replace('id="worker">', 'id="worker">WebAssembly.validate = () => false;\n')
+    old = file.with_name("old.html")
+    old.write_text(text)
+    lonely.goto(old.as_uri())
+    lonely.get_by_test_id("start").click()
+    expect(lonely.get_by_test_id("live-fault")).to_contain_text("This browser has no WebAssembly with SIMD")
+
+
+def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs_plays(page: Page) -> None:
+    start(page, runs=3)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    expect(page.get_by_test_id("live-count")).to_have_text("3 of 3 generations")
+    expect(page.get_by_test_id("live-fitness")).to_contain_text("mean of 3 runs with its 95 % band")
+    page.get_by_test_id("live-run").select_option("2")
+    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 2")
+    eaten = simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=2).food_eaten[2]
+    for _ in range(15):
+        page.get_by_test_id("live-canvas").press("Shift+ArrowRight")
+    expect(page.get_by_test_id("live-canvas-count")).to_have_text(
+        f"{int(eaten.sum())} eaten · {int((eaten > 0).sum())} of 20 ate"
+    )
+
+
+def test_a_run_can_be_paused_and_lived_generation_by_generation(page: Page) -> None:
+    start(page, runs=1, pace="0.5")
+    page.get_by_test_id("pause").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Paused")
+    before = int(page.get_by_test_id("live-count").inner_text().split()[0])
+    page.get_by_test_id("one-more").click()
+    expect(page.get_by_test_id("live-count")).to_have_text(f"{before + 1} of 3 generations")
+    page.get_by_test_id("pause").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+
+
+def test_a_run_stops_in_mid_life_and_another_begins(page: Page) -> None:
+    page.get_by_test_id("group-lifetime").locator("summary").click()
+    page.get_by_test_id("field-lifetime.steps").fill("100000000")
+    start(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Running")
+    page.get_by_test_id("stop").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Stopped")
+    expect(page.get_by_test_id("live-count")).to_have_text("0 of 3 generations")
+    page.get_by_test_id("field-lifetime.steps").fill("100")
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+
+
+def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
+    start(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 2")
+    page.get_by_test_id("live-canvas-agent").select_option("4")
+    expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
+    run = simulate(quick(presets.load("evo+self-taught/A")), seed=0)
+    parents = list(dict.fromkeys(run.parents.values[2, 4].tolist()))
+    expect(page.get_by_test_id("parent")).to_have_text([f"agent {parent}" for parent in parents])
+    items = int(run.food_eaten[2, 4])
+    expect(page.locator(".inspector header")).to_contain_text(f"{items} items in its life")
+    assert barriers(page) == []
+
+
+def test_the_form_says_what_is_wrong_and_does_not_start(page: Page) -> None:
+    page.get_by_test_id("group-learning").locator("summary").click()
+    page.get_by_test_id("field-learning.rate").fill("11")
+    expect(page.get_by_test_id("setup-fault")).to_contain_text("learning.rate = 11: input should be less than or equal to 10")
+    expect(page.get_by_test_id("start")).to_be_disabled()
+
+
+def test_a_link_brings_the_same_run_and_the_same_parameters(page: Page, file: Path) -> None:
+    page.get_by_test_id("group-learning").locator("summary").click()
+    page.get_by_test_id("field-learning.rate").fill("0.5")
+    start(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    page.get_by_test_id("share").click()
+    link = page.get_by_test_id("share-link").input_value()
+    page.goto("about:blank")
+    page.goto(link)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    expect(page.get_by_test_id("field-learning.rate")).to_have_value("0.5")
+
+
+def test_a_damaged_link_is_a_sentence(lonely: Page, file: Path) -> None:
+    lonely.goto(f"{file.as_uri()}#/live?id=eyJleHBl")
+    expect(lonely.get_by_test_id("live-empty")).to_contain_text("This link is damaged")
+
+
+def test_a_page_with_several_conditions_lives_the_one_that_is_chosen(lonely: Page, file: Path) -> None:
+    both = [quick(presets.load(name)) for name in ("evo+self-taught/A", "evo/A")]
+    path = file.with_name("both.html")
+    path.write_bytes(live_page(both, seed=4))
+    lonely.goto(path.as_uri())
+    lonely.get_by_test_id("preset").select_option("evo/A")
+    start(lonely, runs=1)
+    expect(lonely.get_by_test_id("live-state")).to_have_text("Done")
+    expect(lonely.get_by_test_id("live-head")).to_contain_text("evo/A")
+    expect(lonely.get_by_test_id("live-head")).to_contain_text("seed 4")
+    energy = bytes(lonely.evaluate(SIMULATE, {"seed": 4, "experiment": {"name": "evo/A"}})["energy"])
+    assert energy == simulate(both[1], seed=4).energy.values.tobytes()
+
+
+def test_on_a_phone_nothing_is_wider_than_the_screen(page: Page) -> None:
+    page.set_viewport_size({"width": 360, "height": 740})
+    start(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
