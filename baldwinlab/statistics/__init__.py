@@ -109,7 +109,7 @@ def signed_rank(differences: Sample) -> float:
         return float(stats.wilcoxon(differences).pvalue)
     ranks = stats.rankdata(sizes)  # SciPy tries them, too, but one by one, which takes a second and more
     signs = (np.arange(2**left.size)[:, None] >> np.arange(left.size)) & 1
-    return _two_sided(signs @ ranks, ranks[left > 0].sum())
+    return _two_sided(np.asarray(signs @ ranks, np.float64), float(ranks[left > 0].sum()))
 
 
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
@@ -133,12 +133,12 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
 def _p_of_all_arrangements(ranks: Sample, size: int) -> float:
     """Twice the share of the ways to deal the ranks that give the first `size` a sum as far out as theirs, or farther."""
     sums = ranks[list(combinations(range(ranks.size), size))].sum(axis=1)
-    return _two_sided(sums, ranks[:size].sum())
+    return _two_sided(sums, float(ranks[:size].sum()))
 
 
 def _two_sided(sums: Sample, found: float) -> float:
     """Twice the share of the sums that are as far out as the one that was found, or farther."""
-    return float(min(1, 2 * min(np.mean(sums <= found), np.mean(sums >= found))))
+    return min(1.0, 2 * min(float(np.mean(sums <= found)), float(np.mean(sums >= found))))
 
 
 def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:

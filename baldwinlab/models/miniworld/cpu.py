@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.jit import is_kept, kept
+from baldwinlab.engine.jit import is_kept, kept, settled
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.learning import rates
 from baldwinlab.models.miniworld.life import live_one_by_one, live_together
@@ -40,7 +40,7 @@ class Batch:
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
         self._fixed = np.zeros_like(self.state.weights)
-        self._live = kept(_live_of(experiment), phases_of(self.state))
+        self._kept = self._live = kept(_live_of(experiment), phases_of(self.state))
         self._shape = (len(runs), experiment.population.size)
         self._experiment = experiment
 
@@ -52,7 +52,10 @@ class Batch:
         modules = genomes[..., : self.state.weights.shape[0]].reshape(agents, genomes.shape[2], -1)
         self.state.weights[:, :agents] = modules[:, 0].T
         self._fixed[:, :agents] = modules[:, -1].T  # the reinforcement module, if there is one
-        self._live(self.model, self.state, self._fixed, True, 0, 0)
+        arguments = self.model, self.state, self._fixed, True, 0, 0
+        self._live(*arguments)
+        if self._live is self._kept:
+            self._live = settled(self._kept, *arguments)
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""
