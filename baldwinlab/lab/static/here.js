@@ -30,6 +30,7 @@ export class Here {
     if (pathname === "/api/presets") return { presets: presets.map(({ name, description }) => ({ name, description })), default: presets[0].name };
     if (pathname === "/api/preset") return structuredClone(this.preset(given.name).experiment);
     if (pathname === "/api/live") return { runs: [] };
+    if (pathname === "/api/sweep") return { sweep: null };
     const feed = this.feeds.get(given.live);
     const number = (name) => (given[name] === undefined ? undefined : Number(given[name]));
     const source = { run: number("run"), generation: number("generation"), first: number("first"), last: number("last") };

@@ -1,6 +1,6 @@
 /** What a live run is to be: a preset, what is changed of it, how many runs, from which seed, how fast. */
 
-import { el, getJSON, message, postJSON } from "./common.js";
+import { el, getJSON, message, postJSON, serverless } from "./common.js";
 import { schemaForm } from "./form.js";
 import { sweepDialog } from "./sweep_dialog.js";
 
@@ -29,7 +29,7 @@ export class Setup {
     this.description = el("p", { class: "hint" });
     this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
     this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
-    this.sweep = el("button", { type: "button", "data-testid": "sweep", onclick: () => this.plan({}) }, "Sweep a field …");
+    this.sweep = el("button", { type: "button", "data-testid": "sweep", hidden: serverless(), onclick: () => this.plan({}) }, "Sweep a field …");
     this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
     this.waiting = this.turn = 0;
   }
@@ -46,7 +46,7 @@ export class Setup {
     this.reset.addEventListener("click", () => this.take());
     await this.load(parsed(this.state.set));
     root.replaceChildren(this.element());
-    if (this.state.fields) this.plan(parsed(this.state.fields));
+    if (this.state.fields && !serverless()) this.plan(parsed(this.state.fields));
   }
 
   /** Which fields of the form are to be swept. */
