@@ -10,8 +10,8 @@ from pathlib import Path
 
 from baldwinlab.lab import Lab, lives
 from baldwinlab.lab.live import Live
+from baldwinlab.lab.pages import STATIC
 from baldwinlab.lab.recording import record
-from baldwinlab.lab.share import STATIC
 
 LIFE = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
 STEPS = lives.Span(0, 1000)
