@@ -20,11 +20,13 @@ from baldwinlab.cli.common import Directory, Parts, Whole, load_parts
 from baldwinlab.errors import BaldwinLabError, RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import is_local
+from baldwinlab.models.miniworld.cpu import is_compiled
 from baldwinlab.runs.warm_up import warm_up
 
 RESULTS = Path("results")
 PORT = 8642
 HOST = "127.0.0.1"
+HEAD_START = 1.5  # seconds, of the page before the compiler: it shows a recorded life meanwhile
 
 
 def lab(
@@ -74,10 +76,11 @@ def _serve(directory: Path, listener: socket.socket) -> None:
     from baldwinlab.lab.clients import server_of  # here, because only the extra has what they need, and it takes a while to load
     from baldwinlab.lab.server import make_app
 
-    warming = threading.Thread(target=_warm_up)
+    warming = threading.Timer(0 if is_compiled(Experiment()) else HEAD_START, _warm_up)
+    server = server_of(make_app(directory, ready=lambda: not warming.is_alive()))
     warming.start()
     with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
-        server_of(make_app(directory, ready=lambda: not warming.is_alive())).run(sockets=[listener])
+        server.run(sockets=[listener])
     console.say("the lab is closed")
     _leave()
 

@@ -20,7 +20,6 @@ import numpy as np
 import numpy.typing as npt
 import tomlkit
 import xarray as xr
-from scipy.stats import qmc
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
@@ -94,6 +93,8 @@ def _shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
     generator = np.random.default_rng(sweep.seed)
     if sweep.design == "random":
         return generator.random((samples, len(sweep.fields)))
+    from scipy.stats import qmc  # here, because it takes a second to load, and few sweeps need it
+
     sobol = qmc.Sobol(len(sweep.fields), scramble=True, rng=generator)
     return sobol.random_base2((samples - 1).bit_length())[:samples]  # a power of 2, or the points would lose their balance
 

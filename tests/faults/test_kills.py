@@ -73,7 +73,7 @@ def made(folder: Path) -> dict[str, bytes]:
 def require_sound(folder: Path, whole: dict[str, bytes]) -> None:
     """Nothing half-written has the name of something whole."""
     for name, content in made(folder).items():
-        if name.endswith(".nc"):
+        if name.startswith("study/") and name.endswith(".nc"):  # a trace of a user's own carries no checksum
             verify(content)
         assert name not in whole or content == whole[name], name
     for page in folder.rglob("*.html"):
