@@ -89,7 +89,7 @@ def opened(root: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process")
 def test_ctrl_c_closes_it(tmp_path: Path) -> None:
-    with opened(tmp_path) as (process, address), httpx.Client() as client:
+    with opened(tmp_path) as (process, address), httpx.Client(timeout=60) as client:
         assert client.get(f"{address}api/studies").json() == {"studies": []}  # and its connection stays open
         process.send_signal(signal.SIGINT)
         rest, complaints = process.communicate(timeout=30)
