@@ -7,6 +7,7 @@ import os
 import socket
 import sys
 import threading
+import time
 import webbrowser
 from contextlib import suppress
 from importlib.util import find_spec
@@ -76,7 +77,7 @@ def _serve(directory: Path, listener: socket.socket) -> None:
     from baldwinlab.lab.clients import server_of  # here, because only the extra has what they need, and it takes a while to load
     from baldwinlab.lab.server import make_app
 
-    warming = threading.Timer(0 if is_compiled(Experiment()) else HEAD_START, _warm_up)
+    warming = threading.Thread(target=_warm_up)
     server = server_of(make_app(directory, ready=lambda: not warming.is_alive()))
     warming.start()
     with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
@@ -86,6 +87,8 @@ def _serve(directory: Path, listener: socket.socket) -> None:
 
 
 def _warm_up() -> None:
+    if not is_compiled(Experiment()):
+        time.sleep(HEAD_START)
     try:
         seconds = warm_up([Experiment()])
     except BaldwinLabError as error:  # whoever wants a life hears of it again

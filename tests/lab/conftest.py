@@ -55,6 +55,19 @@ def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
         yield server
 
 
+@contextmanager
+def offline(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
+    """A page with no network, and the addresses that it asks for; its test fails if the page has a fault."""
+    context = browser.new_context(offline=True, viewport={"width": 1280, "height": height})
+    page, faults, asked = context.new_page(), list[str](), list[str]()
+    page.on("console", lambda message: faults.append(message.text))
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    yield page, asked
+    context.close()
+    assert not faults
+
+
 @pytest.fixture
 def page(newcomer: Page) -> Page:
     """A page that is not yet opened, of a reader who has closed what explains the tabs."""

@@ -17,6 +17,7 @@ from baldwinlab.lab.export import live_page
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.runs.simulate import simulate
 from tests.axe import barriers
+from tests.lab.conftest import offline
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
 SIMULATE = """async (wanted) => {
@@ -51,14 +52,8 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def lonely(browser: Browser) -> Iterator[Page]:
     """A page with no network; its test fails if it asks for anything but what it holds, or has a fault."""
-    context = browser.new_context(offline=True, viewport={"width": 1280, "height": 900})
-    page, faults, asked = context.new_page(), list[str](), list[str]()
-    page.on("console", lambda message: faults.append(message.text))
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("request", lambda request: asked.append(request.url))
-    yield page
-    context.close()
-    assert not faults
+    with offline(browser, 900) as (page, asked):
+        yield page
     assert not [url for url in asked if not url.startswith(("data:", "blob:", "file:"))]
 
 

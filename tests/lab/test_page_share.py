@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, ask
-from tests.lab.conftest import LabServer
+from tests.lab.conftest import LabServer, offline
 
 SHOWN = SMALL | {"step": 120, "agent": 3, "speed": 50}
 BESIDE = {f"b.{name}": value for name, value in (SMALL | {"condition": "evo/A"}).items()}
@@ -42,14 +42,8 @@ def trace_of(server: LabServer, condition: str) -> xr.Dataset:
 @pytest.fixture
 def lonely(browser: Browser) -> Iterator[Page]:
     """A page with no network; its test fails if it asks for anything but the file itself, or has a fault."""
-    context = browser.new_context(offline=True, viewport={"width": 1280, "height": 800})
-    page, faults, asked = context.new_page(), list[str](), list[str]()
-    page.on("console", lambda message: faults.append(message.text))
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("request", lambda request: asked.append(request.url))
-    yield page
-    context.close()
-    assert not faults
+    with offline(browser, 800) as (page, asked):
+        yield page
     assert [url for url in asked if not url.startswith("data:")] == [f for f in asked if f.startswith("file:")][:1]
 
 

@@ -29,7 +29,7 @@ from tests.worlds import small
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
-STEPS = 14
+STEPS = 20
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
 MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by cells
 
