@@ -24,10 +24,10 @@ reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab multiverse
 
 test: $(VENV)/.dev browser
-	$(BIN)/python -m pytest -n logical --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 nightly: $(VENV)/.dev browser
-	$(BIN)/python -m pytest -n logical --dist loadfile -m nightly
+	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
 # What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
 faults: $(VENV)/.dev

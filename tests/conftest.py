@@ -17,6 +17,11 @@ from baldwinlab.experiment import choices
 from tests.commands import Command, Outcome
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One worker more than there are cores: those who wait for a browser or a command need none."""
+    return (os.cpu_count() or 1) + 1
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
