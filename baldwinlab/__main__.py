@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import signal
 import sys
-from typing import NoReturn
+from types import FrameType
+
+AGAIN = 0.02  # seconds until it is tried again to stop what was loading a module
 
 
 def main() -> None:
     """Run the command line; stopped while it is still being loaded, which takes a second, it says that and no more."""
     signal.signal(signal.SIGTERM, _stop)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else whoever started it wants ctrl-C to pass it by
+        signal.signal(signal.SIGINT, _stop)
     try:
         from baldwinlab.cli import main as run  # here, so that it can be stopped
 
@@ -22,8 +26,27 @@ def main() -> None:
         sys.exit(130)
 
 
-def _stop(number: int, frame: object) -> NoReturn:
+def _stop(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt; while a module is loaded, a moment later, for there it may be swallowed, or become another error.
+
+    Whoever asks twice is not kept waiting.
+    """
+    if hasattr(signal, "setitimer"):  # Windows has none
+        asked_before = number != signal.SIGALRM and signal.getitimer(signal.ITIMER_REAL)[0] > 0
+        later = _loading(frame) and not asked_before
+        signal.signal(signal.SIGALRM, _stop)
+        signal.setitimer(signal.ITIMER_REAL, AGAIN if later else 0)
+        if later:
+            return
     raise KeyboardInterrupt
+
+
+def _loading(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 if __name__ == "__main__":
