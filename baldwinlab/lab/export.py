@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
-from scipy import stats
-
 from baldwinlab import presets
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
@@ -70,6 +68,8 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
 
 def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
     """What the page is told: see here.js."""
+    from scipy import stats  # here, because it takes a second to load, in which the lab would not open
+
     programs: dict[str, dict[str, Any]] = {}
     for experiment in experiments:
         for name, one in _modules_for(experiment):

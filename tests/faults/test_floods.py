@@ -97,7 +97,8 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
     crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
     small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as server:
-        assert httpx.get(f"{server.address}api/studies").status_code == 200
+        while not httpx.get(f"{server.address}api/engine", timeout=60).json()["ready"]:  # to compile takes memory of its own
+            time.sleep(0.1)
         before = server.memory
         for _ in range(amount(20, 1)):
             flood(server)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 from threading import Event
 
@@ -20,6 +22,12 @@ def test_the_life_that_ships_is_the_one_that_the_engine_gives() -> None:
     shipped = script["PLACE"].read_bytes()
     assert script["first_life"]() == shipped, "python scripts/first_life.py makes it anew"
     assert len(shipped) < 300_000
+
+
+def test_the_lab_opens_without_waiting_for_what_only_reports_need() -> None:
+    code = "import baldwinlab.lab.server, sys; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"scipy.stats", "matplotlib"} & set(loaded)
 
 
 @pytest.mark.parametrize("view", ["world", "live"])

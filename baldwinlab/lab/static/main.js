@@ -26,10 +26,8 @@ const guide = new Guide(document.getElementById("about"));
 const left = new Map(); // by name, how views were left: {state, top}, the last one at the end
 let shown = null; // {name, view}
 let returning = null; // watches for the place to scroll back to
-let turn = 0; // so that a slow view does not come up after a faster one
 
 async function show() {
-  const mine = ++turn;
   const place = asked(Object.keys(VIEWS), "world");
   const now = followed();
   if (now && now.name !== place.name) {
@@ -48,8 +46,6 @@ async function show() {
     return;
   }
   follow(null);
-  const { mount } = await VIEWS[name].load();
-  if (mine !== turn) return;
   shown?.view.unmount();
   returning?.disconnect();
   document.getElementById("actions").replaceChildren();
@@ -60,7 +56,8 @@ async function show() {
   settle(place, bare);
   const here = (shown = { name, view: { update() {}, unmount() {} } });
   if (VIEWS[name].lives) await engineReady(() => shown === here);
-  if (shown !== here) return;
+  const { mount } = await VIEWS[name].load();
+  if (shown !== here) return; // a faster one has been asked for meanwhile
   root.prepend(guide.root);
   here.view = mount(root, followed().state, navigate, guide);
   if (state.study === left.get(name)?.state.study) scrollBack(left.get(name)?.top);

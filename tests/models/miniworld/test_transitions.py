@@ -208,7 +208,7 @@ def follow(experiment: Experiment, seed: int, generation: int) -> Counter[str]:
     return tally
 
 
-@pytest.mark.parametrize("lives", [120, pytest.param(300, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("lives", [60, pytest.param(300, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("update", ["simultaneous", "sequential"])
 def test_every_step_of_a_random_life_is_the_step_of_the_paper(update: str, lives: int) -> None:
     tally = Counter[str]()
