@@ -159,7 +159,14 @@ class BaseExperiment(Fields):
 
 
 def foreign_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
-    """Kind and name of every part that an experiment chooses and that is not built in."""
+    """Kind and name of every part that an experiment chooses and that does not come with the package."""
+    for kind, name in added_choices(experiment):
+        if name not in choices.packaged(kind):
+            yield kind, name
+
+
+def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
+    """Kind and name of every part that an experiment chooses and that is not built in: of the library, or foreign."""
     for path, kind, _ in choosing_fields(type(experiment)):
         names = paths.look_up(experiment, path)[0]
         for name in (names,) if isinstance(names, str) else names:
@@ -223,7 +230,7 @@ def validate(tree: Any, reading: bool = False) -> Any:
         raise ExperimentError("an experiment is a table of its fields")
     experiment = _made(tree, reading)
     if not reading:
-        _let_foreign_parts_check(experiment)
+        _let_added_parts_check(experiment)
     return experiment
 
 
@@ -244,10 +251,10 @@ def _made(tree: dict[str, Any], reading: bool = False) -> Any:
     return experiment
 
 
-def _let_foreign_parts_check(experiment: BaseExperiment) -> None:
-    """Raises ExperimentError for what a foreign part refuses."""
+def _let_added_parts_check(experiment: BaseExperiment) -> None:
+    """Raises ExperimentError for what a part of the library, or a foreign one, refuses."""
     for path, kind, _ in choosing_fields(type(experiment)):
-        if any(each == kind for each, _ in foreign_choices(experiment)):
+        if any(each == kind for each, _ in added_choices(experiment)):
             for part in experiment.parts(path):
                 try:
                     part.check(experiment)

@@ -1,7 +1,8 @@
 """Which parts there are, by kind and name: what a choosing field of an experiment may say.
 
-A built-in part is known by name before its module is loaded, so that to read an experiment loads no engine. A foreign part is
-known as soon as its class exists. Nothing here knows what a part does.
+A built-in part is known by name before its module is loaded, so that to read an experiment loads no engine. So is one of the
+library, which is written as a user's own would be and comes with the package. A foreign part is known as soon as its class
+exists. Nothing here knows what a part does.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 _MINIWORLD, _EVOLUTION = "baldwinlab.models.miniworld", "baldwinlab.evolution"
 
-# Kind -> name -> where its class is. These names can never be taken.
+# Kind -> name -> where its class is. These names, and those of the library, can never be taken.
 BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {"miniworld": "baldwinlab.experiment.miniworld:Experiment"},
     "sense": {"food": f"{_MINIWORLD}.senses:Sight"},
@@ -42,6 +43,16 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
 }
+LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
+    "sense": {},
+    "body": {},
+    "network": {},
+    "learning rule": {},
+    "world feature": {},
+    "selection": {},
+    "variation": {},
+    "fitness": {},
+}
 _FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 
 
@@ -62,9 +73,14 @@ class Choice(NamedTuple):
         return name
 
 
+def packaged(kind: str) -> dict[str, str]:
+    """What comes with the package, the built-in parts first: where each class is, by name."""
+    return {**BUILT_IN[kind], **LIBRARY.get(kind, {})}
+
+
 def names(kind: str) -> list[str]:
     """What may be chosen, the built-in ones first."""
-    return [*BUILT_IN[kind], *_FOREIGN[kind]]
+    return [*packaged(kind), *_FOREIGN[kind]]
 
 
 def foreign() -> dict[tuple[str, str], type]:
@@ -76,13 +92,13 @@ def find(kind: str, name: str) -> Any:
     """The class of a part. Raises KeyError for one that is not here."""
     if name in _FOREIGN[kind]:
         return _FOREIGN[kind][name]
-    module, _, attribute = BUILT_IN[kind][name].partition(":")
+    module, _, attribute = packaged(kind)[name].partition(":")
     return getattr(import_module(module), attribute)
 
 
 def is_built_in(kind: str, name: str, module: str) -> bool:
-    """Whether the class of that name in that module is the built-in part. Raises ValueError where it takes a built-in's name."""
-    there = BUILT_IN[kind].get(name)
+    """Whether the class of that name in that module comes with the package. Raises ValueError where it takes a name of those."""
+    there = packaged(kind).get(name)
     if there is None:
         return False
     if there.partition(":")[0] != module:
@@ -109,8 +125,8 @@ def refusal(kind: str, name: str) -> str:
 
 
 def own_fields(kind: str, name: str) -> Any:
-    """The class of a foreign part that has fields of its own; None for any other, also for every built-in one."""
-    part: Any = _FOREIGN[kind].get(name)
+    """The class of a part that has fields of its own; None for any other, also for every built-in one."""
+    part: Any = find(kind, name) if name in LIBRARY.get(kind, {}) else _FOREIGN[kind].get(name)
     return part if part is not None and part.model_fields else None
 
 

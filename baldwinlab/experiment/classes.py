@@ -45,7 +45,7 @@ def chosen_parts(base: type[BaseModel], tree: dict[str, Any], reading: bool = Fa
         names = table.get(last, default) if isinstance(table, dict) else default
         for name in (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ():
             where = ".".join([*steps, key_of(str(name))])
-            if reading and name not in (choices.names(kind) if foreign else choices.BUILT_IN[kind]):
+            if reading and name not in (choices.names(kind) if foreign else choices.packaged(kind)):
                 if isinstance(table, dict) and key_of(str(name)) in table:
                     found.append((where, None))
             elif kind != "model" and (part := choices.own_fields(kind, str(name))):

@@ -9,7 +9,7 @@ from typing import Any, Final
 from baldwinlab import presets
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
-from baldwinlab.experiment.base import choosing_fields, foreign_choices
+from baldwinlab.experiment.base import added_choices, choosing_fields
 from baldwinlab.experiment.choices import BUILT_IN, key_of
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import pages
@@ -91,14 +91,14 @@ def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
 
 def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
     """The modules that an experiment, or what a reader makes of it, may need: of built-in parts, all."""
-    if any(foreign_choices(experiment)):
+    if any(added_choices(experiment)):
         yield experiment.name, experiment
     else:
         yield from built_in().items()
 
 
 def _program(name: str, experiment: Experiment) -> dict[str, Any]:
-    own = any(foreign_choices(experiment))
+    own = any(added_choices(experiment))
     paths = [path for path, _, _ in choosing_fields(type(experiment)) if path not in _choosable(experiment)] if own else []
     when = {path: look_up(experiment, path)[0] for path in (*CHOICES, *paths)}
     plain = {path: list(value) if isinstance(value, tuple) else value for path, value in when.items()}
@@ -131,7 +131,7 @@ def _choosable(experiment: Experiment) -> dict[str, list[str]]:
     found = {"evolution.selection": schemes if own in schemes else [*schemes, own]}
     if experiment.evolution.inheritance in OF_ANY_INHERITANCE:
         found["evolution.inheritance"] = list(OF_ANY_INHERITANCE)
-    if not any(foreign_choices(experiment)):
+    if not any(added_choices(experiment)):
         found["learning.rule"] = list(BUILT_IN["learning rule"])
     return found
 
@@ -141,7 +141,7 @@ def _schema(experiment: Experiment) -> Any:
     schema = schema_of(type(experiment))
     choosable = _choosable(experiment)
     fixed = ["model", "record.genome_every", *(path for path, _, _ in choosing_fields(type(experiment)) if path not in choosable)]
-    if any(foreign_choices(experiment)):
+    if any(added_choices(experiment)):
         fixed += ["name", "lifetime.update", *_settled(experiment)]
     for path, names in choosable.items():
         fields, name = node_at(schema, path)

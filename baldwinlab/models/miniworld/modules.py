@@ -18,7 +18,7 @@ from baldwinlab.engine.jit import fingerprint
 from baldwinlab.engine.refusals import refusal
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, validate
-from baldwinlab.experiment.base import foreign_choices
+from baldwinlab.experiment.base import added_choices
 from baldwinlab.files import write_atomically
 from baldwinlab.models.miniworld.plan import Habitat
 from baldwinlab.parts.foreign import load_text, sources_of
@@ -49,7 +49,7 @@ def is_ready(experiment: Experiment) -> bool:
 
 def _place(experiment: Experiment) -> Path | None:
     """Where a module ships, or is kept once it has been compiled; None where there is no place to keep it."""
-    if not any(foreign_choices(experiment)):
+    if not any(added_choices(experiment)):
         return SHIPPED / f"{name_of(experiment)}.wasm"
     kept = cache.place()
     return kept and kept / f"{mark_of(experiment)}.wasm"
