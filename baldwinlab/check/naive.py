@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
+from baldwinlab.engine import rng
+
 Module = list[list[list[float]]]
 
 
@@ -33,9 +35,12 @@ class Agent:
     hidden: list[float]  # what the first hidden layer was a step before
     action: int
     eaten_in_life: int  # items, before this step
+    gained_in_life: float  # energy, before this step
     rate: float
     action_module: Module
     reinforcement_module: Module | None
+    number: int = 0  # of the agent in its world
+    step: int = 0
     own: dict[str, Any] = field(default_factory=dict)  # the part's arrays as `hatch` made them, and what the oracle makes of them
 
 
@@ -48,6 +53,11 @@ class Naive:
     width: float
     height: float
     visual_radius: float
+    seed: int  # of the run, which is run 0; the generation is 0
+
+    def drawn(self, agent: Any, purpose: int) -> list[float]:
+        """The four numbers in [0, 1) that an agent draws for a purpose in its step, as `philox` gives them."""
+        return [float(rng.unit(word)) for word in rng.philox(agent.step, agent.number, 0, purpose, self.seed, 0)]
 
     def module(self, weights: Sequence[float]) -> Module:
         """A module from its weights in the order in which genomes hold them."""

@@ -16,7 +16,7 @@ from baldwinlab.check.naive import Agent, Item, Naive
 from baldwinlab.check.subject import BREEDS, Subject, values_of
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.models.miniworld.cpu import Batch
-from baldwinlab.models.miniworld.make import item_kinds
+from baldwinlab.models.miniworld.make import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.parts.kinds import own_phases
 
@@ -48,9 +48,11 @@ def the_oracle_agrees(subject: Subject) -> str:
     return "; ".join(filter(None, remarks)) if asked else "it has no phases of its own to hold one against"
 
 
-def naive_of(experiment: Any) -> Naive:
+def naive_of(experiment: Any, seed: int = 0) -> Naive:
     world = experiment.world
-    return Naive(experiment.layer_sizes, experiment.network.biases, world.width, world.height, experiment.senses.visual_radius)
+    return Naive(
+        experiment.layer_sizes, experiment.network.biases, world.width, world.height, experiment.senses.visual_radius, seed
+    )
 
 
 def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
@@ -74,10 +76,12 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
             teacher = naive.module(genome[agent, 1]) if len(experiment.modules) > 1 else None
             modules: dict[str, Any] = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
             of_now = {name: after[name][agent] for name in ("inputs", "outputs")}
-            of_before = {name: before[name][agent] for name in ("hidden", "eaten_in_life", "rate")}
+            of_before = {name: before[name][agent] for name in ("hidden", "eaten_in_life", "gained_in_life", "rate")}
             for found, when in ((sensing, before), (learning, after)):
                 place = {name: when[name][agent] for name in ("x", "y", "heading", "action")}
-                found.append(Agent(**place, **of_now, **of_before, **deepcopy(modules), own=own[agent]))
+                found.append(
+                    Agent(**place, **of_now, **of_before, **deepcopy(modules), number=agent, step=number, own=own[agent])
+                )
         yield Step(number, sensing, learning, np.array(after["weights"], np.float32), items)
         own = [agent.own for agent in learning]
 
@@ -88,10 +92,12 @@ def _seen(experiment: Any, batch: Batch) -> dict[str, Any]:
     kinds = [item_kinds(experiment)[kind] for kind in batch.model.region_kind]
     counts = np.diff(batch.model.region_items)
     hidden = sizes[0], sizes[0] + (sizes[1] if len(sizes) > 2 else 0)
+    energies = np.array([region.energy for region in item_regions(experiment)])
     found: dict[str, Any] = {
         "x": state.places[0], "y": state.places[1], "heading": state.heading[0] * (360 / HEADING_COUNT),
         "action": state.action[0].astype(int), "eaten_in_life": state.eaten_in_life.sum(axis=0), "rate": state.rate[0],
         "inputs": state.activations[: len(experiment.inputs)].T, "outputs": state.activations[-len(experiment.actions) :].T,
+        "gained_in_life": energies @ state.eaten_in_life[: len(energies)],
         "hidden": state.activations[hidden[0] : hidden[1]].T, "weights": state.weights.T,
     }  # fmt: skip
     found = {name: array[:agents].tolist() for name, array in found.items()}
@@ -109,7 +115,7 @@ def _require_close(found: Sequence[float], expected: Sequence[float], what: str,
 
 def _compare_rule(subject: Subject, part: Any) -> str:
     experiment, learned = subject.experiment, False
-    naive, values = naive_of(experiment), values_of(experiment, part)
+    naive, values = naive_of(experiment, subject.seed), values_of(experiment, part)
     for step in steps_of(subject, part):
         for number in range(len(step.learning)):
             agents = deepcopy(step.learning)

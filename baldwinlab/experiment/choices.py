@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-_MINIWORLD, _EVOLUTION = "baldwinlab.models.miniworld", "baldwinlab.evolution"
+_MINIWORLD, _EVOLUTION, _LIBRARY = "baldwinlab.models.miniworld", "baldwinlab.evolution", "baldwinlab.library"
 
 # Kind -> name -> where its class is. These names, and those of the library, can never be taken.
 BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
@@ -47,7 +47,18 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {},
     "body": {},
     "network": {},
-    "learning rule": {},
+    "learning rule": {
+        "abcd": f"{_LIBRARY}.plasticity:ABCD",
+        "covariance": f"{_LIBRARY}.plasticity:Covariance",
+        "crbp": f"{_LIBRARY}.rewards:Complementary",
+        "hebb": f"{_LIBRARY}.plasticity:Hebb",
+        "imitation": f"{_LIBRARY}.teachers:Imitation",
+        "postsynaptic": f"{_LIBRARY}.plasticity:Postsynaptic",
+        "presynaptic": f"{_LIBRARY}.plasticity:Presynaptic",
+        "random-targets": f"{_LIBRARY}.teachers:RandomTargets",
+        "reward": f"{_LIBRARY}.rewards:Reward",
+        "supervised": f"{_LIBRARY}.teachers:Supervised",
+    },
     "world feature": {},
     "selection": {},
     "variation": {},

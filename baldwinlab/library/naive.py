@@ -1,0 +1,15 @@
+"""What the oracles of several families share, in plain Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+
+def synapses(naive: Any, agent: Any) -> Iterator[tuple[list[float], int, float, float]]:
+    """Every weight of an agent's action module: its row, its place in the row, and the activations on both of its sides."""
+    units = naive.units(agent.action_module, agent.inputs)
+    for layer, sources, targets in zip(agent.action_module, units, units[1:], strict=False):
+        for x, row in zip(sources + [1.0] * naive.biases, layer, strict=True):
+            for unit, y in enumerate(targets):
+                yield row, unit, x, y
