@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
 from baldwinlab.engine import rng
 
 Module = list[list[list[float]]]
@@ -57,7 +59,8 @@ class Naive:
 
     def drawn(self, agent: Any, purpose: int) -> list[float]:
         """The four numbers in [0, 1) that an agent draws for a purpose in its step, as `philox` gives them."""
-        return [float(rng.unit(word)) for word in rng.philox(agent.step, agent.number, 0, purpose, self.seed, 0)]
+        with np.errstate(over="ignore"):  # its words wrap around, as they should
+            return [float(rng.unit(word)) for word in rng.philox(agent.step, agent.number, 0, purpose, self.seed, 0)]
 
     def module(self, weights: Sequence[float]) -> Module:
         """A module from its weights in the order in which genomes hold them."""

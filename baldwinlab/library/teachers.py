@@ -1,8 +1,8 @@
 """Learning from others: from the best forager of the world, from whoever is nearest, from a scripted forager, or from chance.
 
 `imitation` moves an agent's answers towards what another's network would answer to the agent's own input, as it stands in that
-step. `supervised` has a teacher that knows how to forage, an upper bound for what can be taught without memory; `random-targets`
-is the control of every rule with targets: as much teaching, and nothing to be learned.
+step. `supervised` has a teacher that goes to food that it sees. `random-targets` is the control of every rule with targets: as
+much teaching, and nothing to be learned; but what it teaches is also to wander, and who wanders finds food.
 
 Sources: imitation of a fitter one as in N. Le, M. O'Neill and A. Brabazon, "The Baldwin effect reconsidered through the prism of
 social learning", CEC 2018 (its numbers are not known to us, so whom and how are readings of ours); random targets as in
