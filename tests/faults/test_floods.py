@@ -99,6 +99,7 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
     with opened(tmp_path) as server:
         while not httpx.get(f"{server.address}api/engine", timeout=60).json()["ready"]:  # to compile takes memory of its own
             time.sleep(0.1)
+        httpx.get(f"{server.address}api/results?study=crowd", timeout=60)  # which loads what results need
         before = server.memory
         for _ in range(amount(20, 1)):
             flood(server)
