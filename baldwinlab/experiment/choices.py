@@ -46,11 +46,21 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {},
     "body": {},
-    "network": {},
+    "network": {
+        "continuous-time": "baldwinlab.library.recurrent:ContinuousTime",
+        "simple-recurrent": "baldwinlab.library.recurrent:SimpleRecurrent",
+    },
     "learning rule": {},
     "world feature": {},
-    "selection": {},
-    "variation": {},
+    "selection": {
+        "best-copies": "baldwinlab.library.breeding:BestCopies",
+        "expected-offspring": "baldwinlab.library.breeding:ExpectedOffspring",
+    },
+    "variation": {
+        "copy": "baldwinlab.library.breeding:Copy",
+        "gaussian": "baldwinlab.library.breeding:Gaussian",
+        "one-point-crossover": "baldwinlab.library.breeding:OnePointCrossover",
+    },
     "fitness": {},
 }
 _FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
