@@ -66,9 +66,7 @@ class ContinuousTime(Network, name="continuous-time"):
         "inputs": lambda part, experiment: len(experiment.inputs),
         "hidden": lambda part, experiment: experiment.network.hidden[0],
         "actions": lambda part, experiment: len(experiment.actions),
-        "biases": lambda part, experiment: experiment.network.biases,
-        "old": lambda part, experiment: np.float32(1 - 1 / part.time_constant),  # of a state, what a step leaves of it
-        "new": lambda part, experiment: np.float32(1 / part.time_constant),  # and what it takes of that which drives it
+        "biases": FeedForward.derived["biases"],
     }
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
@@ -81,16 +79,17 @@ class ContinuousTime(Network, name="continuous-time"):
 
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
-        sources = part.inputs + part.hidden
+        sources, new = part.inputs + part.hidden, ONE / part.time_constant
+        old = ONE - new  # of a state, what a step leaves of it; the new is what drives it
         _fire(part, weights, activations, lane)  # once more as a step before, since neither birth nor learning does it
         for unit in range(part.hidden):
             drive = get(weights, unit, lane) * get(activations, 0, lane)
             for i in range(1, part.inputs):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(activations, i, lane)
-            for i in range(part.inputs, sources):  # the weight of a hidden unit's state is that of how it fires
+            for i in range(part.inputs, sources):  # by the weight of its state, a hidden unit is heard as it fires
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(activations, i + part.hidden, lane)
             state = part.inputs + unit
-            put(activations, state, lane, part.old * get(activations, state, lane) + part.new * drive)
+            put(activations, state, lane, old * get(activations, state, lane) + new * drive)
         _fire(part, weights, activations, lane)
         first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
         for unit in range(part.actions):
