@@ -77,7 +77,9 @@ def test_who_mates_with_whom_is_left_to_chance() -> None:
     assert chisquare(np.bincount(first, minlength=6)).pvalue > 0.001
 
 
-@pytest.mark.parametrize("edge", [2.0**-33, 1 - 2.0**-33])
+@pytest.mark.parametrize(
+    "edge", [2.0**-33, 1 - 2.0**-33, 1 - 2.0**-53]
+)  # the last is beyond any draw, but rounds as many places do
 def test_the_extreme_draws_never_choose_who_has_no_fitness(edge: float) -> None:
     fitness = np.array([0.0, 0.1, 0.3, 0.0])
     parents = select(breeding_by(selection="expected-offspring"), fitness, np.full((4, 2, 4), edge))

@@ -14,6 +14,7 @@ import pytest
 from scipy.optimize import brentq
 
 import baldwinlab as bl
+from baldwinlab.check import REQUIREMENTS
 from baldwinlab.check.naive import Naive
 from baldwinlab.experiment import Experiment, ExperimentError, choices
 from baldwinlab.models.miniworld.networks import Rows
@@ -246,5 +247,5 @@ def test_in_a_life_that_senses_nothing_the_compiled_network_does_what_it_does_in
 @pytest.mark.nightly  # each network is compiled with a rule, for both updates and for a bundle
 def test_the_parts_keep_the_whole_contract() -> None:
     parts = [choices.find("network", name) for name in NAMES]
-    found = bl.check_part(parts, only=[name for name in bl.check.REQUIREMENTS if name != "speed"])
+    found = bl.check_part(parts, only=[name for name in REQUIREMENTS if name != "speed"])
     assert all(each.holds for each in found), "\n".join(map(str, found))
