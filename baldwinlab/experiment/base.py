@@ -150,7 +150,7 @@ class BaseExperiment(Fields):
         return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
 
     def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
-        table = getattr(section, key_of(name), None)
+        table = dict(section).get(key_of(name))  # no attribute: every table has a method `copy`, which may be a part's name
         if isinstance(table, Fields):
             return table
         if table is not None or name not in choices.names(kind):

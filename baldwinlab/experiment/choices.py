@@ -46,7 +46,10 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {},
     "body": {},
-    "network": {},
+    "network": {
+        "continuous-time": f"{_LIBRARY}.recurrent:ContinuousTime",
+        "simple-recurrent": f"{_LIBRARY}.recurrent:SimpleRecurrent",
+    },
     "learning rule": {
         "abcd": f"{_LIBRARY}.plasticity:ABCD",
         "covariance": f"{_LIBRARY}.plasticity:Covariance",
@@ -60,8 +63,15 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "supervised": f"{_LIBRARY}.teachers:Supervised",
     },
     "world feature": {},
-    "selection": {},
-    "variation": {},
+    "selection": {
+        "best-copies": f"{_LIBRARY}.breeding:BestCopies",
+        "expected-offspring": f"{_LIBRARY}.breeding:ExpectedOffspring",
+    },
+    "variation": {
+        "copy": f"{_LIBRARY}.breeding:Copy",
+        "gaussian": f"{_LIBRARY}.breeding:Gaussian",
+        "one-point-crossover": f"{_LIBRARY}.breeding:OnePointCrossover",
+    },
     "fitness": {},
 }
 _FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}

@@ -1,0 +1,179 @@
+"""Breeding as it is done elsewhere: selection without its noise and by copies, variation by a bell curve, one cut, or none.
+
+No variation here favours the fitter one of two parents: what a child has of each is left to a coin, so that parents at random
+(`neutral`) stay a neutral twin.
+
+Sources: J. E. Baker, "Reducing bias and inefficiency in the selection algorithm", Proceedings of the 2nd International
+Conference on Genetic Algorithms (1987), for `expected-offspring`; S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution
+in neural networks", Adaptive Behavior 3 (1994), for `best-copies`: there the best 20 of 100 have five children each, which
+differ from them by mutation alone (`copy`); H.-P. Schwefel, Numerical Optimization of Computer Models (1981), for normal
+mutations; J. H. Holland, Adaptation in Natural and Artificial Systems (1975), for crossover at one point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import accumulate
+from statistics import NormalDist
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import normal_quantile
+from baldwinlab.engine.jit import compiled
+from baldwinlab.evolution.moment import Fitness, Parents, Uniforms
+from baldwinlab.evolution.sorting import Keys, Order, sort_by
+from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
+from baldwinlab.parts import Field, Selection, Variation
+
+
+class ExpectedOffspring(Selection, name="expected-offspring"):
+    """Every agent is a parent as often as roulette would have it on average, rounded down or up: roulette without its noise."""
+
+    least: ClassVar[float] = 0.0
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        """One spin of a wheel with as many pointers, evenly spaced, as there are places for parents; then these are shuffled."""
+        total, last = _slices(fitness, shares)
+        places, agent = 2 * parents.shape[0], 0
+        for place in range(places):
+            pointer = (place + uniforms[0, 1, 0]) * total / places
+            while agent < last and shares[agent] <= pointer:
+                agent += 1
+            parents[place // 2, place % 2] = agent
+        for place in range(places - 1, 0, -1):
+            other = int(uniforms[place // 2, 0, place % 2] * (place + 1))
+            moved = parents[other // 2, other % 2]
+            parents[other // 2, other % 2] = parents[place // 2, place % 2]
+            parents[place // 2, place % 2] = moved
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        slices = list(accumulate(fitness if any(fitness) else [1.0 for _ in fitness]))
+        places = 2 * len(uniforms)
+        pointers = [(place + uniforms[0][1][0]) * slices[-1] / places for place in range(places)]
+        drawn = [next(agent for agent, end in enumerate(slices) if pointer < end) for pointer in pointers]
+        for place in range(places - 1, 0, -1):
+            other = int(uniforms[place // 2][0][place % 2] * (place + 1))
+            drawn[place], drawn[other] = drawn[other], drawn[place]
+        return [drawn[place : place + 2] for place in range(0, places, 2)]
+
+
+class BestCopies(Selection, name="best-copies"):
+    """The best have the children in equal shares, each with a single parent; where it is not even, the fittest have one more."""
+
+    share: float = Field(0.2, gt=0, le=1, description="share of the agents that have children, the fittest; at least one agent")
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        best = max(1, int(part.share * fitness.size + 0.5))
+        for agent in range(fitness.size):
+            shares[agent] = -fitness[agent]
+        sort_by(shares, uniforms[:, 1, 0], order)  # equals in random order
+        for child in range(parents.shape[0]):
+            parents[child, 0] = parents[child, 1] = order[child % best]
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+        best = order[: max(1, int(part.share * len(fitness) + 0.5))]
+        return [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
+
+
+class Gaussian(Variation, name="gaussian"):
+    """A weight from either parent, and a mutation adds a normal number, whose standard deviation is the mutation size."""
+
+    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                inherited = fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                if (gate if part.one_gate else draws[draw, 1]) < part.rate:
+                    inherited += np.float32(normal_quantile(draws[draw, 2]) * part.size)
+                child[module, weight] = inherited
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        def mutation(draw: Any) -> float:
+            opens = (gate if part.one_gate else draw[1]) < part.rate
+            return NormalDist(0, part.size).inv_cdf(draw[2]) if opens and part.size else 0.0
+
+        rest = iter(draws)
+        genes = [zip(ours, theirs, rest) for ours, theirs in zip(fitter, other, strict=True)]  # noqa: B905  (draws go on)
+        return [[(one if draw[0] < 0.5 else two) + mutation(draw) for one, two, draw in module] for module in genes]
+
+
+class OnePointCrossover(Variation, name="one-point-crossover"):
+    """One parent's weights up to a cut somewhere along the genome, the other's from there; then each may mutate uniformly."""
+
+    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        cut = 1 + int(draws[0, 3] * (child.size - 1))  # of the modules in a row; not the gate's number, which may be the child's
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                of_fitter = (draw < cut) == (draws[0, 0] < 0.5)  # whose weights come first is left to a coin
+                inherited = fitter[module, weight] if of_fitter else other[module, weight]
+                child[module, weight] = _mutated(part, inherited, draws, draw, gate)
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        one, two = [weight for module in fitter for weight in module], [weight for module in other for weight in module]
+        if draws[0][0] >= 0.5:
+            one, two = two, one
+        cut = 1 + int(draws[0][3] * (len(one) - 1))
+        return _in_modules(part, [*one[:cut], *two[cut:]], draws, gate, len(fitter[0]))
+
+
+class Copy(Variation, name="copy"):
+    """One parent's whole genome, by a coin; then each weight may mutate uniformly."""
+
+    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                inherited = fitter[module, weight] if draws[0, 0] < 0.5 else other[module, weight]
+                child[module, weight] = _mutated(part, inherited, draws, module * child.shape[1] + weight, gate)
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        parent = fitter if draws[0][0] < 0.5 else other
+        return _in_modules(part, [weight for module in parent for weight in module], draws, gate, len(parent[0]))
+
+
+@compiled
+def _slices(fitness: Fitness, shares: Keys) -> Any:
+    """Fill `shares` with fitness added up, alike for all if nobody has any. Gives where it ends, and who has the last slice."""
+    nobody = True
+    for agent in range(fitness.size):
+        nobody = nobody and fitness[agent] == 0.0
+    total, last = 0.0, 0
+    for agent in range(fitness.size):
+        total += 1.0 if nobody else fitness[agent]
+        shares[agent] = total
+        if nobody or fitness[agent] > 0.0:
+            last = agent
+    return total, last
+
+
+@compiled
+def _mutated(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
+    """A weight after the mutation that `crossover` has."""
+    if (gate if part.one_gate else draws[draw, 1]) < part.rate:
+        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+    return inherited
+
+
+def _in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
+    """The oracles' uniform mutation, of a genome whose modules lie in a row."""
+    opens = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
+    child = [old + is_open * part.size * (2 * draw[2] - 1) for old, is_open, draw in zip(weights, opens, draws, strict=True)]
+    return [child[first : first + length] for first in range(0, len(child), length)]
