@@ -44,11 +44,22 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
-    "sense": {},
+    "sense": {
+        "compass": "baldwinlab.library.senses:Compass",
+        "last-action": "baldwinlab.library.senses:LastAction",
+        "patch": "baldwinlab.library.senses:PatchSight",
+        "touch": "baldwinlab.library.senses:Touch",
+    },
     "body": {},
     "network": {},
     "learning rule": {},
-    "world feature": {},
+    "world feature": {
+        "drifting-food": "baldwinlab.library.worlds:DriftingFood",
+        "patches": "baldwinlab.library.worlds:Patches",
+        "regions-in-turn": "baldwinlab.library.worlds:RegionsInTurn",
+        "slow-regrowth": "baldwinlab.library.worlds:SlowRegrowth",
+        "walls": "baldwinlab.library.worlds:Walls",
+    },
     "selection": {},
     "variation": {},
     "fitness": {},
