@@ -140,7 +140,7 @@ class Patches(WorldFeature, name="patches"):
     """Patches hold items of a kind of their own, whose energy may be below 0, as a poison's is."""
 
     patches: tuple[Patch, ...] = Field(
-        ((300.0, 400.0, 160.0, 320.0, 20, 2.0),),
+        ((400.0, 560.0, 80.0, 240.0, 20, -1.0),),
         min_length=1,
         max_length=64,
         description="of each patch its left, right, upper and lower edge, units of length; its items; the energy of an item",
