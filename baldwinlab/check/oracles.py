@@ -162,6 +162,9 @@ def _compare_sense(subject: Subject, part: Any) -> str:
                 found,
                 f"in step {step.number}, agent {number}: inputs",
             )
+            remembering = deepcopy(agent)
+            part.oracle(values, remembering, step.items, naive)
+            step.learning[number].own = remembering.own
     return ""
 
 

@@ -44,7 +44,12 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
-    "sense": {},
+    "sense": {
+        "compass": f"{_LIBRARY}.senses:Compass",
+        "last-action": f"{_LIBRARY}.senses:LastAction",
+        "patch": f"{_LIBRARY}.senses:PatchSight",
+        "touch": f"{_LIBRARY}.senses:Touch",
+    },
     "body": {},
     "network": {
         "continuous-time": f"{_LIBRARY}.recurrent:ContinuousTime",
@@ -62,7 +67,13 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "reward": f"{_LIBRARY}.rewards:Reward",
         "supervised": f"{_LIBRARY}.teachers:Supervised",
     },
-    "world feature": {},
+    "world feature": {
+        "drifting-food": f"{_LIBRARY}.worlds:DriftingFood",
+        "patches": f"{_LIBRARY}.worlds:Patches",
+        "regions-in-turn": f"{_LIBRARY}.worlds:RegionsInTurn",
+        "slow-regrowth": f"{_LIBRARY}.worlds:SlowRegrowth",
+        "walls": f"{_LIBRARY}.worlds:Walls",
+    },
     "selection": {
         "best-copies": f"{_LIBRARY}.breeding:BestCopies",
         "expected-offspring": f"{_LIBRARY}.breeding:ExpectedOffspring",

@@ -86,13 +86,15 @@ class Moves:
         """`moments` follow each other."""
         self.moments = moments
         self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)  # [item, (x, y)]
+        self._last = self.items  # as they lay a moment ago: a feature of the world may move what nobody has eaten
         self._found: list[tuple[Array, ...]] = []
 
     def take(self, batch: Batch, moment: int) -> None:
+        before, self._last = self._last, batch.items()[0]
         if moment == self.moments[0]:
-            self.items = batch.items()[0]
+            self.items = self._last
             return
-        moved = np.flatnonzero(batch.state.touched[0] == moment - 1)
+        moved = np.flatnonzero((batch.state.touched[0] == moment - 1) | (self._last != before).any(axis=1))
         if moved.size:
             state = batch.state
             self._found.append((np.full(moved.size, moment), moved, state.item_x[0, moved], state.item_y[0, moved]))

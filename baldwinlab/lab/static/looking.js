@@ -27,6 +27,7 @@ export function record(run, { generation, first, last, look }) {
   run.bear(generation);
   run.live(0, first);
   [arrays.item_x, arrays.item_y] = [now.item_x.slice(), now.item_y.slice()];
+  const before = { x: now.item_x.slice(), y: now.item_y.slice() }; // a feature of the world may move what nobody has eaten
   for (let step = first; step < last; step++) {
     const row = (step - first) * agents;
     arrays.x.set(now.places.subarray(0, agents), row);
@@ -41,9 +42,12 @@ export function record(run, { generation, first, last, look }) {
       }
     }
     if (step + 1 === last) break;
-    for (let item = now.touched.indexOf(step); item >= 0; item = now.touched.indexOf(step, item + 1)) {
+    for (let item = 0; item < now.touched.length; item++) {
+      if (now.touched[item] !== step && now.item_x[item] === before.x[item] && now.item_y[item] === before.y[item]) continue;
       for (const [name, value] of Object.entries({ step: step + 1, item, x: now.item_x[item], y: now.item_y[item] })) moves[name].push(value);
     }
+    before.x.set(now.item_x);
+    before.y.set(now.item_y);
   }
   arrays.move_step = Uint32Array.from(moves.step);
   arrays.move_item = Uint32Array.from(moves.item);

@@ -1,0 +1,30 @@
+"""Lives in plain Python: no combination of parts need be compiled, which takes longer than a short life."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld import cpu
+from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
+
+
+def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the launcher for the CPU run the step as the Python that it is."""
+    monkeypatch.setattr(cpu, "kept", lambda function, phases: function)
+    monkeypatch.setattr(cpu, "settled", lambda function, *arguments: function)
+
+
+def traced(experiment: Experiment, seed: int = 1, **moment: Any) -> xr.Dataset:
+    with np.errstate(all="ignore"):
+        return replay(experiment, seed=seed, **moment)
+
+
+def simulated(experiment: Experiment, seed: int = 1) -> xr.Dataset:
+    with np.errstate(all="ignore"):
+        return simulate(experiment, seed=seed)
