@@ -22,6 +22,7 @@ FLOORS = [
     {"presets"},
     {"evolution"},
     {"models"},
+    {"library"},
     {"runs"},
     {"check"},
     {"studies"},
@@ -36,7 +37,7 @@ FLOORS = [
     {"__main__"},
 ]
 CAPABILITIES = ("assays", "multiverse", "sweeps")
-LIVES = {"engine", "parts", "evolution", "models", "runs", "check", "studies"}
+LIVES = {"engine", "parts", "evolution", "models", "library", "runs", "check", "studies"}
 READS = {"statistics", "figures", "report", "movie"}  # besides these files of each capability:
 FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict"}
 
