@@ -1,11 +1,10 @@
 """Worlds: walls, patches of other items, food that drifts, that comes back late, and regions that bear in turn.
 
-Sources of the ideas; the numbers here are ours. Walls: the mazes of evolutionary robotics, S. Nolfi and D. Floreano, Evolutionary
-Robotics (2000). Patches of food and of poison: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
-Adaptive Behavior 3 (1994), and D. Ackley and M. Littman, "Interactions between learning and evolution", Artificial Life II
-(1991), on worlds with plants, walls and carnivores. Food that changes in life: P. M. Todd and G. F. Miller, "Exploring adaptive
-agency II", From Animals to Animats (1991), and, for environments that change, N. Le, M. O'Neill and A. Brabazon, "How the Baldwin
-effect can guide evolution in dynamic environments", TPNC (2018). None of them is rebuilt here: these are pieces of such worlds.
+Sources of the ideas; what is here is a reading of ours, and none of their worlds is rebuilt. Walls: D. Ackley and M. Littman,
+"Interactions between learning and evolution", Artificial Life II (1991), whose world has walls, plants and carnivores. Food and
+poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From Animals
+to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution in dynamic
+environments", TPNC (2018), there from generation to generation, here within a life. Drift and late regrowth have no one source.
 
 Items that are to be out of reach for a while lie far off the map, at `AWAY` times its width: nobody sees or touches them there.
 """
