@@ -2,9 +2,10 @@
 
 Sources of the ideas; what is here is a reading of ours, and none of their worlds is rebuilt. Walls: D. Ackley and M. Littman,
 "Interactions between learning and evolution", Artificial Life II (1991), whose world has walls, plants and carnivores. Food and
-poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From Animals
-to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution in dynamic
-environments", TPNC (2018), there from generation to generation, here within a life. Drift and late regrowth have no one source.
+poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
+Animals to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution
+in dynamic environments", TPNC (2018), there from generation to generation, here within a life. Drift and late regrowth have no
+one source.
 
 Items that are to be out of reach for a while lie far off the map, at `AWAY` times its width: nobody sees or touches them there.
 """
