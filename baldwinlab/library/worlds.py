@@ -54,6 +54,11 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
     return np.array([*part.boxes, *near], np.float32)
 
 
+def _frame(part: Any, experiment: Any) -> Any:
+    """What the images follow from beside the walls; it stands among the constants, so that a page without a server keeps it."""
+    return np.array([experiment.world.width, experiment.world.height, experiment.senses.visual_radius], np.float32)
+
+
 @compiled
 def _inside(edges: Any, count: int, x: Any, y: Any) -> Any:
     """Whether a place lies in any of the first `count` walls."""
@@ -84,7 +89,11 @@ class Walls(WorldFeature, name="walls"):
         max_length=64,
         description="of each wall its left, right, upper and lower edge, units of length",
     )
-    derived: ClassVar[Derived] = {"edges": _walls_and_images, "count": lambda part, experiment: len(part.boxes)}
+    derived: ClassVar[Derived] = {
+        "edges": _walls_and_images,
+        "count": lambda part, experiment: len(part.boxes),
+        "frame": _frame,
+    }
 
     def check(self, experiment: Any) -> None:
         """A wall that is thinner than a step could be stepped over, and what lies in a wall as a whole has no place."""
