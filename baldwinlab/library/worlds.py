@@ -1,11 +1,11 @@
 """Worlds: walls, patches of other items, food that drifts, that comes back late, and regions that bear in turn.
 
-Sources of the ideas; the numbers here are ours. Walls: the mazes of evolutionary robotics, S. Nolfi and D. Floreano, Evolutionary
-Robotics (2000). Patches of food and of poison: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
-Adaptive Behavior 3 (1994), and D. Ackley and M. Littman, "Interactions between learning and evolution", Artificial Life II
-(1991), on worlds with plants, walls and carnivores. Food that changes in life: P. M. Todd and G. F. Miller, "Exploring adaptive
-agency II", From Animals to Animats (1991), and, for environments that change, N. Le, M. O'Neill and A. Brabazon, "How the Baldwin
-effect can guide evolution in dynamic environments", TPNC (2018). None of them is rebuilt here: these are pieces of such worlds.
+Sources of the ideas; what is here is a reading of ours, and none of their worlds is rebuilt. Walls: D. Ackley and M. Littman,
+"Interactions between learning and evolution", Artificial Life II (1991), whose world has walls, plants and carnivores. Food and
+poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
+Animals to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution
+in dynamic environments", TPNC (2018), there from generation to generation, here within a life. Drift and late regrowth have no
+one source.
 
 Items that are to be out of reach for a while lie far off the map, at `AWAY` times its width: nobody sees or touches them there.
 """
@@ -54,6 +54,11 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
     return np.array([*part.boxes, *near], np.float32)
 
 
+def _frame(part: Any, experiment: Any) -> Any:
+    """What the images follow from beside the walls; it stands among the constants, so that a page without a server keeps it."""
+    return np.array([experiment.world.width, experiment.world.height, experiment.senses.visual_radius], np.float32)
+
+
 @compiled
 def _inside(edges: Any, count: int, x: Any, y: Any) -> Any:
     """Whether a place lies in any of the first `count` walls."""
@@ -84,7 +89,11 @@ class Walls(WorldFeature, name="walls"):
         max_length=64,
         description="of each wall its left, right, upper and lower edge, units of length",
     )
-    derived: ClassVar[Derived] = {"edges": _walls_and_images, "count": lambda part, experiment: len(part.boxes)}
+    derived: ClassVar[Derived] = {
+        "edges": _walls_and_images,
+        "count": lambda part, experiment: len(part.boxes),
+        "frame": _frame,
+    }
 
     def check(self, experiment: Any) -> None:
         """A wall that is thinner than a step could be stepped over, and what lies in a wall as a whole has no place."""
