@@ -58,7 +58,10 @@ def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
 
 def factors() -> dict[str, Factors]:
     """Learner and map of every preset, by the name that `load` takes and gives it."""
-    return {name: found for one in reversed(papers.built_in().values()) for name, found in one.factors().items()}
+    found: dict[str, Factors] = {}
+    for one in papers.built_in().values():
+        found = one.factors() | found
+    return {name: found[name] for one in papers.built_in().values() for name in one.experiment_names()}
 
 
 def _load_file(path: Path, reading: str) -> Experiment:

@@ -23,7 +23,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["run", "evo/C"], "there is no map 'C'"),
+        (["run", "evo/Z"], "there is no map 'Z'"),
         (["run", "nothing.toml"], "cannot read nothing.toml: No such file or directory"),
         (["run", "evo/A", "--set", "lifetime.steps=0"], "lifetime.steps = 0: input should be greater than or equal to 1"),
         (["run", "evo/A", "--set", "speed=3"], "speed: there is no 'speed' here; there are: name, model, world"),

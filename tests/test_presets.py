@@ -68,7 +68,7 @@ def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("evo/C", "there is no map 'C'; there are A, B"),
+        ("evo/Z", "there is no map 'Z'; there are A, B"),
         ("evolution/A", "there is no condition 'evolution'"),
         ("evo+selftaught/B", "did you mean 'evo+self-taught'?"),
         ("evo", "there is no preset 'evo'"),

@@ -158,22 +158,24 @@ def _presets() -> list[dict[str, Any]]:
     """Those of the papers, and the models that are parts, each as it is by default."""
     built_in = [
         {
-            "name": f"{name}/{place}",
-            "learner": name,
-            "map": place,
-            "description": f"{presets.describe(kind, name)}; {presets.describe('maps', place)}",
-            "shown": f"{name}/{place}" == papers.load().about.emergence,
-            "world": _length(presets.load(f"{name}/{place}")),  # which can be watched
+            "name": name,
+            "learner": of.learner,
+            "map": of.map,
+            "description": f"{presets.describe(_kind(of.learner), of.learner)}; {presets.describe('maps', of.map)}",
+            "shown": name == papers.load().about.emergence,
+            "world": _length(presets.load(name)),  # which can be watched
         }
-        for kind in ("conditions", "controls")
-        for name in presets.names(kind)
-        for place in presets.names("maps")
+        for name, of in presets.factors().items()
     ]
     models = [(name, part) for (kind, name), part in choices.foreign().items() if kind == "model"]
     return built_in + [
         {"name": name, "learner": name, "map": "", "description": (part.__doc__ or "").split("\n")[0], "world": None}
         for name, part in models
     ]
+
+
+def _kind(learner: str) -> str:
+    return "conditions" if learner in presets.names("conditions") else "controls"
 
 
 def _length(experiment: Experiment) -> dict[str, int]:

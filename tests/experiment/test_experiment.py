@@ -27,7 +27,7 @@ from baldwinlab.presets import load
         ({"contact": {"shape": "star"}}, "contact.shape", "star", "'circle' or 'square'"),
         ({"contact": {"reach": -1}}, "contact.reach", "-1", "greater than 0"),
         ({"learning": {"rate": -0.1}}, "learning.rate", "-0.1", "greater than or equal to 0"),
-        ({"learning": {"rule": "magic"}}, "learning.rule", "magic", "'none', 'self-taught' or 'drift'"),
+        ({"learning": {"rule": "magic"}}, "learning.rule", "magic", "'none', 'self-taught', 'drift', 'abcd',"),
         ({"evolution": {"generations": 0}}, "evolution.generations", "0", "greater than or equal to 1"),
         ({"evolution": {"mutation_rate": 1.5}}, "evolution.mutation_rate", "1.5", "less than or equal to 1"),
         ({"lifetime": {"steps": 0}}, "lifetime.steps", "0", "greater than or equal to 1"),

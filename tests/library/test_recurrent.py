@@ -127,7 +127,7 @@ def test_a_simple_recurrent_network_learns_down_the_gradient_with_what_it_rememb
         net.answer(*inputs)
     before, seen = net.weights[:, 0].astype(float), net.units[: INPUTS + 3, 0].astype(float)
     assert (seen[INPUTS:] > 0).all(), "it does remember something"
-    naive = Naive(net.experiment.layer_sizes, True, 1, 1, 1)
+    naive = Naive(net.experiment.layer_sizes, True, 1, 1, 1, 0)
 
     def half_squared_error(weights: npt.NDArray[np.float64]) -> float:
         outputs = naive.think(naive.module(weights.tolist()), seen.tolist())
@@ -201,7 +201,7 @@ def test_a_unit_that_excites_itself_by_more_than_4_has_two_places_to_rest(to_its
 @pytest.mark.parametrize("biases", [False, True])
 def test_a_continuous_time_network_is_its_oracle_s_with_biases_and_without(biases: bool) -> None:
     net = with_random_weights("continuous-time", [5], biases, time_constant=3.0)
-    naive = Naive(net.experiment.layer_sizes, biases, 1, 1, 1)
+    naive = Naive(net.experiment.layer_sizes, biases, 1, 1, 1, 0)
     module = naive.module(net.weights[:, 0].tolist())
     agent = SimpleNamespace(action_module=module, own={})
     for inputs in senses(60):

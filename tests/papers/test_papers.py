@@ -184,7 +184,10 @@ def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
 
 def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command: Command, tmp_path: Path) -> None:
     done = command("reproduce", "le-2091")
-    said = "there is no paper 'le-2091' (did you mean 'le-2019'?); there are le-2019, and any folder with a paper.toml"
+    said = (
+        "there is no paper 'le-2091' (did you mean 'le-2019'?); "
+        "there are le-2019, worlds-and-minds, and any folder with a paper.toml"
+    )
     assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
     done = command("reproduce", str(folder(tmp_path / "tiny")), "--reading", "literal")
     assert (done.code, done.err) == (2, "baldwinlab: there is no reading 'literal'; there are standard\n")

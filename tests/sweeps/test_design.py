@@ -153,7 +153,7 @@ def test_an_experiment_may_be_a_file_beside_the_sweep(tmp_path: Path) -> None:
     ("text", "sentence"),
     [
         ("[fields]\nlearning.rate = [1]", "experiment: is missing"),
-        ('experiment = "evo/C"\n[fields]\nlearning.rate = [1]', "there is no map 'C'"),
+        ('experiment = "evo/Z"\n[fields]\nlearning.rate = [1]', "there is no map 'Z'"),
         (GRID.replace("100", "0", 1), "lifetime.steps = 0: input should be greater than or equal to 1"),
         ("speed = 3\n" + GRID, "speed: there is no such key; there are: experiment, runs, seed, design, samples, set, fields"),
         ("runs = 0\n" + GRID, "runs = 0: input should be greater than or equal to 1"),
