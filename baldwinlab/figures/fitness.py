@@ -18,6 +18,7 @@ from baldwinlab.statistics import fitness
 from baldwinlab.statistics.fitness import interval_of_mean
 from baldwinlab.statistics.rules import SIGNIFICANT
 
+MOST_BRACKETS = 6  # above each other; more would hide the boxes
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 
 
@@ -125,11 +126,15 @@ def _compared(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
 def _brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
     """Short brackets below, long ones above."""
     places = [
-        (*sorted((names.index(found.comparison.a), names.index(found.comparison.b))), found.p_holm)
+        (min(ends), max(ends), found.p_holm)
         for found in findings
-        if found.comparison.a in names and found.comparison.b in names
+        for ends in [[names.index(each) for each in (found.comparison.a, found.comparison.b) if each in names]]
+        if len(ends) == 2
     ]
     top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
+    if len(places) > MOST_BRACKETS:
+        _against_one(axes, places, top)
+        return
     for level, (left, right, p) in enumerate(sorted(places, key=lambda place: (place[1] - place[0], place[0]))):
         height = top * (1.06 + 0.13 * level)
         foot = height - 0.02 * top
@@ -138,6 +143,16 @@ def _brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
         axes.text((left + right) / 2, height + 0.01 * top, p_label(p), ha="center", va="bottom", color=colour)
     if places:
         axes.set_ylim(top=top * (1.1 + 0.13 * len(places)))
+
+
+def _against_one(axes: Axes, places: list[tuple[int, int, float]], top: float) -> None:
+    """Over each box how it stands to the one that all are held against; where there is none such, the tables tell."""
+    for one in set.intersection(*({left, right} for left, right, _ in places)):
+        axes.text(one, 1.03 * top, "against", rotation=90, ha="center", va="bottom")
+        for left, right, p in places:
+            colour = BLACK if p < SIGNIFICANT else GREY
+            axes.text(left + right - one, 1.03 * top, p_label(p), rotation=90, ha="center", va="bottom", color=colour)
+        axes.set_ylim(top=1.6 * top)
 
 
 def p_label(p: float) -> str:

@@ -109,7 +109,7 @@ def _stand(axes: Axes, mark: Mapping[str, Any]) -> None:
     shape = Ellipse(middle, width, height) if mark["kind"] == "disc" else Rectangle((mark["x"], mark["y"]), width, height)
     shape.set(facecolor=shade(mark["colour"]), linewidth=0, zorder=2)
     axes.add_patch(shape)
-    axes.annotate(mark["label"], (middle[0], mark["y"] + height + 8), ha="center", va="top")
+    axes.annotate(mark["label"], (mark["x"] + width + 8, middle[1]), ha="left", va="center")
 
 
 def _squares(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:

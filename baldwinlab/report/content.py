@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, World
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.papers import Paper, PaperError
@@ -109,10 +109,10 @@ def _leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]
 
 def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
     """The first condition of each different world, by a title: its map where that tells them apart, else its conditions."""
-    names: dict[World, list[str]] = {}
+    names: dict[str, list[str]] = {}  # by the world as text, for of other rules its table is of another class
     for name, experiment in conditions.items():
         alike = experiment.world.start.model_copy(update={"headings": "equal"})  # a map shows where, not whereto
-        names.setdefault(experiment.world.model_copy(update={"start": alike}), []).append(name)
+        names.setdefault(experiment.world.model_copy(update={"start": alike}).model_dump_json(), []).append(name)
     maps = {world: sorted({factors[name].map for name in shared} - {""}) for world, shared in names.items()}
     single = {found[0] for found in maps.values() if len(found) == 1}
     if len(single) == len(names):
