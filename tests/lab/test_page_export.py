@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Error, Page, expect
 
-from baldwinlab import presets
+from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.export import live_page
 from baldwinlab.papers.paper import STANDARD
@@ -34,12 +34,10 @@ def quick(experiment: Experiment, **changes: Any) -> Experiment:
 
 
 def all_presets() -> list[Experiment]:
-    """Every preset, and every reading of the one that uses most of the model."""
-    names = [
-        f"{name}/{map}" for kind in ("conditions", "controls") for name in presets.names(kind) for map in presets.names("maps")
-    ]
-    readings = [reading for reading in presets.names("readings") if reading != STANDARD]
-    return [*map(presets.load, names), *(presets.load("evo+self-taught/A", reading) for reading in readings)]
+    """Every preset that the shipped modules live, and every reading of the one that uses most of the model."""
+    paper = papers.load()
+    readings = [reading for reading in paper.names("readings") if reading != STANDARD]
+    return [*map(paper.experiment, paper.experiment_names()), *(paper.experiment("evo+self-taught/A", each) for each in readings)]
 
 
 @pytest.fixture(scope="module")

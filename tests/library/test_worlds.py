@@ -138,7 +138,7 @@ def test_what_drifts_from_cell_to_cell_is_seen_where_it_is() -> None:
         items = [Item(float(x), float(y), "food") for x, y in zip(now.item_x.values, now.item_y.values, strict=True)]
         for agent in range(4):
             place: dict[str, Any] = {name: float(now[name].values[agent]) for name in ("x", "y", "heading")}
-            there = Agent(**place, inputs=[], outputs=[], hidden=[], action=0, eaten_in_life=0, rate=0,
+            there = Agent(**place, inputs=[], outputs=[], hidden=[], action=0, eaten_in_life=0, gained_in_life=0, rate=0,
                           action_module=[], reinforcement_module=None)  # fmt: skip
             assert naive.seen(there, items) == (now.sensor.values[agent] == 1).tolist()
     assert trace.eaten.sum() > 0

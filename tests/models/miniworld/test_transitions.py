@@ -17,9 +17,10 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from baldwinlab import papers
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.models.miniworld.make import make_model
-from baldwinlab.presets import load, names
+from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from tests import naive
@@ -229,8 +230,8 @@ def crowded(condition: str, reading: str) -> Experiment:
     return load(f"{condition}/A", reading).replace(world={"food": food}, lifetime={"steps": 40}, evolution={"generations": 2})
 
 
-@pytest.mark.parametrize("reading", names("readings"))
-@pytest.mark.parametrize("condition", names("conditions"))
+@pytest.mark.parametrize("reading", papers.load().names("readings"))
+@pytest.mark.parametrize("condition", papers.load().names("conditions"))
 def test_every_step_under_a_named_reading_is_the_step_of_the_paper(condition: str, reading: str) -> None:
     tally = follow(crowded(condition, reading), seed=7, generation=1)
     assert tally["eaten"] > 5
