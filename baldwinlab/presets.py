@@ -13,7 +13,7 @@ from baldwinlab import papers
 from baldwinlab.experiment import Experiment, ExperimentError, choices, validate
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
-from baldwinlab.papers.paper import KINDS, STANDARD, Paper
+from baldwinlab.papers.paper import KINDS, STANDARD, Paper, nearest
 
 __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
@@ -53,7 +53,23 @@ def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
         made: Experiment = validate({"model": text})
         return made
     having = [one for one in papers.built_in().values() if name in one.experiment_names()]
-    return (having[0] if having else papers.load()).experiment(name, reading)
+    if not having:
+        raise _unknown(name)
+    if reading in (STANDARD, *having[0].names("readings")):
+        return having[0].experiment(name, reading)
+    return having[0].experiment(name).replace(**changes(reading))
+
+
+def _unknown(name: str) -> ExperimentError:
+    """What to say of a name that no paper has, by the half of it that is wrong."""
+    known = factors()
+    learner, slash, place = name.rpartition("/")
+    for half, asked in (("condition", learner), ("map", place)):
+        there = sorted({of.learner if half == "condition" else of.map for of in known.values()})
+        if slash and asked not in there:
+            return ExperimentError(f"there is no {half} {asked!r}{nearest(asked, there)}; there are {', '.join(there)}")
+    near = nearest(name, list(known))
+    return ExperimentError(f"there is no preset {name!r}{near}; `baldwinlab presets` lists them; any .toml file is one, too")
 
 
 def factors() -> dict[str, Factors]:

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from baldwinlab import papers
 from baldwinlab.experiment import Experiment, ExperimentError, merge
+from baldwinlab.experiment.base import added_choices
+from baldwinlab.experiment.choices import LIBRARY
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.presets import KINDS, describe, load, names, paper
+from baldwinlab.presets import KINDS, describe, factors, load, names, paper
 
 
 def test_the_paper_has_three_conditions_on_two_maps() -> None:
@@ -43,8 +46,19 @@ def test_a_reading_changes_the_one_field_that_it_names(reading: str, changed: di
 
 
 def test_every_alternative_of_the_open_choices_has_a_reading() -> None:
-    assert len(names("readings")) == 15
-    assert names("readings")[0] == "standard"
+    readings = papers.load().names("readings")
+    assert len(readings) == 15
+    assert readings[0] == names("readings")[0] == "standard"
+
+
+def test_every_part_of_the_library_is_in_a_preset() -> None:
+    everything = [load(name) for name in factors()] + [load("evo/C", reading) for reading in names("readings")]
+    chosen = {part for experiment in everything for part in added_choices(experiment)}
+    assert chosen >= {(kind, name) for kind, parts in LIBRARY.items() for name in parts}
+
+
+def test_a_reading_of_another_paper_is_laid_over_as_well() -> None:
+    assert load("evo+drift/B", "gaussian") == load("evo+drift/B").replace(evolution={"variation": "gaussian"})
 
 
 def test_every_preset_says_what_it_is() -> None:

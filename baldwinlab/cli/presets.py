@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import sys
 
-from baldwinlab import console, presets
+from baldwinlab import console, papers, presets
 from baldwinlab.cli.common import Assignments, Parts, load_parts
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import to_toml
 
 
 def list_presets() -> None:
-    """List the presets: conditions, controls, maps and readings."""
-    for kind in presets.KINDS:
-        console.say(kind)
-        for name in presets.names(kind):
-            console.say(f"  {name:<22} {presets.describe(kind, name)}")
+    """List the presets of each paper: conditions, controls, maps and readings."""
+    for paper in papers.built_in().values():
+        console.say(f"{paper.name}: {paper.about.title}")
+        for kind in presets.KINDS:
+            names = paper.names(kind)
+            if names:
+                console.say(f"  {kind}")
+            for name in names:
+                console.say(f"    {name:<22} {paper.describe(kind, name)}")
     console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
 
 

@@ -16,10 +16,7 @@ from pydantic import Field, ValidationError, create_model
 from baldwinlab.experiment import choices, paths
 from baldwinlab.experiment.choices import Choice, key_of
 from baldwinlab.experiment.classes import (
-    choosing_fields as choosing_fields,
-)
-from baldwinlab.experiment.classes import (
-    choosing_fields_of,
+    choosing_fields,
     chosen_parts,
     class_for,
     kind_of,
@@ -276,7 +273,7 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     the fields of those parts can be assigned too. Raises ExperimentError.
     """
     given = [paths.parse(assignment) for assignment in assignments]
-    choosing = {path for path, _, _ in choosing_fields_of(_base_of(experiment.to_dict()))}
+    choosing = {path for path, _, _ in choosing_fields(_base_of(experiment.to_dict()))}
     tree = experiment.to_dict()
     first = [(path, value) for path, value in given if path in choosing]
     for path, value in first:

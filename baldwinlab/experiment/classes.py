@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import copy
 from functools import cache
 from typing import Any, get_args
@@ -25,19 +25,22 @@ def kind_of(section: type[BaseModel], field: str) -> str | None:
     return next((mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, Choice)), None)
 
 
-def choosing_fields(section: type[BaseModel], path: str = "") -> Iterator[tuple[str, str, Any]]:
+@cache
+def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str, str, Any], ...]:
     """Path, kind and default of every field that chooses parts."""
+    found: list[tuple[str, str, Any]] = []
     for name, info in section.model_fields.items():
         if kind := kind_of(section, name):
-            yield f"{path}{name}", kind, info.default
+            found.append((f"{path}{name}", kind, info.default))
         elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
-            yield from choosing_fields(info.annotation, f"{path}{name}.")
+            found += choosing_fields(info.annotation, f"{path}{name}.")
+    return tuple(found)
 
 
 def chosen_parts(base: type[BaseModel], tree: dict[str, Any], reading: bool = False, foreign: bool = True) -> Chosen:
     """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
     found: list[tuple[str, type[Fields] | None]] = []
-    for path, kind, default in choosing_fields_of(base):
+    for path, kind, default in choosing_fields(base):
         *steps, last = path.split(".")
         table: Any = tree
         for step in steps:
@@ -51,11 +54,6 @@ def chosen_parts(base: type[BaseModel], tree: dict[str, Any], reading: bool = Fa
             elif kind != "model" and (part := choices.own_fields(kind, str(name))):
                 found.append((where, part))
     return tuple(found)
-
-
-@cache
-def choosing_fields_of(base: Any) -> tuple[tuple[str, str, Any], ...]:
-    return tuple(choosing_fields(base))
 
 
 @cache

@@ -9,8 +9,9 @@ from typing import Any, Final
 from baldwinlab import presets
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
-from baldwinlab.experiment.base import added_choices, choosing_fields
+from baldwinlab.experiment.base import added_choices
 from baldwinlab.experiment.choices import BUILT_IN, key_of
+from baldwinlab.experiment.classes import choosing_fields
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import pages
 from baldwinlab.lab.schema import node_at, schema_of

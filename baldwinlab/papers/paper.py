@@ -73,10 +73,13 @@ class Paper:
     def words(self) -> Words:
         return read_words(self.folder / "words.toml")
 
+    @cached_property
+    def _named(self) -> dict[str, list[str]]:
+        return {kind: sorted(path.stem for path in (self.folder / kind).glob("*.toml")) for kind in KINDS}
+
     def names(self, kind: str) -> list[str]:
         """The presets of a kind (one of `KINDS`), the standard reading first."""
-        found = sorted(path.stem for path in (self.folder / kind).glob("*.toml"))
-        return sorted(found, key=lambda name: name != STANDARD)
+        return sorted(self._named[kind], key=lambda name: name != STANDARD)
 
     def describe(self, kind: str, name: str) -> str:
         """What a preset is, in a line."""

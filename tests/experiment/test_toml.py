@@ -6,12 +6,13 @@ import tomllib
 
 import pytest
 
+from baldwinlab import papers
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.presets import load, names, paper
+from baldwinlab.presets import load, paper
 
 
-@pytest.mark.parametrize("reading", names("readings"))
+@pytest.mark.parametrize("reading", papers.load().names("readings"))
 def test_every_preset_comes_back_from_its_toml_unchanged(reading: str) -> None:
     for experiment in paper(reading):
         assert from_toml(to_toml(experiment), where="text") == experiment
