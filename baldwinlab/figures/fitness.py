@@ -152,7 +152,7 @@ def _against_one(axes: Axes, places: list[tuple[int, int, float]], top: float) -
         for left, right, p in places:
             colour = BLACK if p < SIGNIFICANT else GREY
             axes.text(left + right - one, 1.03 * top, p_label(p), rotation=90, ha="center", va="bottom", color=colour)
-        axes.set_ylim(top=1.6 * top)
+        axes.set_ylim(top=1.9 * top)
 
 
 def p_label(p: float) -> str:
