@@ -33,6 +33,8 @@ FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
+STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
+
 
 def six_traces() -> list[xr.Dataset]:
     return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
@@ -46,6 +48,7 @@ def kind(name: str, modules: int) -> figures.Kind:
 DRAW: dict[str, Callable[[], Figure]] = {
     "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
     "final-fitness": lambda: figures.fitness_boxes(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))),
+    "overview": lambda: figures.overview(STANDINGS),
     "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
@@ -141,6 +144,15 @@ def test_brackets_show_the_corrected_p() -> None:
     figure = DRAW["final-fitness"]()
     labels = [text.get_text() for text in figure.axes[0].texts]
     assert len(labels) == 3 and all(label.startswith("p ") for label in labels)
+
+
+def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:
+    texts = [text.get_text() for text in figures.overview(STANDINGS).findobj(Text)]
+    taught, alone = (next(one for one in STANDINGS if one.condition == name) for name in ("evo+self-taught/A", "evo/A"))
+    assert f"{taught.median:.0f} ▲" in texts
+    assert f"{alone.median:.0f}" in texts
+    failed = figures.overview([taught._replace(verdict="does not hold")])
+    assert f"{taught.median:.0f} ▼" in [text.get_text() for text in failed.findobj(Text)]
 
 
 def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:

@@ -3,6 +3,7 @@
 from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.networks import Kind, networks
+from baldwinlab.figures.overview import overview, standings
 from baldwinlab.figures.style import save, svg
 from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
@@ -14,8 +15,10 @@ __all__ = [
     "fitness_boxes",
     "fitness_curves",
     "networks",
+    "overview",
     "save",
     "sectors",
+    "standings",
     "svg",
     "trajectories",
     "world_maps",

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from baldwinlab.papers.files import Declared, declared, read
 
-Figure = Literal["fitness", "final-fitness", "emergence", "networks", "senses", "maps"]
+Figure = Literal["overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps"]
 FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "networks", "senses", "maps")
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need",

@@ -50,6 +50,7 @@ def pictures(
     foraging = foragers(conditions)
     there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
+        "overview": lambda: _overview(study, results, last),
         "fitness": lambda: _fitness(study, last),
         "final-fitness": lambda: _final_fitness(study, results, last),
         "emergence": lambda: _emergence(study, traces),
@@ -64,11 +65,26 @@ def pictures(
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
+def _overview(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
+    standings = figures.standings(study, results, last)
+    return Picture(
+        "overview",
+        "Who forages where",
+        f"{_of_whom(study, 'average')}, mean over the last {last} generations, the median over runs; the darker, the nearer "
+        "to the best of that map. A triangle stands where a claim says that this is greater than something else: up where it "
+        "holds, down where it does not; none where that is undecided.",
+        final_medians(study, last),
+        figures.overview(standings),
+        [one._asdict() for one in standings],
+    )
+
+
 def _fitness(study: xr.Dataset, last: int) -> Picture:
     return Picture(
         "fitness",
         "Fitness over generations",
-        f"{_of_whom(study)} of each generation: mean over runs, and the 95 % interval of that mean (Student's t) as a band.",
+        f"{_of_whom(study, 'best', 'average')} of each generation: mean over runs, and the "
+        "95 % interval of that mean (Student's t) as a band.",
         f"Curves of fitness by generation for each condition. {final_medians(study, last)}",
         figures.fitness_curves(study),
         [row for measure in ("best", "mean") for row in _over_generations(study, measure)],
@@ -93,12 +109,12 @@ def _typical_lives(study: xr.Dataset) -> list[str]:
     return [replayed(name, fitness.typical_run(study, name), int(there["generation"][there][-1])) for name, there in last.items()]
 
 
-def _of_whom(study: xr.Dataset) -> str:
-    """What the curves show, and of whom: the energy of foragers, or what another model calls it."""
+def _of_whom(study: xr.Dataset, *whom: str) -> str:
+    """What is shown, and of whom: the energy of foragers, or what another model calls it."""
     if "food_eaten" in study:
-        return "Energy of the items eaten by the best agent and by the average agent"
+        return f"Energy of the items eaten by {' and by '.join(f'the {one} agent' for one in whom)}"
     gain = str(study["energy"].attrs.get("long_name", "fitness"))
-    return f"{gain[0].upper()}{gain[1:]} of the best agent and of the average agent"
+    return f"{gain[0].upper()}{gain[1:]} of {' and of '.join(f'the {one} agent' for one in whom)}"
 
 
 def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
