@@ -1,4 +1,4 @@
-/** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something. */
+/** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something: the brighter, the more. */
 
 import { palette, shade } from "./palette.js";
 
@@ -9,7 +9,7 @@ const MANY = 60; // agents beyond which only the chosen one's is drawn, unless d
 export function drawSight(view, recording, step, chosen) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
-  const looking = inputs.map(({ sector }, input) => ({ ...sector, input })).filter(({ radius }) => radius);
+  const looking = inputs.map(({ sector, real }, input) => ({ ...sector, real, input })).filter(({ radius }) => radius);
   if (!looking.length) return;
   const farthest = Math.max(...looking.map(({ radius }) => radius));
   const all = agents <= MANY || farthest * scale > 90;
@@ -31,12 +31,21 @@ export function drawSight(view, recording, step, chosen) {
   pen.stroke();
   pen.globalAlpha = 0.42;
   for (const colour of new Set(looking.map((sector) => sector.colour))) {
-    const mine = looking.filter((sector) => sector.colour === colour);
+    const mine = looking.filter((sector) => sector.colour === colour && !sector.real);
     shape((agent, x, y) =>
-      mine.forEach((sector) => recording.senses(step, agent, sector.input) && wedge(pen, x, y, view.angle[agent], sector)),
+      mine.forEach((sector) => recording.sensed(step, agent, sector.input) && wedge(pen, x, y, view.angle[agent], sector)),
     );
     pen.fillStyle = shade(colour);
     pen.fill();
+  }
+  for (const sector of looking.filter(({ real }) => real)) {
+    pen.fillStyle = shade(sector.colour);
+    for (const agent of seen) {
+      pen.globalAlpha = 0.42 * recording.sensed(step, agent, sector.input);
+      pen.beginPath();
+      copies(view, agent, sector.radius, (x, y) => wedge(pen, x, y, view.angle[agent], sector));
+      pen.fill();
+    }
   }
   pen.globalAlpha = 1;
 }
