@@ -3,13 +3,14 @@
 import { palette, shade } from "./palette.js";
 
 const DEGREE = Math.PI / 180;
+const LEVELS = 4; // of brightness, each of them one shape
 const MANY = 60; // agents beyond which only the chosen one's is drawn, unless discs are large on the canvas
 
 /** Overlapping discs do not add up: all of them are one shape. @param {import("./world.js").WorldView} view */
 export function drawSight(view, recording, step, chosen) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
-  const looking = inputs.map(({ sector, real }, input) => ({ ...sector, real, input })).filter(({ radius }) => radius);
+  const looking = inputs.map(({ sector }, input) => ({ ...sector, input })).filter(({ radius }) => radius);
   if (!looking.length) return;
   const farthest = Math.max(...looking.map(({ radius }) => radius));
   const all = agents <= MANY || farthest * scale > 90;
@@ -29,21 +30,13 @@ export function drawSight(view, recording, step, chosen) {
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
   pen.stroke();
-  pen.globalAlpha = 0.42;
   for (const colour of new Set(looking.map((sector) => sector.colour))) {
-    const mine = looking.filter((sector) => sector.colour === colour && !sector.real);
-    shape((agent, x, y) =>
-      mine.forEach((sector) => recording.sensed(step, agent, sector.input) && wedge(pen, x, y, view.angle[agent], sector)),
-    );
+    const mine = looking.filter((sector) => sector.colour === colour);
     pen.fillStyle = shade(colour);
-    pen.fill();
-  }
-  for (const sector of looking.filter(({ real }) => real)) {
-    pen.fillStyle = shade(sector.colour);
-    for (const agent of seen) {
-      pen.globalAlpha = 0.42 * recording.sensed(step, agent, sector.input);
-      pen.beginPath();
-      copies(view, agent, sector.radius, (x, y) => wedge(pen, x, y, view.angle[agent], sector));
+    for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
+      const bright = (agent, { input }) => Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;
+      shape((agent, x, y) => mine.forEach((sector) => bright(agent, sector) && wedge(pen, x, y, view.angle[agent], sector)));
+      pen.globalAlpha = (0.42 * level) / LEVELS;
       pen.fill();
     }
   }
