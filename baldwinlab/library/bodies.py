@@ -77,15 +77,16 @@ class Grid(Body, name="grid"):
 
 
 class Continuous(Body, name="continuous"):
-    """Two wheels, each as fast as its output: goes by 0 to 2, by the outputs' sum, and turns away from the faster wheel's side.
+    """Two wheels, each as fast as its output: the agent goes on by their sum, 0 to 2, and turns to the side of the slower one.
 
-    A turn is `turn` times the outputs' difference, rounded to 9 degrees, for there are no other headings. The action that is
+    It turns by `turn` times the outputs' difference, rounded to 9 degrees, for there are no other headings. The action that is
     recorded is the number of the faster wheel.
     """
 
     turn: float = Field(36.0, ge=0, le=180, description="degrees that it turns where one wheel runs and the other stands still")
     actions: ClassVar[tuple[str, ...]] = ("left wheel", "right wheel")
     stride: ClassVar[float] = STRIDE
+    chooses: ClassVar[bool] = False
 
     def check(self, experiment: Any) -> None:
         if experiment.motor.noise > 0:

@@ -75,9 +75,9 @@ def notice_food(part: Any, model: Model, state: State, world: int, agent: int) -
 
 
 class Nearest(Sense, name="nearest"):
-    """The nearest food: its angle, clockwise from the heading, over 360 degrees, and its distance over `senses.visual_radius`.
+    """Where the nearest food is: its angle, clockwise from the heading, as a share of a turn, and its distance, as one of sight.
 
-    Where none is in sight, the angle is 0 and the distance 1.
+    The distance is that to its middle over `senses.visual_radius`. Where none is in sight, the angle is 0 and the distance 1.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
@@ -121,10 +121,10 @@ class Nearest(Sense, name="nearest"):
 
 
 class Smell(Sense, name="smell"):
-    """The smell of all food near, at a nostril on the left and at one on the right: s / (1 + s), in [0, 1).
+    """The smell of all food near, at a nostril on the left and at one on the right: the nearer, the stronger.
 
-    What an item adds to s fades from 1, in the nostril itself, to 0 at the distance r: (1 - (d / r)^2)^2. So that nothing smells
-    from beyond `senses.visual_radius`, r is less than that by `spread`.
+    An input is s / (1 + s), in [0, 1). What an item adds to s fades from 1, in the nostril itself, to 0 at the distance r:
+    (1 - (d / r)^2)^2. So that nothing smells from beyond `senses.visual_radius`, r is less than that by `spread`.
     """
 
     spread: float = Field(5.0, gt=0, le=100_000, description="how far each nostril is from the middle, units of length")
@@ -180,7 +180,10 @@ class Smell(Sense, name="smell"):
 
 
 class Energy(Sense, name="energy"):
-    """The energy g that the agent has gained in its life so far, as g / (g + half), in [0, 1): 0 at birth, and below 0."""
+    """The energy that the agent has gained in its life so far.
+
+    Of the energy g the input is g / (g + half), in [0, 1); it is 0 where g is below 0, as poison may make it.
+    """
 
     half: float = Field(10.0, gt=0, le=1_000_000, description="energy at which the input is 1/2")
     inputs: ClassVar[tuple[str, ...]] = ("own energy",)
@@ -205,9 +208,10 @@ class Energy(Sense, name="energy"):
 
 
 class Rays(Sense, name="rays"):
-    """Five rays, 27 degrees apart: how close the first food is that each meets, 1 - distance / `senses.visual_radius`, else 0.
+    """Five rays, 27 degrees apart: how close the first food is that each meets.
 
-    The distance is that of the item's middle; an item that has the agent inside is met by all rays.
+    An input is 1 - distance / `senses.visual_radius`, in [0, 1], of the item's middle, and 0 where the ray meets none. An item
+    that has the agent inside of it is met by all rays.
     """
 
     radius: float = Field(5.0, gt=0, le=100_000, description="of items, to a ray, units of length")

@@ -210,6 +210,7 @@ class Body(Part):
     kind: ClassVar[str] = "body"
     actions: ClassVar[tuple[str, ...]] = ()  # their names; each is an output of the network
     stride: ClassVar[float] = 2.0  # the longest way in one step, units of length
+    chooses: ClassVar[bool] = True  # does one of its actions in a step, and not something of all of them
 
     decide: ClassVar[Any] = staticmethod(decide.default)
     move: ClassVar[Any] = staticmethod(move.default)
