@@ -64,6 +64,14 @@ TRACE: Mapping[str, Variable] = {
     "weight_death": Variable(("agent", "module", "weight"), np.float32, "1", "weights after the last step"),
 }
 
+
+def of_trace(experiment: Any) -> Mapping[str, Variable]:
+    """What a trace of an experiment holds: `TRACE`, with inputs as float32 where any is real-valued."""
+    if not experiment.real_valued:
+        return TRACE
+    return dict(TRACE) | {"sensor": TRACE["sensor"]._replace(dtype=np.float32, meaning="what each input is, in [0, 1]")}
+
+
 # What the assays measure, a dataset for each assay and condition; docs/assays.md.
 ASSAYS: Mapping[str, Mapping[str, Variable]] = {
     "innate": {

@@ -57,7 +57,7 @@ def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | 
 
 def _call(experiment: Any, batch: Batch, state: Any, part: Any, name: str) -> Any:
     """Call a phase, as the plain Python that it is, for one agent."""
-    numbers = {"world": 0, "agent": AGENT, "lane": AGENT, "step": STEPS, "rate": state.rate[0, AGENT]}
+    numbers = {"world": 0, "agent": AGENT, "lane": AGENT, "step": STEPS, "first": 0, "rate": state.rate[0, AGENT]}
     known = {**state._asdict(), **numbers, "model": batch.model, "state": state, "part": values_of(experiment, part, state)}
     function = getattr(part, name)
     with np.errstate(all="ignore"):

@@ -41,6 +41,7 @@ class Agent:
     rate: float
     action_module: Module
     reinforcement_module: Module | None
+    others: list[Item] = field(default_factory=list)  # where the other agents of its world are, of the kind "agent"
     number: int = 0  # of the agent in its world
     step: int = 0
     own: dict[str, Any] = field(default_factory=dict)  # the part's arrays as `hatch` made them, and what the oracle makes of them

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from typing import Any, Final, NamedTuple
@@ -79,9 +80,9 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
             of_before = {name: before[name][agent] for name in ("hidden", "eaten_in_life", "gained_in_life", "rate")}
             for found, when in ((sensing, before), (learning, after)):
                 place = {name: when[name][agent] for name in ("x", "y", "heading", "action")}
-                found.append(
-                    Agent(**place, **of_now, **of_before, **deepcopy(modules), number=agent, step=number, own=own[agent])
-                )
+                others = [Item(when["x"][other], when["y"][other], "agent") for other in agents if other != agent]
+                known = {**place, **of_now, **of_before, **deepcopy(modules), "others": others}
+                found.append(Agent(**known, number=agent, step=number, own=own[agent]))
         yield Step(number, sensing, learning, np.array(after["weights"], np.float32), items)
         own = [agent.own for agent in learning]
 
@@ -154,13 +155,14 @@ def _compare_sense(subject: Subject, part: Any) -> str:
     naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
     for step in steps_of(subject, part):
         for number, agent in enumerate(step.sensing):
-            found = [bool(each) for each in agent.inputs[first : first + len(part.inputs)]]
+            found, where = agent.inputs[first : first + len(part.inputs)], f"in step {step.number}, agent {number}: inputs"
+            if not all(0 <= each <= 1 for each in found):
+                raise FailsError(f"{where} are {found}: each must be at least 0 and at most 1")
             _require_same(
-                lambda x, y, agent=agent, step=step: [  # type: ignore[misc]
-                    bool(each) for each in part.oracle(values, _moved(agent, x, y), step.items, naive)
-                ],
+                lambda x, y, agent=agent, step=step: part.oracle(values, _moved(agent, x, y), step.items, naive),  # type: ignore[misc]
                 found,
-                f"in step {step.number}, agent {number}: inputs",
+                where,
+                _all_close if part.real else _all_alike,
             )
             remembering = deepcopy(agent)
             part.oracle(values, remembering, step.items, naive)
@@ -174,10 +176,20 @@ def _moved(agent: Agent, x: float, y: float) -> Agent:
     return moved
 
 
-def _require_same(oracle: Callable[[float, float], Any], found: Any, what: str) -> None:
-    """Yes and no are the same, but on an edge, where they are what they are a little beside it."""
+def _all_alike(expected: Sequence[Any], found: Sequence[Any]) -> bool:
+    return [bool(each) for each in expected] == [bool(each) for each in found]
+
+
+def _all_close(expected: Sequence[float], found: Sequence[float]) -> bool:
+    return all(abs(one - other) <= NEAR for one, other in zip(expected, found, strict=True))
+
+
+def _require_same(
+    oracle: Callable[[float, float], Any], found: Any, what: str, same: Callable[[Any, Any], bool] = operator.eq
+) -> None:
+    """What they answer is the same, but on an edge, where it is what it is a little beside it."""
     nudges = ((0.0, 0.0), (NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
-    if not any(oracle(*nudge) == found for nudge in nudges):
+    if not any(same(oracle(*nudge), found) for nudge in nudges):
         raise FailsError(f"{what} are {found}, and by the oracle {oracle(0.0, 0.0)}")
 
 

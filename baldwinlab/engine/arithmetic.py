@@ -1,7 +1,8 @@
 """Functions made of + - * / and square root, which IEEE 754 rounds alike everywhere, and of bits: no libm.
 
 The mathematical library of one machine is not that of another, in the last bit. These functions give the same bits on every CPU,
-on a GPU and in a browser, compiled or in plain Python. All but the sigmoid work on one float64.
+on a GPU and in a browser, compiled or in plain Python. The sigmoid and the share of a turn work on float32, all others on one
+float64.
 """
 
 from __future__ import annotations
@@ -24,7 +25,14 @@ P0, P1, P2, P3, P4 = (
 Q1, Q2, Q3, Q4 = (
     np.float32(c) for c in (0.11696771532297134, 0.0016379167791455984, 5.36017250851728e-06, 3.3775202634700463e-09)
 )
-HALF, ONE = np.float32(0.5), np.float32(1.0)
+ZERO, QUARTER, HALF, ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
+
+# arctan(x) / x on [0, 1], in powers of x^2, within 2e-8.
+A1, A2, A3, A4, A5, A6, A7, A8 = (
+    np.float32(c)
+    for c in (-0.3333314528, 0.1999355085, -0.1420889944, 0.1065626393, -0.07528964, 0.0429096138, -0.0161657367, 0.0028662257)
+)
+TURN = np.float32(2 * math.pi)
 
 # A float64 is sign, exponent and fraction.
 FRACTION_BITS, BIAS = np.int64(52), np.int64(1023)
@@ -80,6 +88,25 @@ def sigmoid(z: Value) -> Value:
     p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
     q = ONE + s * (Q1 + s * (Q2 + s * (Q3 + s * Q4)))
     return HALF + z * p / q
+
+
+@compiled
+def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
+    """The angle from the axis of u to (u, v), towards that of v, as a share of a whole turn: in [0, 1], within 1e-7; 0 of (0, 0).
+
+    Source: M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 4.4.49, which is C. Hastings'.
+    """
+    along, across = abs(u), abs(v)
+    larger = max(along, across)
+    if not larger > ZERO:
+        return ZERO
+    x = min(along, across) / larger
+    s = x * x
+    series = ONE + s * (A1 + s * (A2 + s * (A3 + s * (A4 + s * (A5 + s * (A6 + s * (A7 + s * A8)))))))
+    share = x * series / TURN
+    share = QUARTER - share if across > along else share
+    share = HALF - share if u < ZERO else share
+    return ONE - share if v < ZERO else share
 
 
 @compiled

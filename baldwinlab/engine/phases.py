@@ -48,14 +48,16 @@ def for_each(of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any]
     return register(generic, choose)
 
 
-def if_any(some: Callable[..., Any], none: Callable[..., Any]) -> Callable[..., Any]:
-    """One function where there are parts in a tuple, and another where it is empty."""
+def if_any(
+    some: Callable[..., Any], none: Callable[..., Any], that: Callable[[Any], bool] = lambda holder: True
+) -> Callable[..., Any]:
+    """One function where there are parts in a tuple, or such of whose class `that` holds, and another where there are none."""
 
     def generic(parts: Any, *others: Any) -> Any:
-        return (some if len(parts) else none)(parts, *others)
+        return (some if any(that(type(part).part) for part in parts) else none)(parts, *others)
 
     def choose(parts: Any, *others: Any) -> Any:
-        taken = some if len(parts) else none
+        taken = some if any(that(part.instance_class.part) for part in parts) else none
         return lambda parts, *others: taken(parts, *others)
 
     return register(generic, choose)

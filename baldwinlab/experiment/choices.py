@@ -46,11 +46,20 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",
+        "energy": f"{_LIBRARY}.measures:Energy",
         "last-action": f"{_LIBRARY}.senses:LastAction",
+        "nearest": f"{_LIBRARY}.measures:Nearest",
+        "neighbours": f"{_LIBRARY}.senses:Neighbours",
         "patch": f"{_LIBRARY}.senses:PatchSight",
+        "rays": f"{_LIBRARY}.measures:Rays",
+        "smell": f"{_LIBRARY}.measures:Smell",
         "touch": f"{_LIBRARY}.senses:Touch",
     },
-    "body": {},
+    "body": {
+        "continuous": f"{_LIBRARY}.bodies:Continuous",
+        "grid": f"{_LIBRARY}.bodies:Grid",
+        "stay": f"{_LIBRARY}.bodies:Stay",
+    },
     "network": {
         "continuous-time": f"{_LIBRARY}.recurrent:ContinuousTime",
         "simple-recurrent": f"{_LIBRARY}.recurrent:SimpleRecurrent",

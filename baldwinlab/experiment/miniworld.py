@@ -211,6 +211,11 @@ class Experiment(BaseExperiment):
         return tuple(name for sense in self.parts("senses.kinds") for name in sense.inputs)
 
     @property
+    def real_valued(self) -> bool:
+        """Whether any input is a number between 0 and 1, and not just one of them."""
+        return any(sense.real for sense in self.parts("senses.kinds"))
+
+    @property
     def actions(self) -> tuple[str, ...]:
         """What can be done, a name an action; each is an output of the network."""
         return tuple(self.part("motor.body").actions)

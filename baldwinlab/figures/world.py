@@ -140,7 +140,14 @@ def agent_senses(look: Look) -> Figure:
     for edge in dict.fromkeys(edge for first, past, _ in found for edge in (first, past)):
         _at(axes, 1.1 * radius, edge, f"{abs((edge + 180) % 360 - 180):g}°", ha="center", va="center", color=GREY)
     axes.add_patch(Circle((0, 0), radius, fill=False, ec=GREY, ls="--", lw=1))
-    axes.text(0, -1.05 * radius, f"sees to {radius:g} units" if found else "sees nothing", ha="center", va="bottom", color=GREY)
+    axes.text(
+        0,
+        -1.05 * radius,
+        f"sees to {radius:g} units" if found else "looks nowhere in particular",
+        ha="center",
+        va="bottom",
+        color=GREY,
+    )
     axes.annotate("", (0.45 * radius, 0), (0, 0), arrowprops={"arrowstyle": "->", "color": BLACK})
     _body(axes, 0.0, 0.0, BLUE)
     axes.text(-BODY / 2, BODY / 2, "agent ", ha="right", va="top")

@@ -45,10 +45,10 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
 
     Arrays: sample_step [sample], weights [sample, weight] of the action module at the beginning of that step (the last: at
     death); activations [step, unit] of the action module, inputs first; action [step], what was done, which noise may have
-    made another than the largest output; responses [sample, code], where inputs are few and there is no memory: the action of
-    the largest output for each combination of inputs, of which bit k of the code says whether input k is 1; eaten_in_life
-    [step], items, with this step; and with a reinforcement module: teacher [weight], teacher_activations [step, unit], and
-    error [step], the root mean square of the difference between the modules' outputs. Raises MissingError as
+    made another than the largest output; responses [sample, code], where inputs are few, none is real-valued and there is no
+    memory: the action of the largest output for each combination of inputs, of which bit k of the code says whether input k is
+    1; eaten_in_life [step], items, with this step; and with a reinforcement module: teacher [weight], teacher_activations
+    [step, unit], and error [step], the root mean square of the difference between the modules' outputs. Raises MissingError as
     `require_agent` does.
     """
     experiment = life.experiment
@@ -56,7 +56,8 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     past, (seed, run, generation) = life.past(), life.moment
     batch = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, batch, part, agent)
-    if experiment.part("network.kind").memoryless and len(experiment.inputs) <= MOST_INPUTS:
+    few = len(experiment.inputs) <= MOST_INPUTS and not experiment.real_valued
+    if few and experiment.part("network.kind").memoryless:
         arrays["responses"] = _responses(experiment, batch, arrays["weights"])
     _ask_modules(experiment, batch, past.genome[agent, :, : experiment.weight_count], arrays)
     energy = lived(experiment, batch, past.genome[None]).energy[0]

@@ -32,17 +32,18 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def bytes_of_step(experiment: Experiment) -> int:
-    return experiment.population.size * (BYTES_OF_AGENT + _bytes_of_bits(len(look(experiment).inputs)))
+    return experiment.population.size * (BYTES_OF_AGENT + _bytes_of_inputs(experiment))
 
 
 def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
     """The container of a part of a life; `source` is the query that asked for it, and goes into the header.
 
     Arrays: x, y float32 [step, agent]; heading [step, agent], in turns clockwise from +x, of which header.look.headings make a
-    circle; sensor [step, agent * byte], as bits, eight inputs a byte and the first the lowest: 1 where an input is above 0;
-    action [step, agent], its number in header.look.actions; eaten_in_life [step, agent], with this step; item_x,
-    item_y [item], as they lie at the first step; move_step, move_item, move_x, move_y [move]: from that step on the item lies
-    there. Positions are in units of length, and as they stood when the agents sensed.
+    circle; sensor [step, agent * byte], as bits, eight inputs a byte and the first the lowest: 1 where an input is above 0; or,
+    where any input is real-valued, float32 [step, agent * input]; action [step, agent], its number in header.look.actions;
+    eaten_in_life [step, agent], with this step; item_x, item_y [item], as they lie at the first step; move_step, move_item,
+    move_x, move_y [move]: from that step on the item lies there. Positions are in units of length, and as they stood when the
+    agents sensed.
     """
     experiment = life.experiment
     arrays = _arrays(life, part)
@@ -72,7 +73,7 @@ def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
         "x": Series("x", found, agents),
         "y": Series("y", found, agents),
         "heading": Series("heading", found, agents, _small(look(experiment).headings)),
-        "sensor": Series("inputs", done, agents, change=_as_bits),
+        "sensor": Series("inputs", done, agents, change=np.ravel if experiment.real_valued else _as_bits),
         "action": Series("action", done, agents, _small(len(look(experiment).actions))),
         "eaten_in_life": Series("eaten_in_life", done, agents, np.uint32),
     }
@@ -87,8 +88,10 @@ def _small(count: int) -> type[np.generic]:
     return np.uint8 if count <= 2**8 else np.uint16
 
 
-def _bytes_of_bits(count: int) -> int:
-    return -(-count // 8)
+def _bytes_of_inputs(experiment: Experiment) -> int:
+    """Of an agent in a step."""
+    count = len(experiment.inputs)
+    return 4 * count if experiment.real_valued else -(-count // 8)
 
 
 def _as_bits(inputs: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

@@ -1,4 +1,5 @@
-"""Senses beside the sight of food: of the items of patches, of what one did, of being stopped, and of where one heads.
+"""Binary senses beside the sight of food: of the items of patches, of other agents, of what one did, of being stopped, and of
+where one heads.
 
 Sources of the ideas; the readings here are ours. What an agent did a step ago as an input: S. Nolfi, J. L. Elman and D. Parisi,
 "Learning and evolution in neural networks", Adaptive Behavior 3 (1994), whose networks are told their last motor action. Bumpers
@@ -12,9 +13,10 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.models.miniworld.make import kind_number
-from baldwinlab.models.miniworld.senses import see
+from baldwinlab.models.miniworld.senses import sectors, see
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.parts import Sense, per_agent
+from baldwinlab.models.miniworld.world import shortest
+from baldwinlab.parts import Sense, per_agent, per_world
 
 Sectors = tuple[tuple[float, float] | None, ...]
 QUARTER = HEADING_COUNT // 4  # headings
@@ -36,6 +38,38 @@ class PatchSight(Sense, name="patch"):
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         return naive.seen(agent, [item for item in items if item.kind == "patch"])
+
+
+class Neighbours(Sense, name="neighbours"):
+    """Three binary sensors: whether any other agent is at the left, in front, or at the right, as food is seen.
+
+    All are where they were when the step began; under the sequential update, when the agent's own turn began.
+    """
+
+    inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
+    sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
+    arrays: ClassVar[Mapping[str, Array]] = {"places": per_world(2, "agents")}  # x and y of each, for all to see
+
+    @staticmethod
+    def survey(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        for agent in range(model.agents):
+            for axis in range(2):
+                part.places[world, axis, agent] = state.places[axis, world * model.agents + agent]
+
+    @staticmethod
+    def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
+        lane, bits = world * model.agents + agent, 0
+        x, y, heading = state.places[0, lane], state.places[1, lane], int(state.heading[0, lane])
+        for other in range(model.agents):
+            if other != agent:
+                dx = shortest(part.places[world, 0, other] - x, model.width)
+                dy = shortest(part.places[world, 1, other] - y, model.height)
+                bits |= sectors(model, state, x, y, dx, dy, heading)
+        return bits
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        return naive.seen(agent, agent.others)
 
 
 class LastAction(Sense, name="last-action"):

@@ -10,7 +10,7 @@ the one written here. Phases take the part first: in compiled code that is a Nam
     lane    an agent's column in arrays [row, lane], or a bundle of sixteen; only `get` and `put` reach it
     world, agent   numbers; the agent's lane is world * model.agents + agent
 
-A phase *per agent* must look at no other agent. A phase *per world* sees all of them: `meet`, `build`, `advance`.
+A phase *per agent* must look at no other agent. A phase *per world* sees all of them: `survey`, `meet`, `build`, `advance`.
 """
 
 from __future__ import annotations
@@ -110,6 +110,16 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
 
 
 @phase
+def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+    """Per agent, of a sense that is `real`: its inputs, each in [0, 1], into state.activations from the row `first` on."""
+
+
+@phase
+def survey(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    """Per world, before anybody senses: what a sense needs of others. It may write what is the agents'."""
+
+
+@phase
 def decide(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Per agent: the action, into state.action: unless the body says otherwise, the largest output, a tie going to the first."""
     rows, actions = state.activations.shape[0], state.targets.shape[0]
@@ -180,15 +190,18 @@ def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
 
 
 class Sense(Part):
-    """What an agent is told of its surroundings: binary inputs of its network."""
+    """What an agent is told of its surroundings: inputs of its network, 0 or 1, or real-valued, between them."""
 
     kind: ClassVar[str] = "sense"
     inputs: ClassVar[tuple[str, ...]] = ()  # their names
     sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ()  # where each looks, degrees clockwise from the heading
     item_kind: ClassVar[str] = ""  # of items that it looks for by `see`
     only_items: ClassVar[bool] = False  # tells of items alone, so it need not be asked where none are near
+    real: ClassVar[bool] = False  # whether its inputs are what `measure` writes, and not the bits that `sense` gives
 
     sense: ClassVar[Any] = staticmethod(sense.default)
+    measure: ClassVar[Any] = staticmethod(measure.default)
+    survey: ClassVar[Any] = staticmethod(survey.default)
 
 
 class Body(Part):
@@ -197,6 +210,7 @@ class Body(Part):
     kind: ClassVar[str] = "body"
     actions: ClassVar[tuple[str, ...]] = ()  # their names; each is an output of the network
     stride: ClassVar[float] = 2.0  # the longest way in one step, units of length
+    chooses: ClassVar[bool] = True  # does one of its actions in a step, and not something of all of them
 
     decide: ClassVar[Any] = staticmethod(decide.default)
     move: ClassVar[Any] = staticmethod(move.default)

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from baldwinlab.errors import PartError
 
-PER_AGENT: Final = ("sense", "decide", "move", "forward", "backward", "hatch", "learn")
+PER_AGENT: Final = ("sense", "measure", "decide", "move", "forward", "backward", "hatch", "learn")
 OWN: Final = ("weights", "activations", "errors", "targets")  # arguments that are agents' arrays
 OF_ALL: Final = (
     "generation",

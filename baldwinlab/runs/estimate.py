@@ -19,7 +19,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.make import dimensions, state_bytes
 from baldwinlab.resources import NOTHING, Need, amount
-from baldwinlab.variables import PARENTS, RECORD, TRACE, Variable, of_record
+from baldwinlab.variables import PARENTS, RECORD, Variable, of_record, of_trace
 
 ENGINE: Final = 200 * 2**20  # compiled code, and what compiles it
 GENOMES: Final = 4  # copies of those of a batch: born, as they learn, what they learned, and their children's
@@ -124,7 +124,7 @@ def of_tables(stored: Runs) -> Need:
 
 def of_replay(experiment: Experiment, lives: int = 1) -> Need:
     """So many lives that are written down, every step, and one of them stored."""
-    trace = sum(variable_bytes(TRACE, sizes(experiment)).values())
+    trace = sum(variable_bytes(of_trace(experiment), sizes(experiment)).values())
     return Need(ENGINE + living_bytes(experiment, 1) + (lives + TRACING) * trace, trace + HEADER)
 
 

@@ -50,7 +50,7 @@ def replay(
     arrays["weight_death"] = genome.copy()
     arrays["weight_death"][:, 0, : experiment.weight_count] = batch.weights()[0]
     attributes = provenance(experiment, seed, run) | {"generation": generation, "look": as_text(experiment)}
-    found = variables.dataset(variables.TRACE, arrays, attributes)
+    found = variables.dataset(variables.of_trace(experiment), arrays, attributes)
     return found.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
 
 
@@ -99,7 +99,7 @@ def _record(experiment: Experiment, batch: Batch) -> dict[str, npt.NDArray[Any]]
         "y": Series("y", found, agents),
         "heading": Series("heading", found, agents),
         "items": Series("items", found, agents),
-        "sensor": Series("inputs", done, agents, np.int8),
+        "sensor": Series("inputs", done, agents, variables.of_trace(experiment)["sensor"].dtype),
         "output": Series("outputs", done, agents),
         "action": Series("action", done, agents, np.int8),
         "eaten": Series("eaten_in_life", done, agents),

@@ -146,6 +146,18 @@ def test_a_square_root_is_that_of_ieee_754() -> None:
         assert root(np.float32(number)) == np.sqrt(np.float32(number))
 
 
+share_of_turn = kept(arithmetic.share_of_turn)
+
+
+def test_the_share_of_a_turn_is_that_of_the_arctangent_to_the_precision_of_float32() -> None:
+    for u, v in RANDOM.normal(size=(4000, 2)).astype(np.float32):
+        share = share_of_turn(u, v)
+        assert abs(share - math.atan2(v, u) / math.tau % 1) < 1e-7
+        assert np.float32(share) == arithmetic.share_of_turn(u, v), "plain Python has other bits"
+    quarters = [share_of_turn(np.float32(u), np.float32(v)) for u, v in ((1, 0), (0, 3), (-2, 0), (0, -1), (0, 0))]
+    assert quarters == [0, 0.25, 0.5, 0.75, 0]
+
+
 def grid() -> list[np.float32]:
     values = np.concatenate([np.linspace(-20, 20, 40_001), np.geomspace(1e-30, 1e30, 4_001), -np.geomspace(1e-30, 1e30, 4_001)])
     return list(values.astype(np.float32))

@@ -58,6 +58,16 @@ def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_doe
         assert np.array_equal(responses, (sigmoid(sensed @ first) @ second).argmax(axis=1))
 
 
+def test_what_it_would_do_is_no_table_where_an_input_is_real_valued() -> None:
+    experiment, moment = small("evo/A").replace(senses={"kinds": ["nearest"]}), Moment(1, 0, 0)
+    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    _, found = frames.unpack(look_inside(life, Span(0, 100), 2))
+    assert "responses" not in found
+    trace = replay(experiment, seed=1)
+    assert np.array_equal(found["activations"][:, :2], trace.sensor[:100, 2])
+    assert np.array_equal(found["activations"][:, -3:], trace.output[:100, 2])
+
+
 def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_server: LabServer) -> None:
     _, found = arrays(lab_server.address, "inside", **(SMALL | {"condition": "evo/A"}), agent=3)
     assert not {"teacher", "teacher_activations", "error"} & set(found)

@@ -134,6 +134,23 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
         page.goto("about:blank")
 
 
+def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_the_more(page: Page) -> None:
+    experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
+    moment, whole = Moment(5, 1, 2), Span(0, 300)
+    life = Life(experiment, moment, lambda: Past(genome_at(experiment, moment, None), energy_before(experiment, moment)))
+    for path, raw in (("inside", look_inside(life, whole, 3)), ("recording", record(life, whole, {}))):
+        page.route(f"**/api/{path}?*", partial(fulfil, raw))
+    sensor = replay(experiment, seed=5, run=1, generation=2).sensor.values[:, 3]
+    step = int((sensor[:, 5] > 0.1).argmax())
+    assert sensor[step, 5] > 0.1
+    open_world(page, f"{TAUGHT}&step={step}&agent=3")
+    lights = page.locator(".sensor")
+    numbers = [f"{name} {value:.2f}" for name, value in zip(("angle", "distance", "smell left"), sensor[step, 3:6], strict=True)]
+    expect(lights).to_have_text(["left", "front", "right", *numbers, f"smell right {sensor[step, 6]:.2f}"])
+    expect(lights.nth(5)).to_have_class("sensor lit")
+    expect(part(page, "responses")).to_be_hidden()
+
+
 def test_two_lives_go_in_step_from_the_same_start(page: Page) -> None:
     open_world(page)
     part(page, "compare").click()

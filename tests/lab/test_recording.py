@@ -100,6 +100,16 @@ def test_a_world_without_food_is_recorded() -> None:
     assert not found["eaten_in_life"].any()
 
 
+def test_real_valued_inputs_are_recorded_as_they_are() -> None:
+    experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
+    header, found = frames.unpack(recording.record(life_of(experiment), Span(0, 50), {}))
+    assert header["look"]["real"] == [False] * 3 + [True] * 4
+    sensor, trace = found["sensor"].reshape(50, 20, 7), replay(experiment)
+    assert np.array_equal(sensor, trace.sensor[:50])
+    assert np.unique(sensor).size > 100
+    assert recording.bytes_of_step(experiment) == 20 * (recording.BYTES_OF_AGENT + 28)
+
+
 def life_of(experiment: Any) -> Life:
     moment = Moment(0, 0, 0)
     return Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
+import xarray as xr
 
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment, ExperimentError
@@ -79,6 +81,40 @@ def test_items_of_a_patch_are_told_from_food(y: float, seen: list[int]) -> None:
     world = {"food": [], "start": {"x": 50, "y": 50, "radius": 0}, "features": ["patches"], "patches": {"patches": [patch]}}
     trace = traced(who_senses("patch", steps=1, world=world))
     assert trace.sensor.values[0, 0].tolist() == [0, 0, 0, *seen]  # at 0 and about 23 degrees, 14 to 15 away
+
+
+def others_seen(trace: xr.Dataset, step: int, agent: int, places: npt.NDArray[Any]) -> list[bool]:
+    """Whether any of the other places, [agent, (x, y)], is at the left, in front, or at the right of an agent."""
+    size = np.array([120.0, 100.0])
+    own = np.array([trace.x.values[step, agent], trace.y.values[step, agent]], float)
+    ways = (np.delete(places, agent, axis=0) - own + size / 2) % size - size / 2
+    angles = np.degrees(np.arctan2(ways[:, 1], ways[:, 0])) - trace.heading.values[step, agent]
+    angles = angles[np.hypot(*ways.T) <= 40] % 360
+    return [bool(((angles - begin) % 360 < width).any()) for begin, width in ((315, 30), (345, 30), (15, 30))]
+
+
+def test_other_agents_are_seen_as_food_is() -> None:
+    trace = traced(who_senses("neighbours", world={"start": {"headings": "random"}}))
+    told = trace.sensor.values[:, :, 3:]
+    places = np.stack([trace.x.values, trace.y.values], axis=-1).astype(float)
+    expected = [[others_seen(trace, step, agent, places[step]) for agent in range(4)] for step in range(40)]
+    np.testing.assert_array_equal(told, expected)
+    assert told.any(axis=(0, 1)).all()
+
+
+def test_whose_turn_is_later_sees_where_those_before_it_have_gone() -> None:
+    trace = traced(who_senses("neighbours", lifetime={"steps": 40, "update": "sequential"}))
+    places = np.stack([trace.x.values, trace.y.values], axis=-1).astype(float)
+    for step in range(39):
+        now = places[step].copy()
+        for turn in range(4):
+            agent = (step + turn) % 4
+            assert trace.sensor.values[step, agent, 3:].astype(bool).tolist() == others_seen(trace, step, agent, now)
+            now[agent] = places[step + 1, agent]
+
+
+def test_who_is_alone_sees_nobody() -> None:
+    assert not traced(who_senses("neighbours", population={"size": 1})).sensor.values[:, :, 3:].any()
 
 
 def test_without_patches_the_sense_of_them_is_silent() -> None:

@@ -178,7 +178,7 @@ export class Inspector {
     }
     const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
-    [...this.inputs.children].forEach((light, input) => light.classList.toggle("lit", active[input] > 0));
+    [...this.inputs.children].forEach((light, input) => this.light(light, header.look, input, active[input]));
     this.showAction(header.look.actions, arrays.action[row], strongest(active, header.layer_sizes.at(-1)));
     this.responses.draw(step, active.subarray(0, header.look.inputs.length));
     this.weightsAt(step);
@@ -187,6 +187,12 @@ export class Inspector {
     if (arrays.error) error.draw(step, format(arrays.error[row]));
     weights.draw(step, `moved ${format(this.moved())}`);
     eaten.draw(step, format(arrays.eaten_in_life[row]));
+  }
+
+  /** Show an input by its light, and where it is real-valued by its number, too. */
+  light(light, { inputs, real }, input, value) {
+    light.classList.toggle("lit", value > 0);
+    if (real[input]) light.textContent = `${inputs[input]} ${value.toFixed(2)}`;
   }
 
   /** What it did; and where that was noise, not the largest output, says so. */

@@ -17,9 +17,10 @@ export function partOf({ lifetime: { steps }, population: { size } }, first = 0,
 export function record(run, { generation, first, last, look }) {
   const [agents, inputs, steps] = [run.experiment.population.size, look.inputs.length, last - first];
   const inputBytes = Math.ceil(inputs / 8);
+  const numbers = look.real.some(Boolean); // inputs as they are, and not as bits
   const arrays = {
     x: new Float32Array(steps * agents), y: new Float32Array(steps * agents), heading: new Uint8Array(steps * agents),
-    sensor: new Uint8Array(steps * agents * inputBytes), action: new Uint8Array(steps * agents), eaten_in_life: new Uint32Array(steps * agents),
+    sensor: numbers ? new Float32Array(steps * agents * inputs) : new Uint8Array(steps * agents * inputBytes), action: new Uint8Array(steps * agents), eaten_in_life: new Uint32Array(steps * agents),
   };
   const now = views(run.engine, ["places", "heading", "activations", "action", "eaten_in_life", "item_x", "item_y", "touched"]);
   const [lanes, regions] = [now.heading.length, now.eaten_in_life.length / now.heading.length];
@@ -38,7 +39,9 @@ export function record(run, { generation, first, last, look }) {
     for (let agent = 0; agent < agents; agent++) {
       for (let region = 0; region < regions; region++) arrays.eaten_in_life[row + agent] += now.eaten_in_life[region * lanes + agent];
       for (let input = 0; input < inputs; input++) {
-        if (now.activations[input * lanes + agent] > 0) arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
+        const value = now.activations[input * lanes + agent];
+        if (numbers) arrays.sensor[(row + agent) * inputs + input] = value;
+        else if (value > 0) arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
       }
     }
     if (step + 1 === last) break;
@@ -81,7 +84,7 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   const [, modules, length] = engine.shape("population.genome");
   const module = (number) => genome.slice((agent * modules + number) * length, (agent * modules + number) * length + weights[0].length);
   const inputs = look.inputs.length;
-  const few = inputs <= MOST_INPUTS && !look.remembers;
+  const few = inputs <= MOST_INPUTS && !look.remembers && !look.real.some(Boolean);
   const answers = (of) => activations.map((one) => answer(engine, of, one.subarray(0, inputs)));
   const units = few && !learns(engine) ? answers(module(0)) : activations;
   const found = { sample_step: Uint32Array.from(samples), weights: flat(weights), activations: flat(units), action: Uint16Array.from(action), eaten_in_life: Uint32Array.from(eaten) };

@@ -10,7 +10,9 @@ export class Recording {
     this.header = header;
     this.arrays = arrays;
     ({ first: this.first, last: this.last, steps: this.steps, agents: this.agents, items: this.items } = header);
-    this.inputs = header.look.inputs.map((name, input) => ({ name, sector: header.look.sectors[input] }));
+    const { inputs, sectors, real } = header.look;
+    this.inputs = inputs.map((name, input) => ({ name, sector: sectors[input], real: real[input] }));
+    this.numbers = real.some(Boolean); // float32 inputs, and not bits
     this.inputBytes = Math.ceil(this.inputs.length / 8);
     this.places = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
     this.moved = 0; // moves that `places` has made
@@ -39,10 +41,17 @@ export class Recording {
     return this.places;
   }
 
-  /** Whether an input of an agent is above 0 at a step. */
-  senses(step, agent, input) {
-    const byte = ((step - this.first) * this.agents + agent) * this.inputBytes + (input >> 3);
-    return Boolean((this.arrays.sensor[byte] >> (input & 7)) & 1);
+  /** What an input of an agent is at a step: 0 or 1, or between them where it is real-valued. */
+  sensed(step, agent, input) {
+    const row = (step - this.first) * this.agents + agent;
+    if (this.numbers) return this.arrays.sensor[row * this.inputs.length + input];
+    return (this.arrays.sensor[row * this.inputBytes + (input >> 3)] >> (input & 7)) & 1;
+  }
+
+  /** The inputs of an agent that are above 0 at a step, in words; with its value where one is real-valued. */
+  senses(step, agent) {
+    const values = this.inputs.map(({ name, real }, input) => ({ name, real, value: this.sensed(step, agent, input) }));
+    return values.filter(({ value }) => value > 0).map(({ name, real, value }) => (real ? `${name} ${value.toFixed(2)}` : name));
   }
 
   /** Whether an agent, or null: any of them, eats in a step. */

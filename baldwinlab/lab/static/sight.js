@@ -1,8 +1,9 @@
-/** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something. */
+/** What agents see: the disc of each, the sectors of its inputs, and those in which it senses something: the brighter, the more. */
 
 import { palette, shade } from "./palette.js";
 
 const DEGREE = Math.PI / 180;
+const LEVELS = 4; // of brightness, each of them one shape
 const MANY = 60; // agents beyond which only the chosen one's is drawn, unless discs are large on the canvas
 
 /** Overlapping discs do not add up: all of them are one shape. @param {import("./world.js").WorldView} view */
@@ -29,14 +30,15 @@ export function drawSight(view, recording, step, chosen) {
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
   pen.stroke();
-  pen.globalAlpha = 0.42;
   for (const colour of new Set(looking.map((sector) => sector.colour))) {
     const mine = looking.filter((sector) => sector.colour === colour);
-    shape((agent, x, y) =>
-      mine.forEach((sector) => recording.senses(step, agent, sector.input) && wedge(pen, x, y, view.angle[agent], sector)),
-    );
     pen.fillStyle = shade(colour);
-    pen.fill();
+    for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
+      const bright = (agent, { input }) => Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;
+      shape((agent, x, y) => mine.forEach((sector) => bright(agent, sector) && wedge(pen, x, y, view.angle[agent], sector)));
+      pen.globalAlpha = (0.42 * level) / LEVELS;
+      pen.fill();
+    }
   }
   pen.globalAlpha = 1;
 }

@@ -92,7 +92,7 @@ export class WorldFigure {
     write(this.count, recording.eaten(step + 1));
     if (this.agent === null) return;
     const { agent } = this;
-    const senses = recording.inputs.filter((_, input) => recording.senses(step, agent, input)).map(({ name }) => name);
+    const senses = recording.senses(step, agent);
     const action = recording.header.look.actions[recording.arrays.action[(step - recording.first) * recording.agents + agent]];
     const eaten = recording.eatenBefore(step + 1, agent);
     write(this.facts, `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · does: ${action}`);

@@ -40,7 +40,8 @@ def _map(experiment: Experiment, seen: Look) -> str:
 
 def _senses(experiment: Experiment, seen: Look) -> str:
     radius = experiment.senses.visual_radius
-    sees = f"The pale disc is what an agent sees, {radius:g} units far; a sector lights up while its sensor fires."
+    sees = f"The pale disc is what an agent sees, {radius:g} units far; a sector lights up while its sensor fires"
+    sees += ", the brighter, the more." if experiment.real_valued else "."
     looks = any(sector is not None for sector in seen.sectors)
     return _joined(*(_words(sense) for sense in experiment.parts("senses.kinds")), sees if looks else "")
 
@@ -48,7 +49,7 @@ def _senses(experiment: Experiment, seen: Look) -> str:
 def _network(experiment: Experiment, seen: Look) -> str:
     return _joined(
         f"An agent's network goes from {len(seen.inputs)} sensors to {len(seen.actions)} actions: {', '.join(seen.actions)}.",
-        "The largest output is what it does.",
+        "The largest output is what it does." if experiment.part("motor.body").chooses else "",
         _words(experiment.part("network.kind")),
         _words(experiment.part("motor.body")),
     )

@@ -17,11 +17,20 @@ from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
 from baldwinlab.models.miniworld.items import DIAGONAL, cells_within, grow, image, settle, slots_in_row, tidy, touches
-from baldwinlab.models.miniworld.life import One, advance_all, build_all, gather, lane_of, take_step
+from baldwinlab.models.miniworld.life import (
+    One,
+    advance_all,
+    build_all,
+    gather,
+    lane_of,
+    survey_all,
+    take_step,
+    watch,
+)
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
 from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
-from baldwinlab.parts.kinds import advance, hatch, meet
+from baldwinlab.parts.kinds import advance, hatch, meet, survey
 
 
 @device
@@ -79,6 +88,7 @@ class _Loner:
     """One of the agents that take a step at the same time, each by itself until they eat."""
 
     lane_of = staticmethod(lane_of.default)
+    watch = staticmethod(watch.default)
     gather = staticmethod(gather.default)
 
     @staticmethod
@@ -88,6 +98,12 @@ class _Loner:
 
 class _Neighbour(_Loner):
     """One of the agents that take a step at the same time, in a world in which some part looks at all of them."""
+
+    @staticmethod
+    def watch(who: Any, model: Model, state: State, step: int) -> None:
+        if who.first_agent == 0:
+            survey_all(state.senses, model, state, who.first_world, step)
+        cuda.syncthreads()
 
     @staticmethod
     def gather(who: Any, model: Model, state: State, step: int) -> None:
@@ -232,8 +248,9 @@ def source_of_life(model: Model, state: State, sequential: bool) -> str:
 
 def _looks_at_others(state: State) -> bool:
     """Whether any part has a phase per world in a step."""
-    features = [type(feature).part.advance for feature in state.features]
-    return type(state.rule).part.meet is not meet.default or any(each is not advance.default for each in features)
+    surveys = any(type(sense).part.survey is not survey.default for sense in state.senses)
+    advances = any(type(feature).part.advance is not advance.default for feature in state.features)
+    return surveys or advances or type(state.rule).part.meet is not meet.default
 
 
 def _lines(statements: Iterable[str]) -> str:

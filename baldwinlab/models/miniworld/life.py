@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.recall import ready, think
 from baldwinlab.models.miniworld.senses import broad_phase, perceive
 from baldwinlab.models.miniworld.state import Floats, Model, State
 from baldwinlab.models.miniworld.world import ONE, ZERO, act_noisily, spawn, travel
-from baldwinlab.parts.kinds import advance, build, decide, hatch, learn, meet
+from baldwinlab.parts.kinds import advance, build, decide, hatch, learn, meet, survey
 
 
 @compiled
@@ -30,12 +30,18 @@ def _both(one: None, other: None) -> None:
 
 build_all = for_each(build, None, _both)
 advance_all = for_each(advance, None, _both)
+survey_all = for_each(survey, None, _both)
 
 
 @phase
 def lane_of(who: Any, first: int) -> Lane:
     """The lanes that begin with `first`, as many as are worked on at a time."""
     return first
+
+
+@phase
+def watch(who: Any, model: Model, state: State, step: int) -> None:
+    """Per world: the senses' look at others, before anybody senses."""
 
 
 @phase
@@ -53,6 +59,7 @@ def take_step(who: Any, model: Model, state: State, step: int) -> None:
     """Sense, think, act, learn, eat."""
     for first in range(who.first, who.last, who.stride):
         broad_phase(model, state, lane_of(who, first))
+    watch(who, model, state, step)
     for world in range(who.first_world, who.last_world):
         for agent in range(who.first_agent, who.last_agent):
             perceive(model, state, world, agent)
@@ -81,6 +88,11 @@ class _Everyone:
         return bundle(first)
 
     @staticmethod
+    def watch(who: Any, model: Model, state: State, step: int) -> None:
+        for world in range(model.worlds):
+            survey_all(state.senses, model, state, world, step)
+
+    @staticmethod
     def gather(who: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
             meet(state.rule, model, state, world, step)
@@ -99,6 +111,10 @@ class _One:
     """One agent, when it is its turn."""
 
     lane_of = staticmethod(lane_of.default)
+
+    @staticmethod
+    def watch(who: Any, model: Model, state: State, step: int) -> None:
+        survey_all(state.senses, model, state, who.first_world, step)
 
     @staticmethod
     def gather(who: Any, model: Model, state: State, step: int) -> None:

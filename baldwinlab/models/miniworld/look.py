@@ -48,6 +48,7 @@ class Mark(NamedTuple):
 
 class Look(NamedTuple):
     inputs: tuple[str, ...]
+    real: tuple[bool, ...]  # of each input, whether it is a number between 0 and 1, and not just one of them
     sectors: tuple[Sector | None, ...]  # of each input; None for one that looks nowhere
     actions: tuple[str, ...]
     headings: int  # a heading is written in turns of 360 degrees / headings
@@ -65,9 +66,11 @@ class Look(NamedTuple):
 
 def look(experiment: Experiment) -> Look:
     radius = experiment.senses.visual_radius
-    sectors = [sector for sense in experiment.parts("senses.kinds") for sector in sense.sectors]
+    senses = experiment.parts("senses.kinds")
+    sectors = [sector for sense in senses for sector in sense.sectors]
     return Look(
         inputs=experiment.inputs,
+        real=tuple(sense.real for sense in senses for _ in sense.inputs),
         sectors=tuple(Sector(sector[0], sector[1], radius) if sector else None for sector in sectors),
         actions=experiment.actions,
         headings=HEADING_COUNT,

@@ -126,6 +126,7 @@ def dimensions(experiment: Experiment) -> dict[str, int]:
     regions = item_regions(experiment)
     items, cells = sum(region.count for region in regions), sum(math.prod(_grid(region, experiment)) for region in regions)
     return {
+        "agents": experiment.population.size,
         "weights": experiment.weight_count,
         "units": sum(experiment.layer_sizes),
         "inputs": len(experiment.inputs),

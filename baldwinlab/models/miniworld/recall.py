@@ -111,7 +111,7 @@ class AskTeacher(Ask):
 
 def kind_of_recall(experiment: Any) -> type[Ask]:
     """What is looked up in an experiment's lives."""
-    few = len(experiment.inputs) <= MOST_INPUTS and experiment.part("network.kind").memoryless
+    few = len(experiment.inputs) <= MOST_INPUTS and not experiment.real_valued and experiment.part("network.kind").memoryless
     taught = len(experiment.modules) > 1
     if taught:
         return Teacher if few else AskTeacher

@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.items import cells_within, image, slots_in_row
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.models.miniworld.world import either, shortest
-from baldwinlab.parts.kinds import Sense, hides, sense
+from baldwinlab.parts.kinds import Sense, hides, measure, sense
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
@@ -63,17 +63,24 @@ def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: 
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
     distance = dx * dx + dy * dy
+    bits = sectors(model, state, x, y, dx, dy, heading)
+    return bits | ALERT * int(any_of(distance <= model.alert_radius * model.alert_radius))
+
+
+@compiled
+def sectors(model: Model, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value, heading: int) -> int:
+    """Which of left, front and right see from (x, y) what is (dx, dy) away, as bits."""
     u = dx * model.cosine[heading] + dy * model.sine[heading]
     v = dy * model.cosine[heading] - dx * model.sine[heading]
     edge = u * TAN_15
     aside = abs(v)
-    seen = visible(state.features, model, x, y, dx, dy, distance <= model.visual_radius * model.visual_radius)
+    in_sight = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
+    seen = visible(state.features, model, x, y, dx, dy, in_sight)
     front = seen & ((aside < edge) if model.open_boundaries else (aside <= edge))
     side = seen & (aside > edge) & (aside < u)
     bits = FRONT * int(any_of(front))
     bits |= LEFT * int(any_of(side & (v < ZERO)))
-    bits |= RIGHT * int(any_of(side & (v > ZERO)))
-    return bits | ALERT * int(any_of(distance <= model.alert_radius * model.alert_radius))
+    return bits | RIGHT * int(any_of(side & (v > ZERO)))
 
 
 @compiled
@@ -143,16 +150,69 @@ sense_all = register(_sense_all, _choose_sense_all)
 
 
 @compiled
-def perceive(model: Model, state: State, world: int, agent: int) -> None:
+def _write_bits(one: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+    code = sense(one, model, state, world, agent)
+    for k in range(count):
+        state.activations[first + k, world * model.agents + agent] = np.float32((code >> k) & 1)
+
+
+def _write_each(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+    """Set the agent's inputs from the row `first` on, one sense after the other."""
+    for one in senses:
+        if type(one).part.real:
+            measure(one, model, state, world, agent, first)
+        else:
+            _write_bits(one, len(type(one).part.inputs), model, state, world, agent, first)
+        first += len(type(one).part.inputs)
+
+
+def _choose_write_each(senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any) -> Any:
+    if len(senses) == 0:
+        return lambda senses, model, state, world, agent, first: None
+    part = senses[0].instance_class.part
+    count, real = len(part.inputs), part.real
+
+    def write(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+        if real:
+            measure(senses[0], model, state, world, agent, first)
+        else:
+            _write_bits(senses[0], count, model, state, world, agent, first)
+        write_each(senses[1:], model, state, world, agent, first + count)
+
+    return write
+
+
+write_each = register(_write_each, _choose_write_each)
+
+
+@compiled
+def _tell_numbers(senses: Any, model: Model, state: State, world: int, agent: int) -> None:
+    """Set the agent's inputs, of which some are real-valued: nothing is looked up then."""
+    write_each(senses, model, state, world, agent, 0)
+    state.code[0, world * model.agents + agent] = 0
+
+
+@compiled
+def _tell_bits(senses: Any, model: Model, state: State, world: int, agent: int) -> None:
     """Set the agent's inputs. What follows from them alone is looked up only when they have changed."""
     lane = world * model.agents + agent
-    if state.near[0, lane] == ZERO:
-        return
-    state.alert[0, lane] = model.always_alert
-    code = sense_all(state.senses, model, state, world, agent)
+    code = sense_all(senses, model, state, world, agent)
     if code == state.code[0, lane]:
         return
     state.code[0, lane] = code
     for k in range(model.inputs):
         state.activations[k, lane] = np.float32((code >> k) & 1)
     remember(state.recall, model, state, lane)
+
+
+_tell = if_any(_tell_numbers, _tell_bits, lambda part: bool(part.real))
+
+
+@compiled
+def perceive(model: Model, state: State, world: int, agent: int) -> None:
+    """Let the agent's senses set its inputs, where they may have changed."""
+    lane = world * model.agents + agent
+    if state.near[0, lane] == ZERO:
+        return
+    state.alert[0, lane] = model.always_alert
+    _tell(state.senses, model, state, world, agent)

@@ -58,7 +58,7 @@ class State(NamedTuple):
     places: Floats  # [(x, y), lane]
     near: Floats  # [1, lane], 1 if any region of items is near, 1/2 if senses are asked all the same, else 0
     heading: Floats  # [1, lane], in turns of 9 degrees
-    code: Integers  # [1, lane], which inputs are 1, as bits; -1 before the first look
+    code: Integers  # [1, lane], which inputs are 1, as bits, or 0 where any is real-valued; -1 before the first look
     alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
     action: Floats  # [1, lane], the number of the action done
     eaten_in_life: Integers  # [region, lane], so far in this life

@@ -26,3 +26,10 @@ def test_what_does_not_learn_says_so_and_where_nothing_lies_nothing_is_promised(
     found = words(load("evo/A").replace(world={"food": []}))
     assert found["Learning"] == "What happens in life: The weights stay as they were born."
     assert "lie" not in found["The map"]
+
+
+def test_who_has_wheels_does_not_choose_and_numbers_are_brighter_the_larger_they_are() -> None:
+    wheels = words(load("evo/A").replace(motor={"body": "continuous"}, senses={"kinds": ["smell"]}))
+    assert "The largest output" not in wheels["Network"]
+    assert wheels["Senses"].endswith("a sector lights up while its sensor fires, the brighter, the more.")
+    assert "The largest output is what it does." in words(load("evo/A"))["Network"]
