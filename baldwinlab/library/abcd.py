@@ -79,7 +79,8 @@ def _change_as_inherited(part: Any, state: State, rate: Value, lane: Lane) -> No
 def _told(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
     """The oracle of all four."""
     inherited = "a" in agent.own
-    of_each = zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat((part.a, part.b, part.c, part.d))
+    of_all = [float(each) for each in (part.a, part.b, part.c, part.d)] if not inherited else []
+    of_each = zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(of_all)
     for (row, unit, x, y), (a, b, c, d) in zip(synapses(naive, agent), of_each, strict=inherited):
         row[unit] = min(max(row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d), -10.0), 10.0)
 
