@@ -67,6 +67,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "postsynaptic": f"{_LIBRARY}.plasticity:Postsynaptic",
         "prediction": f"{_LIBRARY}.prediction:Prediction",
         "presynaptic": f"{_LIBRARY}.plasticity:Presynaptic",
+        "random-prediction": f"{_LIBRARY}.prediction:RandomPrediction",
         "random-targets": f"{_LIBRARY}.teachers:RandomTargets",
         "reward": f"{_LIBRARY}.rewards:Reward",
         "supervised": f"{_LIBRARY}.teachers:Supervised",

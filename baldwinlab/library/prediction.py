@@ -11,13 +11,16 @@ has as many weights as the action module, of which the first are used, [hidden u
 hear the action, which follows from what the hidden units hear (there, the action about to be done is an input; the sense
 `last-action` tells what was done a step ago). There is no prediction before the second step of a life.
 
-Source: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive Behavior 3 (1994).
+`random-prediction` is the control: as much teaching of the same weights, towards coin flips in place of what is sensed.
+
+Source: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks", Adaptive Behavior 3 (1994); random
+targets as in D. Parisi, S. Nolfi and F. Cecconi, "Learning, behavior, and evolution" (1992).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -25,11 +28,13 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, get, put
 from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.rng import LIFE, philox
 from baldwinlab.models.miniworld.networks import backpropagate
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.kinds import LearningRule, forward
 
 ZERO, ONE = np.float32(0), np.float32(1)
+COINS: Final = 24  # in a random number, as a float32 has it
 
 
 def _last_hidden(experiment: Any) -> int:
@@ -37,8 +42,8 @@ def _last_hidden(experiment: Any) -> int:
 
 
 @compiled
-def _blame(part: Any, model: Model, state: State, lane: Lane) -> None:
-    """Teach the predictions from what is sensed now, and write into `part.wanted` where the last hidden layer should be instead.
+def _blame(part: Any, model: Model, state: State, told: Any, lane: Lane) -> None:
+    """Teach the predictions what they should have been, `told`; write into `part.wanted` where the last hidden layer should be.
 
     That is where it is, less the gradient of the error by it.
     """
@@ -50,7 +55,7 @@ def _blame(part: Any, model: Model, state: State, lane: Lane) -> None:
         if part.biases:
             total = total + get(part.predictor, part.hidden * model.inputs + k, lane)
         y = sigmoid(total)
-        put(part.errors, k, lane, (y - get(state.activations, k, lane)) * y * (ONE - y))
+        put(part.errors, k, lane, (y - get(told, k, lane)) * y * (ONE - y))
     for unit in range(part.hidden):
         h = get(part.units, first + unit, lane)
         error = h * ZERO
@@ -65,8 +70,32 @@ def _blame(part: Any, model: Model, state: State, lane: Lane) -> None:
             put(part.predictor, row, lane, get(part.predictor, row, lane) - rate * get(part.errors, k, lane))
 
 
-class Prediction(LearningRule, name="prediction"):
-    """Learns to predict what it will sense next; what leads from hidden units to actions is inherited alone."""
+@compiled
+def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: Lane) -> None:
+    if step > 0:
+        for k in range(model.inputs):
+            put(part.units, k, lane, get(part.sensed, k, lane))
+        forward(state.network, state.weights, part.units, lane)
+        _blame(part, model, state, told, lane)
+        rate = get(state.rate, 0, lane)
+        backpropagate(part.sizes, part.biases, rate, state.weights, part.units, state.errors, part.wanted, lane)
+    for k in range(model.inputs):
+        put(part.sensed, k, lane, get(state.activations, k, lane))
+
+
+def _told(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
+    """The oracle of both: predictions are the outputs of a network with the hidden layers of the action module."""
+    if agent.step > 0:
+        inputs, weights = len(agent.inputs), agent.own["predictor"]
+        used = (part.hidden + naive.biases) * inputs
+        layer = [weights[row : row + inputs] for row in range(0, used, inputs)]
+        naive.backpropagate([*agent.action_module[:-1], layer], agent.own["sensed"], target, agent.rate)
+        agent.own["predictor"] = [weight for row in layer for weight in row] + weights[used:]
+    agent.own["sensed"] = agent.inputs
+
+
+class _Foretelling(LearningRule):
+    """What both share."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
@@ -84,7 +113,7 @@ class Prediction(LearningRule, name="prediction"):
     }
 
     def check(self, experiment: Any) -> None:
-        rule = "learning.rule = 'prediction'"
+        rule = f"learning.rule = {self.name!r}"
         if not experiment.part("network.kind").memoryless:
             raise ValueError(f"{rule} asks the network again what it would have predicted: it must have no memory")
         if not experiment.network.hidden:
@@ -101,25 +130,42 @@ class Prediction(LearningRule, name="prediction"):
         for weight in range(state.weights.shape[0]):
             put(part.predictor, weight, lane, get(genes, weight, lane))
 
+
+class Prediction(_Foretelling, name="prediction"):
+    """Learns to predict what it will sense next; what leads from hidden units to actions is inherited alone."""
+
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        if step > 0:
-            for k in range(model.inputs):
-                put(part.units, k, lane, get(part.sensed, k, lane))
-            forward(state.network, state.weights, part.units, lane)
-            _blame(part, model, state, lane)
-            rate = get(state.rate, 0, lane)
-            backpropagate(part.sizes, part.biases, rate, state.weights, part.units, state.errors, part.wanted, lane)
-        for k in range(model.inputs):
-            put(part.sensed, k, lane, get(state.activations, k, lane))
+        _learn(part, model, state, state.activations, step, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        """The predictions are the outputs of a network that has its hidden layers in common with the action module."""
-        if agent.step > 0:
-            inputs, weights = len(agent.inputs), agent.own["predictor"]
-            used = (part.hidden + naive.biases) * inputs
-            layer = [weights[row : row + inputs] for row in range(0, used, inputs)]
-            naive.backpropagate([*agent.action_module[:-1], layer], agent.own["sensed"], agent.inputs, agent.rate)
-            agent.own["predictor"] = [weight for row in layer for weight in row] + weights[used:]
-        agent.own["sensed"] = agent.inputs
+        _told(part, agent, naive, agent.inputs)
+
+
+class RandomPrediction(_Foretelling, name="random-prediction"):
+    """Learns to predict coin flips, one for each input: a control, as there is nothing to be foretold."""
+
+    arrays: ClassVar[Mapping[str, Array]] = {**_Foretelling.arrays, "coins": per_agent("inputs")}
+
+    def check(self, experiment: Any) -> None:
+        super().check(experiment)
+        if len(experiment.inputs) > COINS:
+            raise ValueError(f"learning.rule = {self.name!r} tosses {COINS} coins, and there are {len(experiment.inputs)} inputs")
+
+    @staticmethod
+    def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
+        """Toss: the bits of a random word, the highest first; the same whenever they are asked for."""
+        for agent in range(model.agents):
+            words = philox(step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1])
+            for k in range(model.inputs):
+                part.coins[k, world * model.agents + agent] = np.float32((words[0] >> np.uint32(31 - k)) & np.uint32(1))
+
+    @staticmethod
+    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
+        _learn(part, model, state, part.coins, step, lane)
+
+    @staticmethod
+    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
+        number = naive.drawn(agent, LIFE)[0]
+        _told(part, agent, naive, [float(int(number * 2 ** (k + 1)) % 2) for k in range(len(agent.inputs))])

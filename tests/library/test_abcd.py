@@ -24,8 +24,9 @@ def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def living(rule: str, *changes: str, **tables: Any) -> Experiment:
     """Six agents among food, with biases."""
-    made = small("evo", lifetime={"steps": STEPS}, network={"hidden": [4], "biases": True})
-    return assign(made.replace(**tables), [f"learning.rule={rule}", "learning.rate=0.25", *changes])
+    made = small("evo", lifetime={"steps": STEPS}, network={"hidden": [4], "biases": True}).replace(**tables)
+    experiment: Experiment = assign(made, [f"learning.rule={rule}", "learning.rate=0.25", *changes])
+    return experiment
 
 
 def told() -> Experiment:
@@ -97,7 +98,7 @@ def test_where_it_is_open_everything_does_and_to_the_reverse_where_it_is_negativ
 
 
 def test_a_gate_is_the_hyperbolic_tangent_of_half_of_what_it_sums_up() -> None:
-    alone = {"network": {"hidden": []}, "world": {"food": []}}
+    alone: dict[str, Any] = {"network": {"hidden": []}, "world": {"food": []}}
     experiment = living("modulated", "learning.modulated.a=0", "learning.modulated.d=1", **alone)
     genome = gated(experiment, 0.0)
     genome[:, 1, -3] = sums = np.linspace(-3, 3, len(genome))  # the bias of the first output, all that is heard without food

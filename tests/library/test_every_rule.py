@@ -26,6 +26,7 @@ CONTROLS = [
     "motor.noise=0.5",
     "world.start.headings=random",
 ]
+STRENGTHS = {"hebb", "postsynaptic", "presynaptic", "covariance"}  # whose newborns have weights within [-1, 1]
 STEPS = 8
 every_rule = pytest.mark.parametrize("rule", RULES)
 
@@ -36,8 +37,9 @@ def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def learning(rule: str, *changes: str) -> Experiment:
-    experiment = small("evo", lifetime={"steps": STEPS}, evolution={"generations": 2})
-    return assign(experiment, [f"learning.rule={rule}", "learning.rate=0.5", *changes])
+    short = small("evo", lifetime={"steps": STEPS}, evolution={"generations": 2})
+    experiment: Experiment = assign(short, [f"learning.rule={rule}", "learning.rate=0.5", *changes])
+    return experiment
 
 
 def weights_after(experiment: Experiment, genome: Any, steps: int) -> Any:
@@ -64,6 +66,14 @@ def test_with_its_learner_off_an_agent_is_the_one_that_evolution_alone_has(rule:
     genome, without = founders(experiment), experiment.without_learner()
     np.testing.assert_array_equal(genome[:, :1], founders(plain))
     one, other = (lived(each, genome[:, :1], STEPS) for each in (without, plain))
+    np.testing.assert_array_equal(one.state.places, other.state.places)
+
+
+@pytest.mark.parametrize("rule", sorted({*RULES} - STRENGTHS))
+def test_at_rate_0_it_lives_as_without_its_learner(rule: str) -> None:
+    still = learning(rule, "learning.rate=0")
+    genome = founders(still)
+    one, other = lived(still, genome, STEPS), lived(still.without_learner(), genome[:, :1], STEPS)
     np.testing.assert_array_equal(one.state.places, other.state.places)
 
 
@@ -95,6 +105,6 @@ def test_what_is_refused_is_what_the_documentation_says() -> None:
     refused = {control: {rule for rule in RULES if refuses(rule, control)} for control in CONTROLS}
     taught = {rule for rule in RULES if "reinforcement" in learning(rule).modules}
     assert taught == {"self-taught", "drift", "crbp", "modulated", "evolved-modulated"}
-    strengths = {"hebb", "postsynaptic", "presynaptic", "covariance"}
     expected = {"learning.teacher=shuffled": set(RULES) - taught, "learning.teacher=fresh": set(RULES) - taught}
-    assert refused == dict.fromkeys(CONTROLS, set[str]()) | expected | {"learning.evolved_rate=true": strengths}
+    expected["learning.evolved_rate=true"] = STRENGTHS
+    assert refused == {control: expected.get(control, set()) for control in CONTROLS}

@@ -25,7 +25,9 @@ Goal = Callable[[Naive, Agent, Agent], Sequence[float]]
 
 
 def of(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
-    return assign(small("evo"), [f"learning.rule={rule}", f"network.hidden={list(hidden)}", "network.biases=true"])
+    changes = [f"learning.rule={rule}", f"network.hidden={list(hidden)}", "network.biases=true"]
+    experiment: Experiment = assign(small("evo"), changes)
+    return experiment
 
 
 def an_agent(experiment: Experiment, seed: int, **known: Any) -> Agent:

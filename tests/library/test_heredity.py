@@ -20,8 +20,9 @@ def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def taught_by_elders(*changes: str, **tables: object) -> Experiment:
-    experiment = small("evo+self-taught", **SHORT).replace(**tables)
-    return assign(experiment, ["evolution.inheritance=social-heredity", *changes])
+    own_teachers = small("evo+self-taught", **SHORT).replace(**tables)
+    experiment: Experiment = assign(own_teachers, ["evolution.inheritance=social-heredity", *changes])
+    return experiment
 
 
 def test_a_teacher_is_what_the_elders_had_learned_and_the_action_module_is_what_they_were_born_with() -> None:

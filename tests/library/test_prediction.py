@@ -19,7 +19,10 @@ def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def predicting(*changes: str) -> Experiment:
-    return assign(small("evo", lifetime={"steps": 60}), ["learning.rule=prediction", "learning.rate=0.5", *changes])
+    experiment: Experiment = assign(
+        small("evo", lifetime={"steps": 60}), ["learning.rule=prediction", "learning.rate=0.5", *changes]
+    )
+    return experiment
 
 
 @pytest.mark.parametrize("hidden", ["[4]", "[5,4]"])
@@ -56,12 +59,30 @@ def test_who_never_sees_anything_learns_to_predict_just_that() -> None:
     np.testing.assert_allclose(found[:, :TO_PREDICTIONS], weights.reshape(len(genome), -1), atol=1e-5)
 
 
+def test_the_coins_of_the_control_are_fair_and_what_it_predicts_stays_about_a_half() -> None:
+    """Without food again: what would go to 0 wanders instead."""
+    control, rule = (predicting("world.food=[]", f"learning.rule={name}") for name in ("random-prediction", "prediction"))
+    genome = founders(control)
+    genome[:, 1, :TO_PREDICTIONS] = 0  # every prediction begins with 1/2
+    batch, tosses = lived(control, genome, 0), []
+    for step in range(60):
+        with np.errstate(all="ignore"):
+            batch.live(step, step + 1)
+        tosses.append(batch.state.rule.coins[:, : len(genome)].copy())
+    assert set(np.unique(tosses)) == {0, 1}
+    assert abs(np.mean(tosses) - 0.5) < 4 * 0.5 / np.sqrt(np.size(tosses))
+    found = [each.state.rule.predictor[:TO_PREDICTIONS, : len(genome)] for each in (batch, lived(rule, genome, 60))]
+    drifted, learned = (abs(each.reshape(HIDDEN, INPUTS, -1).sum(axis=0) / 2).mean() for each in found)
+    assert drifted < learned / 2
+
+
 def test_the_genes_of_the_module_that_predict_nothing_are_not_used() -> None:
     experiment = predicting()
     genome = founders(experiment)
     other = genome.copy()
     other[:, 1, TO_PREDICTIONS:] += 1
-    np.testing.assert_array_equal(*(lived(experiment, each, 60).weights() for each in (genome, other)))
+    one, another = (lived(experiment, each, 60).weights() for each in (genome, other))
+    np.testing.assert_array_equal(one, another)
 
 
 def test_the_same_genome_with_rate_0_lives_as_who_does_not_learn() -> None:
