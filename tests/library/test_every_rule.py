@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import baldwinlab as bl
 from baldwinlab.experiment import Experiment, ExperimentError, assign, choices
 from baldwinlab.experiment.idle import require_effect
 from tests.library.plain import compile_nothing, founders, lived, simulated
@@ -44,6 +45,14 @@ def learning(rule: str, *changes: str) -> Experiment:
 
 def weights_after(experiment: Experiment, genome: Any, steps: int) -> Any:
     return lived(experiment, genome, steps).weights()
+
+
+@every_rule
+def test_a_rule_does_what_its_oracle_says_and_looks_at_nobody_elses_column(rule: str) -> None:
+    """In plain Python; the whole contract, compiled, is tried every night."""
+    with np.errstate(all="ignore"):
+        found = bl.check_part(choices.find("learning rule", rule), only=["fields", "limits", "others", "oracle"])
+    assert all(each.holds for each in found), "\n".join(map(str, found))
 
 
 @every_rule
