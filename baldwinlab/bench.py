@@ -22,7 +22,7 @@ import numpy as np
 
 from baldwinlab.check.subject import subjects
 from baldwinlab.evolution import Moment, draw_genome
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import Experiment, choices
 from baldwinlab.models.miniworld.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.parts.foreign import load_file, parts_in
 from baldwinlab.presets import load, paper
@@ -51,15 +51,22 @@ def cases(backend: str = "auto") -> list[str]:
     return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in crowds)]
 
 
-def bench(quick: bool, backend: str = "auto", parts: Sequence[Path] = ()) -> Iterator[Record]:
-    """Measure every case, and then the parts of each file; `quick` measures less of each, and is less exact.
+def rules() -> list[str]:
+    """A case for each learning rule of the package: the first paper's agents on its map A, learning so."""
+    return [f"rule-{name}" for name in choices.packaged("learning rule")]
 
+
+def bench(quick: bool, backend: str = "auto", parts: Sequence[Path] = (), every_rule: bool = False) -> Iterator[Record]:
+    """Measure every case, then those of learning rules if wanted, then the parts of each file.
+
+    `quick` measures less of each, and is less exact.
     Raises ValueError for a backend not to be had, and PartError for a file that does not load.
     """
     choose(backend)
     for file in parts:
         load_file(file)
-    tasks: list[tuple[Any, Any]] = [*((measure, case) for case in cases(backend)), *((measure_parts, file) for file in parts)]
+    wanted = cases(backend) + (rules() if every_rule else [])
+    tasks: list[tuple[Any, Any]] = [*((measure, case) for case in wanted), *((measure_parts, file) for file in parts)]
     for task, what in tasks:
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
             yield process.submit(task, what, quick, backend).result()
@@ -76,7 +83,7 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
         agent_steps, seconds, threads = _world(chosen, crowd, steps=20 if quick else 200)
     else:
         generations = 100 if chosen is CPU else 10  # of many more worlds
-        agent_steps, seconds, threads = _condition(chosen, case, generations // 5 if quick else generations)
+        agent_steps, seconds, threads = _condition(chosen, _case(case), generations // 5 if quick else generations)
     return Record(case, agent_steps / seconds, seconds, compile_seconds, peak_mib(), threads)
 
 
@@ -105,7 +112,13 @@ def _experiments(case: str) -> list[Experiment]:
     """What is lived in a case, but for its length."""
     if case.startswith("world-"):
         return [crowded(int(case.removeprefix("world-")), steps=1)]
-    return paper() if case == "study" else [load(case)]
+    return paper() if case == "study" else [_case(case)]
+
+
+def _case(name: str) -> Experiment:
+    """A condition by its name, or the agents that learn by a rule."""
+    rule = name.removeprefix("rule-")
+    return load("evo+self-taught/A").replace(name=name, learning={"rule": rule}) if rule != name else load(name)
 
 
 def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
@@ -120,9 +133,9 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     return runs * sum(agent_steps_of_run(experiment) for experiment in paper()), seconds, threads
 
 
-def _condition(backend: Backend, name: str, generations: int) -> tuple[int, float, int]:
+def _condition(backend: Backend, experiment: Experiment, generations: int) -> tuple[int, float, int]:
     """One batch of runs of a condition, on one thread."""
-    return *_runs(backend, load(name).replace(evolution={"generations": generations})), 1
+    return *_runs(backend, experiment.replace(evolution={"generations": generations})), 1
 
 
 def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:

@@ -29,6 +29,16 @@ def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds(
     assert "world-10000" not in bench.cases("cuda")
 
 
+def test_every_learning_rule_is_a_case_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert {"rule-none", "rule-self-taught", "rule-prediction"} <= set(bench.rules())
+    monkeypatch.setattr(bench, "cases", lambda backend: [])
+    monkeypatch.setattr(bench, "rules", lambda: ["rule-none"])
+    assert list(bench.bench(True, "cpu")) == []
+    (record,) = bench.bench(True, "cpu", every_rule=True)
+    assert record.case == "rule-none"
+    assert record.agent_steps_per_second > 1e4
+
+
 def test_a_crowd_has_the_density_of_the_paper() -> None:
     for agents in (20, 2000):
         experiment = bench.crowded(agents, steps=10)

@@ -85,7 +85,7 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
         return "the assay neutral is of what selection builds, and parents at random are their own neutral twin" if drawn else ""
     if not isinstance(experiment, Experiment):
         return f"the assay {name} is of foragers and what they eat, so the model {experiment.model} has none"
-    if name == "modules" and len(experiment.modules) == 1:
+    if name == "modules" and "reinforcement" not in experiment.modules:
         return "the assay modules is of agents with a reinforcement module"
     return ""
 

@@ -14,6 +14,7 @@ from baldwinlab.evolution.fitness import evaluate_all
 from baldwinlab.evolution.inheritance import pass_all_on
 from baldwinlab.evolution.selection import draw_parents
 from baldwinlab.parts.evolution import breeding_part
+from baldwinlab.parts.kinds import own_phases
 
 ROUNDS: Final = 200
 CLOSE: Final = 1e-5
@@ -48,14 +49,16 @@ def compare_variation(subject: Subject, part: Any) -> None:
 
 
 def compare_inheritance(subject: Subject, part: Any) -> None:
-    """oracle(part, born, learned) -> what is inherited, [weight]."""
+    """oracle(part, born, learned) -> what is inherited, [weight]; of a part that has `teach`, that and the teacher."""
     _, code = breeding_part(subject.experiment, "inheritance")
     for number, values, of, plain in _rounds(subject, part):
-        born, inherited = of["born"][None, None].copy(), np.zeros((1, 1, of["born"].size), np.float32)
-        kept(pass_all_on, code)(values, born, of["learned"][None].copy(), inherited)
-        _require_close(
-            inherited[0, 0], part.oracle(values, plain["born"], plain["learned"]), f"in round {number}, what is inherited"
-        )
+        genome = np.stack([of["born"], of["taught"]])[None]
+        inherited = genome.copy()
+        kept(pass_all_on, code)(values, genome, of["learned"][None].copy(), inherited)
+        expected = part.oracle(values, plain["born"], plain["learned"])
+        if "teach" not in own_phases(part):
+            expected = (expected, plain["taught"])
+        _require_close(inherited[0], expected, f"in round {number}, what is inherited")
 
 
 def compare_fitness(subject: Subject, part: Any) -> None:

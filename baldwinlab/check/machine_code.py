@@ -66,5 +66,6 @@ def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
     single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
     whole = dict.fromkeys(("world", "agent", "lane", "step", "first"), types.int64)
     arrays = {name: numba.typeof(getattr(state, name)) for name in ("weights", "activations", "errors", "targets")}
+    arrays["genes"] = arrays["weights"]
     own = {"part": numba.typeof(values_of(subject.experiment, part, state)), "state": numba.typeof(state)}
     return {**single, **whole, **arrays, **own, "model": numba.typeof(make_model(subject.experiment, 1))}

@@ -74,7 +74,7 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
         sensing: list[Agent] = []
         learning: list[Agent] = []
         for agent in agents:
-            teacher = naive.module(genome[agent, 1]) if len(experiment.modules) > 1 else None
+            teacher = naive.module(genome[agent, 1]) if "reinforcement" in experiment.modules else None
             modules: dict[str, Any] = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
             of_now = {name: after[name][agent] for name in ("inputs", "outputs")}
             of_before = {name: before[name][agent] for name in ("hidden", "eaten_in_life", "gained_in_life", "rate")}

@@ -91,4 +91,5 @@ def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, A
         "fitter": genome[0], "other": genome[1], "child": genome[2], "draws": random.random((modules * weights, 4)),
         "gate": float(random.random()), "born": genome[3, 0],
         "learned": random.normal(size=weights).astype(np.float32), "inherited": np.zeros(weights, np.float32),
+        "taught": genome[3, -1].copy(),
     }  # fmt: skip

@@ -23,9 +23,14 @@ def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
     if not isinstance(experiment, Experiment):
         return np.ascontiguousarray(experiment.of_model.founders(experiment.population.size, moment), np.float32)
     genome = np.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
-    for module, name in enumerate(experiment.modules):
-        draw_normal(moment, WEIGHTS_OF_MODULE[name], genome, module)
+    for module, purpose in enumerate(purposes(experiment)):
+        draw_normal(moment, purpose, genome, module)
     return genome
+
+
+def purposes(experiment: Experiment) -> list[int]:
+    """What the random numbers of each module's weights are for."""
+    return [WEIGHTS_OF_MODULE.get(name, rng.MODULE_WEIGHTS + number) for number, name in enumerate(experiment.modules)]
 
 
 @entry

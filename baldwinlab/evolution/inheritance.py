@@ -14,7 +14,7 @@ from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import Inheritance, breeding_part, pass_on
+from baldwinlab.parts.evolution import Inheritance, breeding_part, pass_on, teach
 
 Weights = npt.NDArray[np.float32]  # [weight], of the action module
 
@@ -62,14 +62,16 @@ def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None)
 
 
 def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
-    """Fill the action modules of `inherited`, agent by agent."""
+    """Fill the action modules of `inherited`, agent by agent, and the reinforcement modules where there are any."""
     for agent in range(learned.shape[0]):
         pass_on(part, genome[agent, 0], learned[agent], inherited[agent, 0])
+        if genome.shape[1] > 1:
+            teach(part, genome[agent, 0], learned[agent], inherited[agent, 1])
 
 
 def deal_teachers(experiment: BaseExperiment, genome: Genome, moment: Moment) -> Genome:
     """A control: what if the reinforcement module were not inherited together with the action module, or not at all?"""
-    if not isinstance(experiment, Experiment) or len(experiment.modules) == 1:
+    if not isinstance(experiment, Experiment) or "reinforcement" not in experiment.modules:
         return genome
     return TEACHERS[experiment.learning.teacher](genome, moment)
 
@@ -97,11 +99,11 @@ def draw_teachers(genome: Genome, moment: Moment) -> Genome:
 
 @entry
 def deal(genome: Genome, order: Order, dealt: Genome) -> None:
-    """Fill `dealt` with everybody's action module, and the reinforcement module of whom `order` names."""
+    """Fill `dealt` with everybody's own modules, but for the reinforcement module, the second, of whom `order` names."""
     for child in range(genome.shape[0]):
-        for weight in range(genome.shape[2]):
-            dealt[child, 0, weight] = genome[child, 0, weight]
-            dealt[child, 1, weight] = genome[order[child], 1, weight]
+        for module in range(genome.shape[1]):
+            for weight in range(genome.shape[2]):
+                dealt[child, module, weight] = genome[order[child] if module == 1 else child, module, weight]
 
 
 TEACHERS: Final[Mapping[str, Callable[[Genome, Moment], Genome]]] = {

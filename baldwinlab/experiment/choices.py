@@ -65,13 +65,18 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "simple-recurrent": f"{_LIBRARY}.recurrent:SimpleRecurrent",
     },
     "learning rule": {
-        "abcd": f"{_LIBRARY}.plasticity:ABCD",
+        "abcd": f"{_LIBRARY}.abcd:ABCD",
         "covariance": f"{_LIBRARY}.plasticity:Covariance",
         "crbp": f"{_LIBRARY}.rewards:Complementary",
+        "evolved-abcd": f"{_LIBRARY}.abcd:EvolvedABCD",
+        "evolved-modulated": f"{_LIBRARY}.abcd:EvolvedModulated",
         "hebb": f"{_LIBRARY}.plasticity:Hebb",
         "imitation": f"{_LIBRARY}.teachers:Imitation",
+        "modulated": f"{_LIBRARY}.abcd:Modulated",
         "postsynaptic": f"{_LIBRARY}.plasticity:Postsynaptic",
+        "prediction": f"{_LIBRARY}.prediction:Prediction",
         "presynaptic": f"{_LIBRARY}.plasticity:Presynaptic",
+        "random-prediction": f"{_LIBRARY}.prediction:RandomPrediction",
         "random-targets": f"{_LIBRARY}.teachers:RandomTargets",
         "reward": f"{_LIBRARY}.rewards:Reward",
         "supervised": f"{_LIBRARY}.teachers:Supervised",
@@ -92,6 +97,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "one-point-crossover": f"{_LIBRARY}.breeding:OnePointCrossover",
     },
+    "inheritance": {"social-heredity": f"{_LIBRARY}.heredity:SocialHeredity"},
     "fitness": {},
 }
 _FOREIGN: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}

@@ -104,7 +104,7 @@ def _ask_modules(experiment: Experiment, batch: Batch, genome: Floats, arrays: d
         arrays["activations"] = _answers(batch, genome[0], inputs)
     if recall is Teacher:
         arrays["teacher_activations"] = _answers(batch, genome[1], inputs)
-    if len(genome) > 1:
+    if "reinforcement" in experiment.modules:
         arrays["teacher"] = genome[1]
         outputs = slice(-len(experiment.actions), None)
         difference = arrays["activations"][:, outputs] - arrays["teacher_activations"][:, outputs]

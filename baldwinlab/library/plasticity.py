@@ -11,8 +11,7 @@ activations in [0, 1]:
     covariance      (1 - w) F where F > 0, else w F, with F = tanh(4 (1 - |x - y|) - 2)
 
 Sources: D. Floreano and F. Mondada, "Evolutionary neurocontrollers for autonomous mobile robots", Neural Networks 11 (1998);
-J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001). `abcd`: A. Soltoggio et al.,
-"Evolutionary advantages of neuromodulated plasticity in dynamic, reward-based scenarios", ALIFE XI (2008).
+J. Urzelai and D. Floreano, "Evolution of adaptive synapses", Evolutionary Computation 9 (2001).
 """
 
 from __future__ import annotations
@@ -21,11 +20,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, Value, choose, clamp, get, put
+from baldwinlab.engine.lanes import Lane, Value, choose, get, put
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.library.naive import synapses
 from baldwinlab.models.miniworld.state import Model, State
@@ -33,7 +31,6 @@ from baldwinlab.parts.kinds import LearningRule
 
 ZERO, ONE, TWO, FOUR = np.float32(0), np.float32(1), np.float32(2), np.float32(4)
 HEBB, POSTSYNAPTIC, PRESYNAPTIC, COVARIANCE = 0, 1, 2, 3
-LIMIT = np.float32(10)  # of the weights of `abcd`, either way
 
 LAYERS: Mapping[str, Any] = {
     "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
@@ -157,33 +154,3 @@ class Covariance(_Strengths, name="covariance"):
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         _told(COVARIANCE, agent, naive)
-
-
-class ABCD(LearningRule, name="abcd"):
-    """Weights change by rate * (A x y + B x + C y + D), with x what comes in and y what goes out, and stay within 10."""
-
-    a: float = Field(1.0, ge=-1, le=1, description="A, of both units together")
-    b: float = Field(0.0, ge=-1, le=1, description="B, of the sending unit")
-    c: float = Field(0.0, ge=-1, le=1, description="C, of the receiving unit")
-    d: float = Field(0.0, ge=-1, le=1, description="D, whatever they do")
-    derived: ClassVar[Mapping[str, Any]] = LAYERS
-
-    @staticmethod
-    def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        rate, source, weight = get(state.rate, 0, lane), 0, 0
-        for layer in range(part.sizes.size - 1):
-            inputs, outputs = part.sizes[layer], part.sizes[layer + 1]
-            for i in range(inputs + int(part.biases)):
-                for unit in range(outputs):
-                    y = get(state.activations, source + inputs + unit, lane)
-                    x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                    faster = part.a * x * y + part.b * x + part.c * y + part.d
-                    put(state.weights, weight, lane, clamp(get(state.weights, weight, lane) + rate * faster, LIMIT))
-                    weight += 1
-            source += inputs
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        for row, unit, x, y in synapses(naive, agent):
-            faster = part.a * x * y + part.b * x + part.c * y + part.d
-            row[unit] = min(max(row[unit] + agent.rate * faster, -10.0), 10.0)

@@ -62,7 +62,7 @@ def _reinforced(part: Any, agent: Any, naive: Any, worth: float) -> None:
     """The oracle of `_reinforce`."""
     risen, done = worth - agent.own["worth"][0], agent.own["done"]
     if risen and any(done):
-        rate = agent.rate if risen > 0 else agent.rate * part.punishment
+        rate = agent.rate if risen > 0 else agent.rate * float(part.punishment)  # a float32 would make all of it float32
         naive.backpropagate(agent.action_module, agent.own["sensed"], done if risen > 0 else [1 - one for one in done], rate)
     agent.own |= {"worth": [worth], "sensed": agent.inputs, "done": [float(k == agent.action) for k in range(len(done))]}
 

@@ -39,6 +39,14 @@ def pass_on(part: Any, born: Any, learned: Any, inherited: Any) -> None:
 
 
 @phase
+def teach(part: Any, born: Any, learned: Any, taught: Any) -> None:
+    """Change the reinforcement module that an agent's children are born with, `taught` [weight], its own until then.
+
+    `born` and `learned` are the agent's action module, at birth and at death.
+    """
+
+
+@phase
 def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> None:
     """Fill `fitness` [agent] from the energy that agents gained in life, and what learning cost them."""
 
@@ -72,6 +80,7 @@ class Inheritance(Part):
         return True
 
     pass_on: ClassVar[Any] = staticmethod(pass_on.default)
+    teach: ClassVar[Any] = staticmethod(teach.default)
 
 
 class Fitness(Part):

@@ -147,6 +147,14 @@ def backward(part: Any, rate: Value, weights: Any, activations: Any, errors: Any
 
 
 @phase
+def inherit(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> None:
+    """Per agent, at birth and before `hatch`: keep what life needs of the genome's modules beside the action module.
+
+    Their weights are in `genes` [module and weight, lane], one module after another.
+    """
+
+
+@phase
 def hatch(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     """Per agent, at birth: make the part's arrays ready. The weights are there already."""
 
@@ -234,10 +242,12 @@ class LearningRule(Part):
     """What changes an agent's weights in life."""
 
     kind: ClassVar[str] = "learning rule"
-    modules: ClassVar[tuple[str, ...]] = ("action",)  # networks in a genome; with "reinforcement", its answer is in state.targets
+    modules: ClassVar[tuple[str, ...]] = ("action",)  # in a genome, each of as many weights; the networks among them are
+    # "action", the first, and "reinforcement", the second where there is one, whose answer is then in state.targets
     learns: ClassVar[bool] = True
     color: ClassVar[str] = "blue"  # of `baldwinlab.palette`
 
+    inherit: ClassVar[Any] = staticmethod(inherit.default)
     hatch: ClassVar[Any] = staticmethod(hatch.default)
     meet: ClassVar[Any] = staticmethod(meet.default)
     learn: ClassVar[Any] = staticmethod(learn.default)

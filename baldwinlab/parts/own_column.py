@@ -17,8 +17,8 @@ from typing import Any, Final
 
 from baldwinlab.errors import PartError
 
-PER_AGENT: Final = ("sense", "measure", "decide", "move", "forward", "backward", "hatch", "learn")
-OWN: Final = ("weights", "activations", "errors", "targets")  # arguments that are agents' arrays
+PER_AGENT: Final = ("sense", "measure", "decide", "move", "forward", "backward", "inherit", "hatch", "learn")
+OWN: Final = ("weights", "activations", "errors", "targets", "genes")  # arguments that are agents' arrays
 OF_ALL: Final = (
     "generation",
     "rule",

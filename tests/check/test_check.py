@@ -100,6 +100,13 @@ def test_a_rule_that_looks_at_a_neighbour_is_refused_before_it_runs(write: Any, 
     assert ("learning rule", "liar") not in choices.foreign()
 
 
+def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:
+    inherits = "@staticmethod\n    def inherit(part, model, state, genes, lane):\n        put(state.weights, 0, lane, {})"
+    assert failures(write(fields=inherits.format("get(genes, 0, lane)")), "fields") == ""
+    with pytest.raises(PartError, match=r"Liar.inherit looks at other agents"):
+        load_file(write(fields=inherits.format("get(genes, 0, lane + 1)")))
+
+
 def test_a_look_at_a_neighbour_that_the_source_hides_is_found(write: Any) -> None:
     peek = "peek = compiled(lambda rows: rows[0, 3])"
     path = write("put(state.weights, 0, lane, peek(state.weights))", above=peek)

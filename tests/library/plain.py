@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu
 from baldwinlab.runs.replay import replay
@@ -28,3 +29,18 @@ def traced(experiment: Experiment, seed: int = 1, **moment: Any) -> xr.Dataset:
 def simulated(experiment: Experiment, seed: int = 1) -> xr.Dataset:
     with np.errstate(all="ignore"):
         return simulate(experiment, seed=seed)
+
+
+def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.Batch:
+    """The batch in which agents with `genome` [agent, module, weight] have lived so many steps of run 0 of seed 5."""
+    batch = cpu.Batch(experiment, 5, [0])
+    with np.errstate(all="ignore"):
+        batch.begin(0, np.asarray(genome, np.float32)[None])
+        batch.live(0, steps)
+    return batch
+
+
+def founders(experiment: Experiment) -> Any:
+    """Fresh genomes, [agent, module, weight]."""
+    with np.errstate(all="ignore"):
+        return draw_genome(experiment, Moment(5, 0, 0))

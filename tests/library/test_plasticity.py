@@ -13,6 +13,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.library.plasticity import COVARIANCE, HEBB, POSTSYNAPTIC, PRESYNAPTIC, change
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.runs.simulate import simulate
+from tests.library.plain import compile_nothing, founders, lived
 from tests.worlds import small
 
 SHARES = st.floats(0, 1)
@@ -85,3 +86,25 @@ def test_what_would_lead_out_of_the_range_is_refused_in_a_sentence() -> None:
 def test_what_was_learned_is_not_inherited() -> None:
     run = simulate(small("evo", lifetime={"steps": 20}).replace(learning={"rule": "hebb"}, evolution={"generations": 2}), seed=1)
     assert np.abs(run["genome"].values).max() > 1  # strengths are at most 1 in life
+
+
+@pytest.mark.parametrize("rule", ["hebb", "postsynaptic", "presynaptic", "covariance"])
+def test_compiled_strengths_rest_there_too(rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without food inputs are 0 and hidden units at 1/2; each strength is held against what its own two units are in the end."""
+    compile_nothing(monkeypatch)
+    experiment = assign(small("evo", lifetime={"steps": 400}, world={"food": []}), [f"learning.rule={rule}", "learning.rate=1"])
+    genome = founders(experiment)
+    batch, agents = lived(experiment, genome, 400), len(genome)
+    born = np.minimum(abs(genome[:, 0]), 1)
+    from_inputs, from_hidden = np.split(abs(batch.weights()[0]), [3 * 4], axis=1)
+    y = np.tile(batch.state.activations[-3:, :agents].T, 4)
+    alike = np.tanh(4 * (1 - abs(0.5 - y)) - 2) > 0.01
+    at_inputs, at_hidden = {
+        "hebb": (born[:, :12], np.ones_like(y)),
+        "postsynaptic": (0 * born[:, :12], np.full_like(y, 0.5)),
+        "presynaptic": (born[:, :12], y),
+        "covariance": (born[:, :12], np.where(alike, 1, from_hidden)),
+    }[rule]
+    assert alike.any()
+    np.testing.assert_allclose(from_inputs, at_inputs, atol=1e-6)
+    np.testing.assert_allclose(from_hidden, at_hidden, atol=1e-6)

@@ -89,7 +89,7 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   const units = few && !learns(engine) ? answers(module(0)) : activations;
   const found = { sample_step: Uint32Array.from(samples), weights: flat(weights), activations: flat(units), action: Uint16Array.from(action), eaten_in_life: Uint32Array.from(eaten) };
   if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
-  if (modules > 1) {
+  if (engine.plan.taught) {
     const taught = teacher ? asked : answers(module(1));
     Object.assign(found, { teacher: module(1), teacher_activations: flat(taught), error: errors(units, taught, look.actions.length) });
   }

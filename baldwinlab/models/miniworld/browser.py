@@ -16,7 +16,7 @@ import numpy as np
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.lanes import WIDTH
 from baldwinlab.engine.reference import taken
-from baldwinlab.engine.rng import SELECTION, TEACHER, draw_uniforms
+from baldwinlab.engine.rng import REINFORCEMENT_WEIGHTS, SELECTION, TEACHER, draw_uniforms
 from baldwinlab.evolution.breeding import breed_children
 from baldwinlab.evolution.fitness import balance, charge
 from baldwinlab.evolution.founders import draw_normal
@@ -28,12 +28,12 @@ from baldwinlab.models.miniworld.learning import expressed
 from baldwinlab.models.miniworld.life import be_born, live_one_by_one, live_together
 from baldwinlab.models.miniworld.recall import MOST_INPUTS
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
-from baldwinlab.parts.evolution import evaluate, pass_on
+from baldwinlab.parts.evolution import evaluate, pass_on, teach
 from baldwinlab.parts.kinds import forward
 
 FOUND: Final = (
     "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
-    "genome length", "draws", "alert radius", "learning steps",
+    "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
 """What `measure` answers, in this order."""
 REGION: Final = ("left", "right", "upper", "lower", "count", "energy", "kind")  # the columns of `Setting.regions`
@@ -89,7 +89,7 @@ class Population(NamedTuple):
     inherited: Any
     children: Any
     learned: Any  # float32 [agent, weight], the action module at death
-    fixed: Any  # float32 [weight, lane]
+    fixed: Any  # float32 [module and weight, lane]
     eaten: Any  # int32 [agent, region]
     eaten_of_kind: Any  # int32 [kind, agent]
     gained: Any  # float64 [agent]
@@ -126,7 +126,8 @@ def measure(setting: Setting) -> None:
     some, length, stops = max(1, regions), weights + int(setting.evolved_rate), setting.learning_stops
     answers = setting.actions << min(setting.inputs, MOST_INPUTS)
     lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
-    whole = (regions, regions + 1, some, items, items + WIDTH * some, cells, cells + some, units, weights, answers, lanes, length)
+    slots, ends, fixed = items + WIDTH * some, cells + some, max(1, setting.modules - 1) * weights
+    whole = (regions, regions + 1, some, items, slots, cells, ends, units, weights, answers, lanes, length, fixed)
     for number in range(len(whole)):
         setting.found[number] = float(whole[number])
     setting.found[len(whole)] = float(setting.modules * length)
@@ -185,12 +186,13 @@ def _draw_founders(population: Population, generation: int) -> None:
 
 def begin(model: Any, state: Any, population: Population) -> None:
     """Let a generation be born."""
-    genome, last = population.genome, population.genome.shape[1] - 1
+    genome, last, weights = population.genome, population.genome.shape[1] - 1, state.weights.shape[0]
     state.generation[0] = population.generation
     for agent in range(model.agents):
-        for weight in range(state.weights.shape[0]):
+        for weight in range(weights):
             state.weights[weight, agent] = genome[agent, 0, weight]
-            population.fixed[weight, agent] = genome[agent, last, weight]
+        for gene in range(population.fixed.shape[0]):
+            population.fixed[gene, agent] = genome[agent, min(gene // weights + 1, last), gene % weights]
         gene = genome[agent, 0, genome.shape[2] - 1]
         state.rate[0, agent] = expressed(population.rate, gene) if population.evolved_rate else np.float32(population.rate)
     be_born(taken(model), taken(state), population.fixed)
@@ -248,6 +250,8 @@ def breed(population: Population) -> None:
         for agent in range(population.genome.shape[0]):
             born, learned = population.genome[agent, 0], population.learned[agent]
             pass_on(population.inheritance, born, learned, population.inherited[agent, 0])
+            if population.genome.shape[1] > 1:
+                teach(population.inheritance, born, learned, population.inherited[agent, 1])
     _choose_parents(population)
     if population.fault[0] == 0:
         moment = Moment(population.seed, population.run, population.generation + 1)
@@ -283,7 +287,7 @@ def _choose_parents(population: Population) -> None:
 
 @compiled
 def _deal_teachers(population: Population, moment: Moment) -> None:
-    if population.genome.shape[1] == 1 or population.teacher == 0:
+    if population.teacher == 0 or population.purposes.size == 1 or population.purposes[1] != REINFORCEMENT_WEIGHTS:
         return
     if population.teacher == 2:
         draw_normal(moment, population.purposes[1], population.genome, 1)

@@ -15,7 +15,7 @@ from baldwinlab.engine.gpu import COMPILING, uncontracted
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.kernels import begin_kernel, live_kernel, source_of_life
 from baldwinlab.models.miniworld.learning import rates
-from baldwinlab.models.miniworld.make import make_model, make_state
+from baldwinlab.models.miniworld.make import fixed_weights, make_model, make_state
 from baldwinlab.models.miniworld.state import State
 
 THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
@@ -87,7 +87,8 @@ class Batch:
         self._genomes = cuda.pinned_array((padded * agents, len(experiment.modules), experiment.genome_length), np.float32)
         self._genomes[:] = 0
         self._genomes_on_device = cuda.to_device(self._genomes, self._stream)
-        self._fixed = cuda.device_array_like(self._host.weights, self._stream)
+        lanes = self._host.weights.shape[1]
+        self._fixed = cuda.device_array((fixed_weights(experiment), lanes), np.float32, stream=self._stream)
         self._claims = cuda.device_array_like(self._host.touched, self._stream)
         source = source_of_life(self.model, self._host, experiment.lifetime.update == "sequential")
         threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2

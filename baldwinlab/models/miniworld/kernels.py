@@ -30,7 +30,7 @@ from baldwinlab.models.miniworld.life import (
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
 from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
-from baldwinlab.parts.kinds import advance, hatch, meet, survey
+from baldwinlab.parts.kinds import advance, hatch, inherit, meet, survey
 
 
 @device
@@ -183,9 +183,11 @@ def begin_kernel(threads: int) -> Any:
     def begin(model: Model, state: State, claims: Any, genomes: Any, fixed: Any) -> None:
         lane = cuda.grid(1)
         world, agent = lane // model.agents, lane % model.agents
-        for weight in range(state.weights.shape[0]):
+        weights = state.weights.shape[0]
+        for weight in range(weights):
             state.weights[weight, lane] = genomes[lane, 0, weight]
-            fixed[weight, lane] = genomes[lane, genomes.shape[1] - 1, weight]  # the reinforcement module, if there is one
+        for gene in range(fixed.shape[0]):
+            fixed[gene, lane] = genomes[lane, min(gene // weights + 1, genomes.shape[1] - 1), gene % weights]
         for unit in range(state.activations.shape[0]):
             state.activations[unit, lane] = ZERO
         state.code[0, lane] = -1
@@ -194,6 +196,7 @@ def begin_kernel(threads: int) -> Any:
             build_all(state.features, model, state, world)
         cuda.syncthreads()
         spawn(model, state, world, agent)
+        inherit(state.rule, model, state, fixed, lane)
         hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             state.eaten_in_life[region, lane] = 0

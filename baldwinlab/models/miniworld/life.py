@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.recall import ready, think
 from baldwinlab.models.miniworld.senses import broad_phase, perceive
 from baldwinlab.models.miniworld.state import Floats, Model, State
 from baldwinlab.models.miniworld.world import ONE, ZERO, act_noisily, spawn, travel
-from baldwinlab.parts.kinds import advance, build, decide, hatch, learn, meet, survey
+from baldwinlab.parts.kinds import advance, build, decide, hatch, inherit, learn, meet, survey
 
 
 @compiled
@@ -151,13 +151,18 @@ Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
 
 @compiled
 def be_born(model: Model, state: State, fixed: Floats) -> None:
-    """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set."""
+    """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set.
+
+    `fixed` [module and weight, lane] is what else the genome holds; without that, the action module again.
+    """
     state.activations[:] = ZERO  # a newborn remembers nothing
     state.code[:] = -1
     state.near[:] = ONE
     state.eaten_in_life[:] = 0
     state.touched[:] = -1
     state.appearances[:] = 0
+    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+        inherit(state.rule, model, state, fixed, bundle(first))
     for world in range(model.worlds):
         build_all(state.features, model, state, world)
         for agent in range(model.agents):

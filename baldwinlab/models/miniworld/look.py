@@ -76,7 +76,7 @@ def look(experiment: Experiment) -> Look:
         headings=HEADING_COUNT,
         item_kinds=tuple(Kind(region.kind, region.color, region.count) for region in item_regions(experiment)),
         marks=_marks(experiment),
-        modules=tuple(MODULES.get(module, module) for module in experiment.modules),
+        modules=tuple(MODULES[module] for module in experiment.modules if module in MODULES),
     )
 
 

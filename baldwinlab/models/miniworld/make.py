@@ -121,6 +121,11 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     )
 
 
+def fixed_weights(experiment: Experiment) -> int:
+    """Weights of the modules beside the action module; where there is none, of that, which then stands for them."""
+    return max(1, len(experiment.modules) - 1) * experiment.weight_count
+
+
 def dimensions(experiment: Experiment) -> dict[str, int]:
     """How many there are of what arrays are declared with."""
     regions = item_regions(experiment)

@@ -20,7 +20,7 @@ from numba import typeof
 
 from baldwinlab.engine import wasm
 from baldwinlab.engine.phases import Array
-from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE
+from baldwinlab.evolution.founders import purposes
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, choices
@@ -94,7 +94,7 @@ ARRAYS_OF_POPULATION: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "inherited": ("f4", ("agents", "modules", "genome length")),
     "children": ("f4", ("agents", "modules", "genome length")),
     "learned": ("f4", ("agents", "weights")),
-    "fixed": ("f4", ("weights", "lanes")),
+    "fixed": ("f4", ("fixed weights", "lanes")),
     "eaten": ("i4", ("agents", "regions")),
     "eaten_of_kind": ("i4", ("item kinds", "agents")),
     "gained": ("f8", ("agents",)),
@@ -182,6 +182,7 @@ class Habitat:
                 "actions": len(experiment.actions),
                 "item kinds": len(item_kinds(experiment)),
             },
+            "taught": "reinforcement" in experiment.modules,
             "takes": {name: [_name_of(self, each) for each in types] for name, (_, types) in self.entries().items()},
         }
 
@@ -266,7 +267,7 @@ class Habitat:
         leaves = _numbers(self.population, {**POPULATION, **own})
         for name, (kind, shape) in ARRAYS_OF_POPULATION.items():
             leaves[name] = {"type": kind, "shape": shape, "fill": 0}
-        leaves["purposes"] = {"type": "i8", "values": [WEIGHTS_OF_MODULE[name] for name in experiment.modules]}
+        leaves["purposes"] = {"type": "i8", "values": purposes(experiment)}
         leaves["least"] = {"type": "f8", "values": ["-Infinity" if least == -math.inf else least for least in least]}
         for number, each in enumerate(self.schemes):
             scheme = each.part("evolution.selection")

@@ -22,7 +22,7 @@ MOST_INPUTS: Final = 6  # a table of 64 answers
 
 @phase
 def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
-    """At birth: what the module with the weights `fixed` [weight, lane] answers."""
+    """At birth: what the module answers whose weights are the first of `fixed` [weight, lane]."""
 
 
 @phase
@@ -112,7 +112,7 @@ class AskTeacher(Ask):
 def kind_of_recall(experiment: Any) -> type[Ask]:
     """What is looked up in an experiment's lives."""
     few = len(experiment.inputs) <= MOST_INPUTS and not experiment.real_valued and experiment.part("network.kind").memoryless
-    taught = len(experiment.modules) > 1
+    taught = "reinforcement" in experiment.modules
     if taught:
         return Teacher if few else AskTeacher
     return Reflex if few and not experiment.learns else Ask
