@@ -31,7 +31,8 @@ def compare_selection(subject: Subject, part: Any) -> None:
     """oracle(part, fitness, uniforms) -> two parents for each child; their order is that of their fitness, whatever it says."""
     _, code = breeding_part(subject.experiment, "selection")
     for number, values, of, plain in _rounds(subject, part):
-        kept(draw_parents, code)(values, of["fitness"], of["uniforms"], of["shares"], of["order"], of["parents"])
+        scratch = of["shares"], of["order"]
+        kept(draw_parents, code)(values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"])
         fitness = plain["fitness"]
         expected = [sorted(pair, key=lambda agent: -fitness[agent]) for pair in part.oracle(values, fitness, plain["uniforms"])]
         if of["parents"].tolist() != expected:
