@@ -3,8 +3,9 @@
 Innovations are numbered by the ledger of the run, whose last number every genome carries. The same structure that arises twice
 in a generation gets the same numbers: whoever finds one looks among the children that were made before.
 
-Source: Stanley and Miikkulainen 2002, sections 3.1, 3.2 and 4.1. Open there, and read so: any enabled link may be split; a new
-link may join any two nodes that have none, if it closes no loop, and so may its weight be any of U(-range, range).
+Source: Stanley and Miikkulainen 2002, sections 3.1, 3.2 and 4.1. Open there, and read so: any enabled link may be
+split that does not come from the bias, as in the authors' program; a new link may join any two nodes that none joins, if it
+closes no loop, and has a weight of U(-range, range).
 """
 
 from __future__ import annotations
@@ -76,15 +77,15 @@ def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int,
     `first` is this generation's first. The link to the node weighs 1, the one from it what the old one did.
     """
     child = children[number, 0]
-    enabled = 0
+    splittable = 0
     for link in range(links_of(child)):
-        enabled += int(child[gene_at(link) + ENABLED] > ZERO)
-    if draws[0, 1] >= part.add_node or enabled == 0 or links_of(child) + 2 > room(child):
+        splittable += int(_may_be_split(child, link))
+    if draws[0, 1] >= part.add_node or splittable == 0 or links_of(child) + 2 > room(child):
         return last
-    chosen = int(draws[0, 3] * enabled)
+    chosen = int(draws[0, 3] * splittable)
     gene = 0
     for link in range(links_of(child)):
-        if child[gene_at(link) + ENABLED] > ZERO:
+        if _may_be_split(child, link):
             if chosen == 0:
                 gene = gene_at(link)
             chosen -= 1
@@ -96,6 +97,12 @@ def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int,
     _insert(child, node, source, node, ONE)
     _insert(child, node + ONE, node, target, weight)
     return last
+
+
+@compiled
+def _may_be_split(graph: Graph, link: int) -> bool:
+    """Whether a link is enabled and does not come from the bias."""
+    return bool(graph[gene_at(link) + ENABLED] > ZERO and graph[gene_at(link) + SOURCE] != graph[INPUTS] - ONE)
 
 
 @compiled

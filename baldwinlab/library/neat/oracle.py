@@ -130,9 +130,10 @@ def children(part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any) -> li
             for gene, draw in zip(genes.values(), of_links, strict=False):
                 size = 2 * draw[3] - 1
                 gene[2] = gene[2] + size * part.perturbation if draw[2] < part.perturbed else size * part.range
-        enabled = [number for number in sorted(genes) if genes[number][3]]
-        if of_child[1] < part.add_node and enabled and len(genes) + 2 <= room:
-            source, target, weight, _ = split = genes[enabled[int(of_child[3] * len(enabled))]]
+        bias = genome[0][0][INPUTS] - 1
+        splittable = [number for number in sorted(genes) if genes[number][3] and genes[number][0] != bias]
+        if of_child[1] < part.add_node and splittable and len(genes) + 2 <= room:
+            source, target, weight, _ = split = genes[splittable[int(of_child[3] * len(splittable))]]
             node = known.setdefault(("node", source, target), ledger + 1)
             ledger = max(ledger, node + 1)
             known[("link", source, node)], known[("link", node, target)] = node, node + 1

@@ -117,8 +117,8 @@ class Neat(Variation, name="neat"):
     }
     mutated: float = Field(0.8, ge=0, le=1, description="share of the children whose weights mutate")
     perturbed: float = Field(0.9, ge=0, le=1, description="probability that a weight that mutates is perturbed, else drawn anew")
-    perturbation: float = Field(0.5, ge=0, le=1000, description="a perturbation adds U(-this, this) (ours)")
-    range: float = Field(1.0, ge=0, le=1000, description="a weight that is drawn anew is of U(-this, this) (ours)")
+    perturbation: float = Field(1.0, ge=0, le=1000, description="a perturbation adds U(-this, this) (ours)")
+    range: float = Field(5.0, ge=0, le=1000, description="a weight that is drawn anew is of U(-this, this) (ours)")
     add_node: float = Field(0.03, ge=0, le=1, description="probability that a child has a new node, which splits a link")
     add_link: float = Field(0.05, ge=0, le=1, description="probability that a child has a new link")
     stays_disabled: float = Field(0.75, ge=0, le=1, description="probability that a link that a parent has disabled is so, too")

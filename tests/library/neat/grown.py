@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy.typing as npt
 import baldwinlab as bl
 from baldwinlab.evolution import Genome, Moment, breed, draw_genome
 from baldwinlab.experiment import choices
-from baldwinlab.library.neat.graphs import BEST, GENE, HEAD, LEDGER, NEWEST, SPECIES, STALE, entries, minimal
+from baldwinlab.library.neat.graphs import BEST, GENE, HEAD, LEDGER, NEWEST, SPECIES, STALE, minimal
 from baldwinlab.library.neat.oracle import Genes, genes_of
 
 ROOM = 12
@@ -21,7 +20,7 @@ Graph = npt.NDArray[np.float32]
 
 def network(*genes: tuple[float, float, float, float, float]) -> Graph:
     """Three inputs, one output, and these genes: (number, source, target, weight, enabled)."""
-    graph = minimal(3, 1, ROOM, np.zeros((1, 3)))[0]
+    graph: Graph = minimal(3, 1, ROOM, np.zeros((1, 3)))[0]
     graph[HEAD:] = 0
     graph[HEAD : HEAD + GENE * len(genes)] = np.ravel(genes)
     graph[LEDGER] = max(number for number, *_ in genes)
@@ -30,7 +29,8 @@ def network(*genes: tuple[float, float, float, float, float]) -> Graph:
 
 def first_network(weights: tuple[float, float, float] = (0.1, 0.2, 0.3)) -> Graph:
     """Inputs 0, 1 and the bias 2, each linked with the output 3."""
-    return minimal(3, 1, ROOM, np.array([weights]))[0]
+    graph: Graph = minimal(3, 1, ROOM, np.array([weights]))[0]
+    return graph
 
 
 def population(*graphs: Graph) -> Genome:
@@ -47,11 +47,6 @@ def of_species(*numbers: int, stale: dict[int, int] | None = None, best: float =
     for species, generations in (stale or {}).items():
         genome[genome[:, 0, SPECIES] == species, 0, STALE] = generations
     return genome
-
-
-@cache
-def neat(**evolution: Any) -> Any:
-    return bl.load("neat-xor").replace(neat_xor={"links": ROOM}, evolution=evolution)
 
 
 def experiment(agents: int, neat_fields: dict[str, Any] | None = None, **changes: Any) -> Any:
@@ -81,6 +76,3 @@ def evolved(generations: int, agents: int = 40, seed: int = 1, **fields: Any) ->
 
 def genes(graph: Graph) -> Genes:
     return genes_of(graph.tolist())
-
-
-assert entries(ROOM) == HEAD + GENE * ROOM
