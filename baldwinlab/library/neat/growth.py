@@ -3,9 +3,9 @@
 Innovations are numbered by the ledger of the run, whose last number every genome carries. The same structure that arises twice
 in a generation gets the same numbers: whoever finds one looks among the children that were made before.
 
-Source: Stanley and Miikkulainen 2002, sections 3.1, 3.2 and 4.1. Open there, and read so: any enabled link may be
-split that does not come from the bias, as in the authors' program; a new link may join any two nodes that none joins, if it
-closes no loop, and has a weight of U(-range, range).
+Source: Stanley and Miikkulainen 2002, sections 3.1, 3.2 and 4.1. Open there, and read so: any enabled link
+may be split that does not come from the bias, as, to our memory, in the authors' program; a new link may join any two nodes that
+none joins, if it closes no loop, and has a weight of U(-range, range).
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 Each goes with other parts, too: `neat` with any selection, which is NEAT without species.
 
 Source: Stanley and Miikkulainen 2002, section 4.1, for all numbers but those that are called ours. Open there, and read so: of
-parents that are equally fit a coin says whose structure is inherited; of a species that many breed as in the authors' program,
-the given share and one more; its partner from another species is anybody of the population; all children may mutate.
+parents that are equally fit a coin says whose structure is inherited; of a species the given share breeds and one more, as, to
+our memory, in the authors' program; a partner from another species is anybody of the population; all children may mutate.
 """
 
 from __future__ import annotations

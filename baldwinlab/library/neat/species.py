@@ -5,7 +5,7 @@ representative is nearer than a threshold, and founds another where there is non
 not been surpassed, stand in the head of every genome, so that a generation follows from the one before and from nothing else.
 
 Source: Stanley and Miikkulainen 2002, sections 3.3 and 4.1. How long the search stays narrowed to the two best species is open
-there: as in the authors' program for one generation, after which counting begins anew.
+there: as, to our memory, in the authors' program for one generation, after which counting begins anew.
 """
 
 from __future__ import annotations
