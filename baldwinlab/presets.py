@@ -49,7 +49,7 @@ def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
     named, _, name = text.rpartition(":")
     if named:
         return papers.load(named).experiment(name, reading)
-    if ("model", text) in choices.foreign():
+    if text in choices.names("model") and text not in choices.BUILT_IN["model"]:
         made: Experiment = validate({"model": text})
         return made
     having = [one for one in papers.built_in().values() if name in one.experiment_names()]

@@ -9,14 +9,17 @@ import numpy as np
 
 from baldwinlab.check.findings import FailsError
 from baldwinlab.check.subject import Subject, breeding_arguments, values_of
+from baldwinlab.engine import rng
 from baldwinlab.engine.jit import kept
+from baldwinlab.evolution import Fitness, Genome, Moment, breed, draw_genome, select
 from baldwinlab.evolution.fitness import evaluate_all
 from baldwinlab.evolution.inheritance import pass_all_on
 from baldwinlab.evolution.selection import draw_parents
-from baldwinlab.parts.evolution import breeding_part
+from baldwinlab.parts.evolution import ITSELF, breeding_part
 from baldwinlab.parts.kinds import own_phases
 
 ROUNDS: Final = 200
+AGENTS, GENERATIONS = 30, 40  # of populations that parts look at as a whole
 CLOSE: Final = 1e-5
 
 
@@ -28,13 +31,51 @@ def _rounds(subject: Subject, part: Any) -> Iterator[tuple[int, Any, dict[str, A
         yield number, values, arrays, {name: np.asarray(each).tolist() for name, each in arrays.items()}
 
 
+def _generations(subject: Subject, part: Any) -> Iterator[tuple[Any, Any, Genome, Fitness, Moment]]:
+    """Populations that breed as the experiment says, whatever their fitness: for parts that look at whole ones.
+
+    Gives the experiment, the part's values, genomes and fitness, and when the next generation is.
+    """
+    experiment = subject.experiment.replace(population={"size": AGENTS})
+    random, values = np.random.default_rng(subject.seed), values_of(experiment, part)
+    genome = draw_genome(experiment, Moment(subject.seed, 0, 0))
+    for generation in range(1, GENERATIONS + 1):
+        fitness, moment = np.round(random.uniform(0, 4, AGENTS), 1), Moment(subject.seed, 0, generation)
+        yield experiment, values, genome, fitness, moment
+        genome, _ = breed(experiment, genome, fitness, moment)
+
+
+def compare_pairs(subject: Subject, part: Any) -> None:
+    """oracle(part, genome, fitness, uniforms) -> two parents for each child; the second is `ITSELF` where the first lives on."""
+    for experiment, values, genome, fitness, moment in _generations(subject, part):
+        uniforms = moment.uniforms(rng.SELECTION, (AGENTS, 2))
+        found = select(experiment, fitness, uniforms, genome).tolist()
+        expected = _fitter_first(part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist()), fitness)
+        if found != expected:
+            raise FailsError(f"in generation {moment.generation}, parents are {found}, and by the oracle {expected}")
+
+
+def compare_children(subject: Subject, part: Any) -> None:
+    """oracle(part, genome, fitness, parents, draws) -> all children, [child][module][entry]; `draws` is [child][draw][4]."""
+    for experiment, values, genome, fitness, moment in _generations(subject, part):
+        parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (AGENTS, 2)), genome).tolist()
+        draws = moment.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
+        expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
+        _require_close(breed(experiment, genome, fitness, moment)[0], expected, f"what lives in generation {moment.generation}")
+
+
+def _fitter_first(pairs: Any, fitness: Any) -> Any:
+    return [pair if pair[1] == ITSELF else sorted(pair, key=lambda agent: -fitness[agent]) for pair in pairs]
+
+
 def compare_selection(subject: Subject, part: Any) -> None:
     """oracle(part, fitness, uniforms) -> two parents for each child; their order is that of their fitness, whatever it says."""
     _, code = breeding_part(subject.experiment, "selection")
     for number, values, of, plain in _rounds(subject, part):
-        kept(draw_parents, code)(values, of["fitness"], of["uniforms"], of["shares"], of["order"], of["parents"])
+        scratch = of["shares"], of["order"]
+        kept(draw_parents, code)(values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"])
         fitness = plain["fitness"]
-        expected = [sorted(pair, key=lambda agent: -fitness[agent]) for pair in part.oracle(values, fitness, plain["uniforms"])]
+        expected = _fitter_first(part.oracle(values, fitness, plain["uniforms"]), fitness)
         if of["parents"].tolist() != expected:
             found = f"of the fitness {fitness}, parents are {of['parents'].tolist()}"
             raise FailsError(f"in round {number}, {found}, and by the oracle {expected}")
@@ -74,9 +115,17 @@ def _require_close(found: Any, expected: Any, what: str) -> None:
         raise FailsError(f"{what} is {np.asarray(found).tolist()}, and by the oracle {np.asarray(expected).tolist()}")
 
 
+def compare_breeding(subject: Subject, part: Any) -> None:
+    """By what the part's oracle is asked, which follows from the phases that are its own."""
+    own = own_phases(part)
+    ORACLES_THAT_BREED["pair" if "pair" in own else "vary_all" if "vary_all" in own else part.kind](subject, part)
+
+
 ORACLES_THAT_BREED: Final[dict[str, Callable[[Subject, Any], None]]] = {
     "selection": compare_selection,
+    "pair": compare_pairs,
     "variation": compare_variation,
+    "vary_all": compare_children,
     "inheritance": compare_inheritance,
     "fitness": compare_fitness,
 }

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.check.breeding import ORACLES_THAT_BREED
+from baldwinlab.check.breeding import compare_breeding
 from baldwinlab.check.findings import FailsError
 from baldwinlab.check.naive import Agent, Item, Naive
 from baldwinlab.check.subject import BREEDS, Subject, values_of
@@ -223,7 +223,7 @@ def _around(experiment: Any) -> tuple[list[float], list[float]]:
 
 
 def _compare_breeding(subject: Subject, part: Any) -> str:
-    ORACLES_THAT_BREED[part.kind](subject, part)
+    compare_breeding(subject, part)
     return ""
 
 

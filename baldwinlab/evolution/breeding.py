@@ -13,7 +13,7 @@ from baldwinlab.evolution.inheritance import deal_teachers
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.evolution import breeding_part, vary
+from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_all
 
 
 def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness) -> tuple[Genome, Parents]:
@@ -24,22 +24,23 @@ def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitn
 
 
 def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: Moment) -> tuple[Genome, Parents]:
-    """The children of a generation that has lived, and their parents. `moment` is the children's.
+    """The children of a generation that has lived, and their parents: of who lives on, that agent twice.
 
-    Raises ValueError as `select` does.
+    `moment` is the children's. Raises ValueError as `select` does.
     """
     agents, modules, weights = genome.shape
-    parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
+    parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)), genome)
     children = np.empty_like(genome)
     variation, code = breeding_part(experiment, "variation")
-    kept(breed_children, code)(variation, moment, genome, parents, np.empty((modules * weights, 4)), children)
+    kept(breed_children, code)(variation, moment, genome, fitness, parents, np.empty((modules * weights, 4)), children)
     return deal_teachers(experiment, children, moment), parents
 
 
-def breed_children(variation: Any, moment: Moment, genome: Genome, parents: Parents, draws: Uniforms, children: Genome) -> None:
+def breed_children(
+    variation: Any, moment: Moment, genome: Genome, fitness: Fitness, parents: Parents, draws: Uniforms, children: Genome
+) -> None:
     """Fill `children` from the genomes of their `parents`; `draws` [module and weight, 4] is scratch."""
-    seed, run, generation = moment.seed, moment.run, moment.generation
-    for child in range(children.shape[0]):
-        rng.draw_uniforms(seed, run, generation, rng.INHERITANCE, child, draws)
-        gate = rng.uniform(rng.philox(0, child, generation, rng.MUTATION_GATE, seed, run)[0])
-        vary(variation, genome[parents[child, 0]], genome[parents[child, 1]], draws, gate, children[child])
+    vary_all(variation, moment, genome, fitness, parents, draws, children)
+    for child in range(parents.shape[0]):
+        if parents[child, 1] == ITSELF:
+            parents[child, 1] = parents[child, 0]

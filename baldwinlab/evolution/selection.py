@@ -15,17 +15,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled, entry, kept
-from baldwinlab.evolution.moment import Fitness, Parents, Uniforms
+from baldwinlab.evolution.moment import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.evolution import Selection, breeding_part
-from baldwinlab.parts.evolution import select as choose
+from baldwinlab.parts.evolution import ITSELF, Selection, breeding_part, keep, keep_first, pair
 
 
-def select(experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms) -> Parents:
-    """Two parents for each child, the fitter one first; of equals, the one drawn first.
+def select(experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms, genome: Genome | None = None) -> Parents:
+    """Two parents for each child, the fitter one first; of equals, the one drawn first. Who lives on has `ITSELF` for the other.
 
-    Raises ValueError for a fitness that the scheme cannot work with.
+    `genome` is for schemes that look at it. Raises ValueError for a fitness that the scheme cannot work with.
     """
     scheme, code = breeding_part(experiment, "selection")
     least, where = type(scheme).part.least, f"evolution.selection = {experiment.evolution.selection!r}"
@@ -33,19 +32,34 @@ def select(experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms) -> 
         needed = "0 or more: choose rank or tournament, or a fitness that is never negative" if least == 0 else "a finite number"
         raise ValueError(f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}")
     agents, parents = fitness.size, np.full((len(uniforms), 2), -1, np.int32)
-    kept(draw_parents, code)(scheme, fitness, uniforms, np.empty(agents), np.empty(agents, np.int64), parents)
-    if parents.min() < 0 or parents.max() >= agents:
+    looked_at = np.empty((agents, 0, 0), np.float32) if genome is None else genome
+    scratch = np.empty(agents), np.empty(agents, np.int64)
+    kept(draw_parents, code)(scheme, experiment.evolution.elite, looked_at, fitness, uniforms, *scratch, parents)
+    if has_stranger(parents, agents):
         raise ValueError(f"{where} chose a parent that is none of the {agents} agents")
     return parents
 
 
-def draw_parents(scheme: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
-    """Fill `parents` by a scheme, the fitter one first."""
-    choose(scheme, fitness, uniforms, shares, order, parents)
+def draw_parents(
+    scheme: Any, elite: int, genome: Genome, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents
+) -> None:
+    """Fill `parents` by a scheme, the fitter one first, and let the elite live on in the place of the first children."""
+    pair(scheme, genome, fitness, uniforms, shares, order, parents)
+    keep(scheme, elite, fitness, uniforms, parents)
     for child in range(parents.shape[0]):
         first, second = parents[child, 0], parents[child, 1]
-        if fitness[second] > fitness[first]:
+        if second >= 0 and fitness[second] > fitness[first]:
             parents[child, 0], parents[child, 1] = second, first
+
+
+@entry
+def has_stranger(parents: Parents, agents: int) -> bool:
+    """Whether a parent is none of the agents."""
+    found = False
+    for child in range(parents.shape[0]):
+        first, second = parents[child, 0], parents[child, 1]
+        found = found or not (0 <= first < agents and (second == ITSELF or 0 <= second < agents))
+    return found
 
 
 @entry
@@ -138,6 +152,10 @@ class Neutral(Selection, name="neutral"):
         for child in range(parents.shape[0]):
             for parent in range(2):
                 parents[child, parent] = _any_of(fitness.size, uniforms[child, 0, parent])
+
+    @staticmethod
+    def keep(part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents) -> None:
+        keep_first(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)  # anybody lives on, too
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:

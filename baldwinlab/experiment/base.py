@@ -11,7 +11,7 @@ from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, create_model
+from pydantic import Field, ValidationError, create_model, model_validator
 
 from baldwinlab.experiment import choices, paths
 from baldwinlab.experiment.choices import Choice, key_of
@@ -46,6 +46,9 @@ class Evolution(Fields):
         "roulette",
         description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4); neutral: at random",
     )
+    elite: int = Field(
+        0, ge=0, le=1_000_000, description="the fittest of a generation, that live on unchanged in the place of so many children"
+    )
     variation: Annotated[str, Choice("variation")] = Field(
         "crossover", description="crossover: a weight from either parent, then mutation"
     )
@@ -74,6 +77,12 @@ class BaseExperiment(Fields):
         population: Population
         evolution: Evolution
         record: Record
+
+    @model_validator(mode="after")
+    def _elite_of_the_population(self) -> Self:
+        if self.evolution.elite > self.population.size:
+            raise ValueError(f"evolution.elite = {self.evolution.elite} must be at most population.size, {self.population.size}")
+        return self
 
     def __new__(cls, **values: Any) -> Self:
         """An experiment made in Python has the tables of the parts that it chooses, too."""

@@ -44,6 +44,7 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
+    "model": {"neat-xor": f"{_LIBRARY}.neat.xor:NeatXor"},
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",
         "energy": f"{_LIBRARY}.measures:Energy",
@@ -91,10 +92,12 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "selection": {
         "best-copies": f"{_LIBRARY}.breeding:BestCopies",
         "expected-offspring": f"{_LIBRARY}.breeding:ExpectedOffspring",
+        "species": f"{_LIBRARY}.neat.parts:Species",
     },
     "variation": {
         "copy": f"{_LIBRARY}.breeding:Copy",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
+        "neat": f"{_LIBRARY}.neat.parts:Neat",
         "one-point-crossover": f"{_LIBRARY}.breeding:OnePointCrossover",
     },
     "inheritance": {"social-heredity": f"{_LIBRARY}.heredity:SocialHeredity"},

@@ -37,7 +37,9 @@ def _of_foragers(experiment: Experiment) -> dict[str, str]:
     if "reinforcement" not in experiment.modules:
         found["learning.teacher"] = rule
     if experiment.evolution.inheritance == "none":
-        found |= dict.fromkeys(("learning.teacher", "evolution.lamarckian_share"), 'evolution.inheritance = "none"')
+        found |= dict.fromkeys(
+            ("learning.teacher", "evolution.lamarckian_share", "evolution.elite"), 'evolution.inheritance = "none"'
+        )
     return found
 
 

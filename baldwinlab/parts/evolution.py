@@ -9,28 +9,59 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import rng
+from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import phase
 from baldwinlab.parts.kinds import Part, compiled_values
 
 Numbers = npt.NDArray[np.float64]
+ITSELF: Final = -2  # in the place of a second parent: the child is its first parent, which lives on unchanged
 
 
 @phase
 def select(part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any) -> None:
     """Fill `parents` int32 [child, 2] with agents. `uniforms` is [child, draw, 4] in (0, 1), of two draws.
 
-    `shares` float64 [agent] and `order` int64 [agent] are scratch.
+    `shares` float64 [agent] and `order` int64 [agent] are scratch. Where the second parent is `ITSELF`, the first lives on.
     """
+
+
+@phase
+def pair(part: Any, genome: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any) -> None:
+    """As `select`, which it is unless the scheme says otherwise, with the genomes [agent, module, weight] to look at."""
+    select(part, fitness, uniforms, shares, order, parents)
+
+
+@phase
+def keep(part: Any, count: int, fitness: Numbers, uniforms: Numbers, parents: Any) -> None:
+    """Let the `count` fittest live on, as the first children: of equals anybody."""
+    keep_first(count, fitness, uniforms[:, 1, 3], parents)
 
 
 @phase
 def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child: Any) -> None:
     """Fill one `child` [module, weight] from its parents'. `draws` is [module and weight, 4] in (0, 1), and `gate` one number."""
+
+
+@phase
+def vary_all(part: Any, moment: Any, genome: Any, fitness: Numbers, parents: Any, draws: Numbers, children: Any) -> None:
+    """Fill all `children` [child, module, weight], one after another, by `vary`; `draws` is scratch, and `moment` theirs.
+
+    A variation has its own where children must know of each other. Who lives on is then left to it, too.
+    """
+    seed, run, generation = moment.seed, moment.run, moment.generation
+    for child in range(children.shape[0]):
+        if parents[child, 1] == ITSELF:
+            copy_genome(genome[parents[child, 0]], children[child])
+            continue
+        rng.draw_uniforms(seed, run, generation, rng.INHERITANCE, child, draws)
+        gate = rng.uniform(rng.philox(0, child, generation, rng.MUTATION_GATE, seed, run)[0])
+        vary(part, genome[parents[child, 0]], genome[parents[child, 1]], draws, gate, children[child])
 
 
 @phase
@@ -51,13 +82,45 @@ def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> Non
     """Fill `fitness` [agent] from the energy that agents gained in life, and what learning cost them."""
 
 
+@compiled
+def keep_first(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> None:
+    """Let the `count` agents live on that come first: the fittest, then those of the least tie, then of the least number."""
+    last = -1
+    for place in range(count):
+        next_one = -1
+        for agent in range(fitness.size):
+            ahead = last < 0 or _comes_before(fitness, ties, last, agent)
+            if ahead and (next_one < 0 or _comes_before(fitness, ties, agent, next_one)):
+                next_one = agent
+        parents[place, 0], parents[place, 1], last = next_one, ITSELF, next_one
+
+
+@compiled
+def _comes_before(fitness: Numbers, ties: Numbers, a: int, b: int) -> bool:
+    if fitness[a] != fitness[b]:
+        return bool(fitness[a] > fitness[b])
+    if ties[a] != ties[b]:
+        return bool(ties[a] < ties[b])
+    return a < b
+
+
+@compiled
+def copy_genome(genome: Any, into: Any) -> None:
+    """Fill `into` [module, weight] with one `genome`."""
+    for module in range(genome.shape[0]):
+        for weight in range(genome.shape[1]):
+            into[module, weight] = genome[module, weight]
+
+
 class Selection(Part):
-    """Who become parents: two for each child, drawn independently; afterwards the fitter one is put first."""
+    """Who become parents: two for each child, drawn independently; afterwards the fitter one is put first. And who live on."""
 
     kind: ClassVar[str] = "selection"
     least: ClassVar[float] = -math.inf  # the lowest fitness that it copes with
 
     select: ClassVar[Any] = staticmethod(select.default)
+    pair: ClassVar[Any] = staticmethod(pair.default)
+    keep: ClassVar[Any] = staticmethod(keep.default)
 
 
 class Variation(Part):
@@ -67,6 +130,7 @@ class Variation(Part):
     settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")  # of `evolution`, that it heeds
 
     vary: ClassVar[Any] = staticmethod(vary.default)
+    vary_all: ClassVar[Any] = staticmethod(vary_all.default)
 
 
 class Inheritance(Part):

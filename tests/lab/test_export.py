@@ -53,9 +53,9 @@ def in_node(folder: Path, experiment: Any, module: Path) -> dict[str, Any]:
     return dict(json.loads(done.stdout))
 
 
-@pytest.mark.parametrize("name", ["evo/B", "evo+self-taught/A", "evo+drift/A"])
-def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str) -> None:
-    experiment = small(name)
+@pytest.mark.parametrize(("name", "elite"), [("evo/B", 0), ("evo+self-taught/A", 2), ("evo+drift/A", 0)])
+def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) -> None:
+    experiment = small(name).replace(evolution={"elite": elite})
     module = SHIPPED / f"{experiment.learning.rule}-simultaneous.wasm"
     here, there = simulate(experiment, seed=5, run=1), in_node(tmp_path, experiment, module)
     for variable in ("food_eaten", "energy", "parents", "genome"):

@@ -22,7 +22,7 @@ from baldwinlab.evolution.fitness import balance, charge
 from baldwinlab.evolution.founders import draw_normal
 from baldwinlab.evolution.inheritance import deal
 from baldwinlab.evolution.moment import Moment
-from baldwinlab.evolution.selection import draw_parents, misfit
+from baldwinlab.evolution.selection import draw_parents, has_stranger, misfit
 from baldwinlab.evolution.sorting import sort_by
 from baldwinlab.models.miniworld.learning import expressed
 from baldwinlab.models.miniworld.life import be_born, live_one_by_one, live_together
@@ -72,6 +72,7 @@ class Population(NamedTuple):
     first_step: int
     last_step: int
     selection: int  # the number of its scheme among `schemes`
+    elite: int  # so many live on
     afresh: bool  # nothing is inherited
     wants_learned: bool
     learns: bool
@@ -255,9 +256,8 @@ def breed(population: Population) -> None:
     _choose_parents(population)
     if population.fault[0] == 0:
         moment = Moment(population.seed, population.run, population.generation + 1)
-        breed_children(
-            population.variation, moment, population.inherited, population.parents, population.draws, population.children
-        )
+        inherited, energy, children = population.inherited, population.energy, population.children
+        breed_children(population.variation, moment, inherited, energy, population.parents, population.draws, children)
         _copy(population.children, population.genome)
         _deal_teachers(population, moment)
 
@@ -276,13 +276,9 @@ def _choose_parents(population: Population) -> None:
     for child in range(agents):
         draw_uniforms(population.seed, population.run, generation, SELECTION, child, uniforms[child])
     population.parents[:] = -1
-    energy, shares, order = population.energy, population.shares, population.order
-    of_chosen(population.schemes, population.selection, energy, uniforms, shares, order, population.parents)
-    for child in range(agents):
-        if min(population.parents[child, 0], population.parents[child, 1]) < 0:
-            population.fault[0] = STRANGER
-        if max(population.parents[child, 0], population.parents[child, 1]) >= agents:
-            population.fault[0] = STRANGER
+    of_chosen(population.schemes, population.selection, population)
+    if has_stranger(population.parents, agents):
+        population.fault[0] = STRANGER
 
 
 @compiled
@@ -299,22 +295,25 @@ def _deal_teachers(population: Population, moment: Moment) -> None:
     deal(population.children, population.order, population.genome)
 
 
-def of_chosen(schemes: Any, number: int, energy: Any, uniforms: Any, shares: Any, order: Any, parents: Any) -> None:
-    """Fill `parents` by one of some schemes."""
-    draw_parents(schemes[number], energy, uniforms, shares, order, parents)
+def of_chosen(schemes: Any, number: int, population: Any) -> None:
+    """Fill the parents by one of some schemes."""
+    _draw_parents(schemes[number], population)
+
+
+@compiled
+def _draw_parents(scheme: Any, of: Any) -> None:
+    draw_parents(scheme, of.elite, of.inherited, of.energy, of.uniforms, of.shares, of.order, of.parents)
 
 
 def _choose_of_chosen(schemes: Any, *others: Any) -> Callable[..., Any]:
     if len(schemes) == 1:
-        return lambda schemes, number, energy, uniforms, shares, order, parents: draw_parents(
-            schemes[0], energy, uniforms, shares, order, parents
-        )
+        return lambda schemes, number, population: _draw_parents(schemes[0], population)
 
-    def either(schemes: Any, number: int, energy: Any, uniforms: Any, shares: Any, order: Any, parents: Any) -> None:
+    def either(schemes: Any, number: int, population: Any) -> None:
         if number == 0:
-            draw_parents(schemes[0], energy, uniforms, shares, order, parents)
+            _draw_parents(schemes[0], population)
         else:
-            of_chosen(schemes[1:], number - 1, energy, uniforms, shares, order, parents)
+            of_chosen(schemes[1:], number - 1, population)
 
     return either
 

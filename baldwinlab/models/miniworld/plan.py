@@ -80,6 +80,7 @@ POPULATION: Final[Mapping[str, Value]] = {
     "generation": 0,
     "first_step": 0,
     "last_step": 0,
+    "elite": field("evolution.elite"),
     "evolved_rate": field("learning.evolved_rate"),
     "teacher": field("learning.teacher", among=list(browser.TEACHERS)),
     "rate": field("learning.rate"),

@@ -1,0 +1,166 @@
+"""Genomes that are graphs: networks of any topology, each link a gene with its historical mark.
+
+A genome is float32 [entry]: a head of `HEAD` entries, then a gene of `GENE` entries for each link, in the order of their
+innovation numbers; where that number is 0, there are no more. Nodes are named by whole numbers: the inputs from 0 on,
+the last of them the bias, then the outputs; a hidden node has the innovation number of the link that led to it when it arose.
+So a genome says all by itself which nodes it has, and no list of nodes is needed.
+
+Source: K. O. Stanley and R. Miikkulainen, "Evolving neural networks through augmenting topologies", Evolutionary Computation
+10 (2002), sections 3.1 and 3.2; how it lies in an array is ours.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.arithmetic import sigmoid
+from baldwinlab.engine.jit import compiled
+
+# The head: what all share (nodes, and the ledger of the run, the last numbers given), then the standing of the species.
+INPUTS, OUTPUTS, LEDGER, NEWEST, SPECIES, BEST, STALE, BEST_OF_ALL, STALE_OF_ALL = range(9)
+HEAD: Final = 9
+NUMBER, SOURCE, TARGET, WEIGHT, ENABLED = range(5)  # of a gene
+GENE: Final = 5
+
+Graph = npt.NDArray[np.float32]  # [entry]
+ZERO, ONE = np.float32(0), np.float32(1)
+
+
+def entries(links: int) -> int:
+    """Entries of a genome with room for so many links."""
+    return HEAD + GENE * links
+
+
+def minimal(inputs: int, outputs: int, links: int, weights: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """Networks without hidden nodes, every input linked with every output: [agent, entry], from `weights` [agent, link]."""
+    made = np.zeros((len(weights), entries(links)), np.float32)
+    first = inputs + outputs
+    made[:, [INPUTS, OUTPUTS, LEDGER]] = inputs, outputs, first + inputs * outputs - 1
+    made[:, [NEWEST, SPECIES]] = 1
+    made[:, [BEST, BEST_OF_ALL]] = -np.inf
+    for link in range(inputs * outputs):
+        gene = HEAD + GENE * link
+        made[:, gene : gene + WEIGHT] = first + link, link // outputs, inputs + link % outputs
+        made[:, gene + WEIGHT], made[:, gene + ENABLED] = weights[:, link], 1
+    return made
+
+
+@compiled
+def gene_at(link: int) -> int:
+    """Where the gene of a link begins."""
+    return HEAD + GENE * link
+
+
+@compiled
+def room(graph: Graph) -> int:
+    """For how many links there is room."""
+    return (graph.size - HEAD) // GENE
+
+
+@compiled
+def links_of(graph: Graph) -> int:
+    """How many links there are, enabled or not."""
+    links = 0
+    while links < room(graph) and graph[gene_at(links) + NUMBER] > ZERO:
+        links += 1
+    return links
+
+
+@compiled
+def makes_a_node(graph: Graph, link: int) -> bool:
+    """Whether a link is the one that its target, a hidden node, is named by."""
+    return bool(graph[gene_at(link) + NUMBER] == graph[gene_at(link) + TARGET])
+
+
+@compiled
+def has_link(graph: Graph, source: Any, target: Any) -> bool:
+    found = False
+    for link in range(links_of(graph)):
+        found = found or (graph[gene_at(link) + SOURCE] == source and graph[gene_at(link) + TARGET] == target)
+    return found
+
+
+@compiled
+def nodes_of(graph: Graph) -> int:
+    """How many nodes there are: inputs, outputs, and hidden ones."""
+    nodes = int(graph[INPUTS]) + int(graph[OUTPUTS])
+    for link in range(links_of(graph)):
+        nodes += int(makes_a_node(graph, link))
+    return nodes
+
+
+@compiled
+def node_of(graph: Graph, place: int) -> Any:
+    """The name of the node at a place: inputs and outputs first, then the hidden ones, the oldest first."""
+    fixed = int(graph[INPUTS]) + int(graph[OUTPUTS])
+    name, hidden = np.float32(place), fixed
+    for link in range(links_of(graph)):
+        if makes_a_node(graph, link):
+            if hidden == place:
+                name = graph[gene_at(link) + TARGET]
+            hidden += 1
+    return name
+
+
+@compiled
+def place_of(graph: Graph, name: Any) -> int:
+    """The place of the node of a name, as `node_of` has it."""
+    fixed = int(graph[INPUTS]) + int(graph[OUTPUTS])
+    place, hidden = int(name), fixed
+    for link in range(links_of(graph)):
+        if makes_a_node(graph, link):
+            if graph[gene_at(link) + TARGET] == name:
+                place = hidden
+            hidden += 1
+    return place
+
+
+@compiled
+def leads_to(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
+    """Whether links, enabled or not, lead from one node to another, or they are the same. `marks` [link] is scratch."""
+    links = links_of(graph)
+    for link in range(links):
+        marks[link] = 0.0
+    found, grew = bool(source == target), True
+    while grew and not found:
+        grew = False
+        for link in range(links):
+            if marks[link] == 0.0 and _is_reached(graph, source, link, links, marks):
+                marks[link], grew = 1.0, True
+                found = found or graph[gene_at(link) + TARGET] == target
+    return found
+
+
+@compiled
+def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) -> bool:
+    """Whether a link begins at the source, or where one ends that is marked."""
+    begin = graph[gene_at(link) + SOURCE]
+    found = bool(begin == source)
+    for other in range(links):
+        found = found or (marks[other] > 0.0 and graph[gene_at(other) + TARGET] == begin)
+    return found
+
+
+@compiled
+def activate(graph: Graph, steepness: Any, places: Any, values: Any, totals: Any) -> None:
+    """Fill `values` [place], of which the inputs are given, with sigmoid(steepness x total) of every other node; no loops.
+
+    `places` int64 [link, 2] and `totals` float32 [place] are scratch, with room for as many as there can be.
+    """
+    inputs, nodes, links = int(graph[INPUTS]), nodes_of(graph), links_of(graph)
+    for link in range(links):
+        places[link, 0] = place_of(graph, graph[gene_at(link) + SOURCE])
+        places[link, 1] = place_of(graph, graph[gene_at(link) + TARGET])
+    for node in range(inputs, nodes):
+        values[node] = ZERO
+    for _ in range(nodes - inputs):  # a signal has reached every node after so many steps as there are nodes on its way
+        for node in range(inputs, nodes):
+            totals[node] = ZERO
+        for link in range(links):
+            if graph[gene_at(link) + ENABLED] > ZERO:
+                totals[places[link, 1]] += graph[gene_at(link) + WEIGHT] * values[places[link, 0]]
+        for node in range(inputs, nodes):
+            values[node] = sigmoid(steepness * totals[node])

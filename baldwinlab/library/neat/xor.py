@@ -1,0 +1,94 @@
+"""The exclusive or, the classic first task of NEAT: no network without hidden nodes solves it, so one must grow.
+
+    baldwinlab run neat-xor --runs 10
+
+Two inputs and a bias; the output must be above 1/2 where one of the inputs is 1, and below where none or both are. A life is to
+be asked the four questions; fitness is (4 - the sum of the distances from the right answers)^2.
+
+Source: Stanley and Miikkulainen 2002, section 4.1 (all numbers) and 4.2, where 100 runs of 150 networks take 32 generations
+on average, 4,755 networks (SD 2,553), and find solutions of 2.35 hidden nodes and 7.48 enabled links.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine.jit import entry
+from baldwinlab.library.neat import oracle
+from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET, activate, entries, minimal
+from baldwinlab.parts import FOUNDER, Field, Lives, Model, Variable
+
+QUESTIONS: Final = ((0, 0, 1), (0, 1, 1), (1, 0, 1), (1, 1, 1))  # the last is the bias
+ANSWERS: Final = (0, 1, 1, 0)
+_OF_AGENT = ("generation", "agent")
+
+
+class NeatXor(Model, name="neat-xor"):
+    """Networks that grow until they know the exclusive or."""
+
+    links: int = Field(60, ge=3, le=1000, description="links for which a genome has room, enabled or not (ours)")
+    steepness: float = Field(4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))")
+    newborn_range: float = Field(1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)")
+
+    graphs: ClassVar[bool] = True
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 150},
+        "evolution": {"generations": 150, "selection": "species", "variation": "neat"},
+        "record": {"genome_every": 10},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "right": Variable(_OF_AGENT, np.int32, "answers", "answers that are right, of four"),
+        "hidden": Variable(_OF_AGENT, np.int32, "nodes", "hidden nodes"),
+        "enabled": Variable(_OF_AGENT, np.int32, "links", "enabled links"),
+        "species": Variable(_OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
+    }
+
+    def without_learner(self) -> NeatXor:
+        return self
+
+    def weights(self) -> int:
+        return entries(self.links)
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        inputs = len(QUESTIONS[0])
+        draws = moment.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
+        return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
+
+    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        graphs = np.ascontiguousarray(genomes[:, :, 0])
+        answers = np.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
+        nodes = len(QUESTIONS[0]) + 1 + self.links
+        scratch = np.empty((self.links, 2), np.int64), np.empty(nodes, np.float32), np.empty(nodes, np.float32)
+        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), *scratch, answers)
+        wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
+        genes = graphs[:, :, HEAD:].reshape(*graphs.shape[:2], -1, GENE)
+        there = genes[..., NUMBER] > 0
+        records = {
+            "right": (wrong < 0.5).sum(axis=-1),
+            "hidden": (there & (genes[..., NUMBER] == genes[..., TARGET])).sum(axis=-1),
+            "enabled": (there & (genes[..., ENABLED] > 0)).sum(axis=-1),
+            "species": graphs[:, :, SPECIES],
+        }
+        energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
+        return Lives(energy, np.zeros_like(energy), None, {name: each.astype(np.int32) for name, each in records.items()})
+
+    def oracle(self, graph: Any) -> float:
+        """The fitness of one network, [entry]."""
+        answers = [oracle.activate(graph, self.steepness, question)[0] for question in QUESTIONS]
+        return float((4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True))) ** 2)
+
+
+@entry
+def ask(graphs: Any, questions: Any, steepness: Any, places: Any, values: Any, totals: Any, answers: Any) -> None:
+    """Fill `answers` [run, agent, question] with what the first output says."""
+    for run in range(graphs.shape[0]):
+        for agent in range(graphs.shape[1]):
+            for question in range(questions.shape[0]):
+                for number in range(questions.shape[1]):
+                    values[number] = questions[question, number]
+                activate(graphs[run, agent], steepness, places, values, totals)
+                answers[run, agent, question] = values[questions.shape[1]]
