@@ -40,7 +40,7 @@ export class Setup {
     const { presets, default: usual } = await getJSON("/api/presets", this.signal);
     this.presets = presets;
     const { preset } = this.state;
-    this.preset = el("select", { "data-testid": "preset" }, ...presets.map(({ name }) => el("option", { value: name }, name)));
+    this.preset = el("select", { "data-testid": "preset" }, ...byLearner(presets));
     this.preset.value = presets.some(({ name }) => name === preset) ? preset : usual;
     this.preset.addEventListener("change", () => this.take());
     this.reset.addEventListener("click", () => this.take());
@@ -235,4 +235,11 @@ export function withChanges(base, changes) {
     if (holder && Object.hasOwn(holder, last)) holder[last] = value;
   }
   return tree;
+}
+
+/** Options for presets, those of a learner under its name. */
+function byLearner(presets) {
+  const groups = new Map();
+  for (const { name, learner } of presets) groups.set(learner, [...(groups.get(learner) ?? []), el("option", { value: name }, name)]);
+  return [...groups].flatMap(([learner, options]) => (learner && options.length > 1 ? [el("optgroup", { label: learner }, ...options)] : options));
 }
