@@ -75,7 +75,7 @@ def generations(experiment: BaseExperiment) -> list[int]:
 
 def drifting(experiment: BaseExperiment) -> list[int]:
     """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
-    if not isinstance(experiment, Experiment) or (experiment.learns and "reinforcement" not in experiment.modules):
+    if not isinstance(experiment, Experiment) or (experiment.learns and not experiment.part("learning.rule").drift_fits):
         return []
     return _thinned(generations(experiment), FEW_GENERATIONS)
 

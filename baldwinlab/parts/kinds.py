@@ -245,6 +245,7 @@ class LearningRule(Part):
     modules: ClassVar[tuple[str, ...]] = ("action",)  # in a genome, each of as many weights; the networks among them are
     # "action", the first, and "reinforcement", the second where there is one, whose answer is then in state.targets
     learns: ClassVar[bool] = True
+    drift_fits: ClassVar[bool] = False  # whether it goes as far as self-teaching, so that drift, which does, is a control for it
     color: ClassVar[str] = "blue"  # of `baldwinlab.palette`
 
     inherit: ClassVar[Any] = staticmethod(inherit.default)

@@ -13,6 +13,7 @@ class SelfTaughtAgain(LearningRule, name="self-taught-again"):
     """Backpropagation towards what the reinforcement module answers."""
 
     modules = ("action", "reinforcement")
+    drift_fits = True  # the control `drift` goes as far as self-teaching would
 
     @staticmethod
     def learn(part, model, state, step, lane):

@@ -115,3 +115,10 @@ def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int
     control = drifting(small("evo", evolution={"generations": count}))
     assert {0, count - 1} <= set(control) <= set(found)
     assert min(count, 6) <= len(control) <= 11
+
+
+@pytest.mark.parametrize(
+    ("rule", "fits"), [("self-taught", True), ("drift", True), ("crbp", False), ("hebb", False), ("none", True)]
+)
+def test_drift_is_lived_where_it_goes_as_far_as_what_it_stands_in_for(rule: str, fits: bool) -> None:
+    assert bool(drifting(small("evo", learning={"rule": rule}))) == fits

@@ -54,6 +54,7 @@ class SelfTaught(LearningRule, name="self-taught"):
     """Backpropagation: the answer to what was sensed moves towards the reinforcement module's."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    drift_fits: ClassVar[bool] = True
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -73,6 +74,7 @@ class Drift(LearningRule, name="drift"):
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    drift_fits: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
         "shadow": per_agent("weights"),  # the weights as self-teaching would have made them
         "shadow_activations": per_agent("units"),
