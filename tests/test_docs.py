@@ -14,7 +14,15 @@ import pytest
 from tests.commands import Command
 
 ROOT = Path(__file__).parent.parent
-LONG = ("assays.md", "changing-the-model.md", "controls.md", "papers.md", "python.md", "sweeps.md")  # half a minute each
+LONG = (
+    "assays.md",
+    "changing-the-model.md",
+    "controls.md",
+    "library.md",
+    "papers.md",
+    "python.md",
+    "sweeps.md",
+)  # half a minute each
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 

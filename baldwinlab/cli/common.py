@@ -61,6 +61,7 @@ app = App(
 Whole = Annotated[int, Parameter(converter=_whole)]
 PerhapsWhole = Annotated[int | None, Parameter(converter=_whole)]
 Runs = Annotated[Whole, Parameter(help="independent runs of each condition")]
+Reading = Annotated[str, Parameter(help="a named reading, laid over; see `baldwinlab presets`")]
 Seed = Annotated[Whole, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
 Directory = Annotated[Any, Parameter(converter=_location)]  # a Path; or what fsspec makes of a URL, which is none by type

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import reproduce as papers
-from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Seed, Workers, load_parts
+from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Reading, Seed, Workers, load_parts
 from baldwinlab.papers import DEFAULT
 
 
@@ -20,7 +20,7 @@ def reproduce(
     generations: Annotated[PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")] = None,
     steps: Annotated[PerhapsWhole, Parameter(help="steps of a life; the paper's own unless given")] = None,
     seed: Seed = 0,
-    reading: Annotated[str, Parameter(help="a named reading of the paper; see `baldwinlab presets`")] = "standard",
+    reading: Reading = "standard",
     workers: Workers = None,
     out: Out = None,
     last: Last = 10,

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
-from baldwinlab.cli.common import Assignments, BackendName, Executor, Force, Out, Parts, Runs, Seed, Workers, load_parts
+from baldwinlab.cli.common import Assignments, BackendName, Executor, Force, Out, Parts, Reading, Runs, Seed, Workers, load_parts
 from baldwinlab.experiment import assign
 from baldwinlab.presets import load
 
@@ -18,6 +18,7 @@ def run(
     /,
     *others: Annotated[str, Parameter(help="more of them, to be compared in one study")],
     part: Parts = None,
+    reading: Reading = "standard",
     assignments: Assignments = None,
     runs: Runs = 30,
     seed: Seed = 0,
@@ -29,7 +30,7 @@ def run(
 ) -> None:
     """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
     load_parts(part)
-    experiments = [assign(load(name), assignments or []) for name in (experiment, *others)]
+    experiments = [assign(load(name, reading), assignments or []) for name in (experiment, *others)]
     study = studies.run(
         experiments, runs=runs, seed=seed, out=out, workers=workers, backend=backend, executor=executor, force=force
     )

@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Error, Page, expect
 
 from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.base import added_choices
 from baldwinlab.lab.export import live_page
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.runs.simulate import simulate
@@ -37,7 +38,11 @@ def all_presets() -> list[Experiment]:
     """Every preset that the shipped modules live, and every reading of the one that uses most of the model."""
     paper = papers.load()
     readings = [reading for reading in paper.names("readings") if reading != STANDARD]
-    return [*map(paper.experiment, paper.experiment_names()), *(paper.experiment("evo+self-taught/A", each) for each in readings)]
+    every = [
+        *map(paper.experiment, paper.experiment_names()),
+        *(paper.experiment("evo+self-taught/A", each) for each in readings),
+    ]
+    return [experiment for experiment in every if not list(added_choices(experiment))]
 
 
 @pytest.fixture(scope="module")

@@ -123,7 +123,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"paper": PAPER + 'figures = ["pie"]\n'},
-            "{}/paper.toml: figures.0 = 'pie': input should be 'fitness'",
+            "{}/paper.toml: figures.0 = 'pie': input should be 'overview'",
         ),
         ((), {"paper": PAPER + 'maps = ["nera"]\n'}, "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)"),
         ((), {"paper": PAPER + 'emergence = "taught"\n'}, "{}/paper.toml: emergence 'taught', which there is not"),
