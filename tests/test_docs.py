@@ -14,6 +14,7 @@ import pytest
 from tests.commands import Command
 
 ROOT = Path(__file__).parent.parent
+# Half a minute each, or more.
 LONG = (
     "assays.md",
     "changing-the-model.md",
