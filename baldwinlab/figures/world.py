@@ -22,6 +22,7 @@ from baldwinlab.figures.style import BLACK, BLUE, GREY, ORANGE, PALE, WIDTH, sty
 from baldwinlab.palette import shade
 
 BODY = 10.0  # side of an agent and of an item, units of length
+NARROW = 10  # degrees
 EXAMPLE = 1906  # seed of the places shown
 
 Look = Mapping[str, Any]  # `models.miniworld.look.Look` as plain data
@@ -75,7 +76,7 @@ def _map(axes: Axes, world: World, agents: int, look: Look) -> None:
             generator.uniform(region["y"], bottom, count),
             shade(kind["colour"]),
         )
-        items = f"item{'' if count == 1 else 's'}" if kind["name"] == "food" else kind["name"]
+        items = f"item{'' if count == 1 else 's'}" if kind["name"] == "food" else f"of {kind['name']}"
         labels.setdefault(((region["x"] + right) / 2, region["y"] - 8), []).append(f"{count} {items}")
     for place, texts in labels.items():
         axes.annotate(", ".join(texts), place, ha="center", va="bottom")
@@ -137,7 +138,8 @@ def agent_senses(look: Look) -> Figure:
         colour = ORANGE if number == len(found) else PALE  # as in the lab, that of an input which is not 0
         axes.add_patch(Wedge((0, 0), distance, first, past, fc=colour, alpha=0.55, ec=GREY, lw=1))
         _at(axes, 1.06 * radius, _middle(first, past), "\n".join(names), ha="left", va="center", fontweight="bold")
-    for edge in dict.fromkeys(edge for first, past, _ in found for edge in (first, past)):
+    wide = [(first, past) for first, past, _ in found if (past - first) % 360 > NARROW]  # edges of others leave no room for words
+    for edge in dict.fromkeys(edge for pair in wide for edge in pair):
         _at(axes, 1.1 * radius, edge, f"{abs((edge + 180) % 360 - 180):g}°", ha="center", va="center", color=GREY)
     axes.add_patch(Circle((0, 0), radius, fill=False, ec=GREY, ls="--", lw=1))
     axes.text(

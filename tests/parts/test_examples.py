@@ -65,7 +65,7 @@ def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
     experiment = assign(load("evo/A"), chosen)
     seen = look(experiment).to_dict()
     axes = figures.world_maps({"A": experiment.world}, 20, {"A": seen}).axes[0]
-    assert {text.get_text() for text in axes.texts} >= {"50 items, 20 poison", "wall"}
+    assert {text.get_text() for text in axes.texts} >= {"50 items, 20 of poison", "wall"}
     assert "#555555" in {to_hex(to_rgba_array(patch.get_facecolor())[0]) for patch in axes.patches}
     assert {to_hex(colour) for each in axes.collections for colour in np.asarray(each.get_facecolor())[:1]} >= {GREEN, PURPLE}
     labels = [text.get_text() for text in figures.agent_senses(seen).axes[0].texts]

@@ -1,0 +1,45 @@
+"""Makes the pictures of the library's pages in docs/ anew: `python -m scripts.library_pictures STUDY`, of `worlds-and-minds`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import baldwinlab as bl
+from baldwinlab import figures, papers
+from baldwinlab.models.miniworld.look import look
+from baldwinlab.papers.verdicts import evaluate
+
+PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
+WORLDS: Final = ("C", "D", "worth", "drifting", "in-turn", "scarce")
+LAST: Final = 10  # generations
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`")
+    study = bl.open_study(parser.parse_args().study)
+    standings = figures.standings(study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST)
+    there = {name: bl.load(f"evo/{name}") for name in WORLDS}
+    worlds = {f"Map {name}": experiment.world for name, experiment in there.items()}
+    looks = {f"Map {name}": look(experiment).to_dict() for name, experiment in there.items()}
+    rays = bl.load("evo/A").replace(senses={"kinds": ["rays"]})
+    with TemporaryDirectory() as folder:
+        bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
+        grown = figures.fitness_curves(bl.open_study(Path(folder) / "xor"))
+    drawn = {
+        "worlds-and-minds": figures.overview(standings),
+        "worlds": figures.world_maps(worlds, 20, looks),
+        "senses": figures.agent_senses(look(rays).to_dict()),
+        "neat": grown,
+    }
+    for name, figure in drawn.items():
+        with TemporaryDirectory() as folder:
+            figures.save(figure, Path(folder), name)
+            (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
+
+
+if __name__ == "__main__":
+    main()
