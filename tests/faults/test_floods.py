@@ -80,7 +80,11 @@ def flood(server: Server) -> None:
 
 
 def post(server: Server, path: str, content: bytes) -> None:
-    assert httpx.post(f"{server.address}api/{path}", content=content, timeout=60).status_code in (400, 413)
+    try:
+        status = httpx.post(f"{server.address}api/{path}", content=content, timeout=60).status_code
+    except (httpx.NetworkError, httpx.RemoteProtocolError):
+        return  # cut off: on a busy machine it may take longer than the second that this lab waits
+    assert status in (400, 413)
 
 
 def live_and_leave(server: Server, seed: int) -> None:
@@ -99,7 +103,8 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
     with opened(tmp_path) as server:
         while not httpx.get(f"{server.address}api/engine", timeout=60).json()["ready"]:  # to compile takes memory of its own
             time.sleep(0.1)
-        httpx.get(f"{server.address}api/results?study=crowd", timeout=60)  # which loads what results need
+        httpx.get(f"{server.address}api/results?study=crowd", timeout=60)  # which loads what results need,
+        live_and_leave(server, 0)  # and this what a live run needs
         before = server.memory
         for _ in range(amount(20, 1)):
             flood(server)

@@ -43,7 +43,7 @@ class Stage(NamedTuple):
 STAGES = [
     Stage("run", RUN, 80),
     Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 50),
-    Stage("assay", ("assay", "study", "innate", "gain"), 60, RUN),
+    Stage("assay", ("assay", "study", "--only", "innate"), 60, RUN),
     Stage("report", ("report", "study"), 50, RUN),
     Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 25, RUN),
     Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 25, RUN),
