@@ -84,9 +84,10 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   const [, modules, length] = engine.shape("population.genome");
   const module = (number) => genome.slice((agent * modules + number) * length, (agent * modules + number) * length + weights[0].length);
   const inputs = look.inputs.length;
-  const few = inputs <= MOST_INPUTS && !look.remembers && !look.real.some(Boolean);
+  const memoryless = !look.remembers && !look.real.some(Boolean); // answers may have been looked up, and hidden units never made
+  const few = inputs <= MOST_INPUTS && memoryless;
   const answers = (of) => activations.map((one) => answer(engine, of, one.subarray(0, inputs)));
-  const units = few && !learns(engine) ? answers(module(0)) : activations;
+  const units = memoryless && !learns(engine) ? answers(module(0)) : activations;
   const found = { sample_step: Uint32Array.from(samples), weights: flat(weights), activations: flat(units), action: Uint16Array.from(action), eaten_in_life: Uint32Array.from(eaten) };
   if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
   if (engine.plan.taught) {
