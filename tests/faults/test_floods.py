@@ -20,7 +20,8 @@ from baldwinlab.presets import load
 from tests.faults.amount import amount
 from tests.small import small, small_study
 
-ALLOWED = 300e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
+ALLOWED = 400e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
+AGAIN = 100e6  # bytes that further rounds may take beside the first
 IMPATIENT = """
 import sys
 from functools import partial
@@ -106,9 +107,12 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
         httpx.get(f"{server.address}api/results?study=crowd", timeout=60)  # which loads what results need,
         live_and_leave(server, 0)  # and this what a live run needs
         before = server.memory
-        for _ in range(amount(20, 1)):
+        flood(server)
+        once = server.memory
+        for _ in range(amount(20, 1) - 1):
             flood(server)
         while httpx.get(f"{server.address}api/live", timeout=60).json()["runs"]:
             time.sleep(0.1)
         assert httpx.get(f"{server.address}api/results?study=crowd", timeout=60).status_code == 200
         assert server.memory - before < ALLOWED
+        assert server.memory - once < AGAIN
