@@ -29,7 +29,7 @@ test: $(VENV)/.dev browser
 nightly: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
-# What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
+# What breaks things: kills, damaged files, odd inputs, floods. About twenty minutes.
 faults: $(VENV)/.dev
 	FAULTS=all $(BIN)/python -m pytest -n logical --dist load tests/faults
 
