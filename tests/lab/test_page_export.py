@@ -158,7 +158,7 @@ def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs
 
 
 def test_a_run_can_be_paused_and_lived_generation_by_generation(page: Page) -> None:
-    start(page, runs=1, pace="0.5")
+    start(page, runs=1, pace="5")  # seconds a generation, so that it is not over before it can be paused
     page.get_by_test_id("pause").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Paused")
     before = int(page.get_by_test_id("live-count").inner_text().split()[0])
