@@ -76,8 +76,9 @@ def factors() -> dict[str, Factors]:
     """Learner and map of every preset, by the name that `load` takes and gives it."""
     found: dict[str, Factors] = {}
     for one in papers.built_in().values():
-        found = one.factors() | found
-    return {name: found[name] for one in papers.built_in().values() for name in one.experiment_names()}
+        for name, of in one.factors().items():
+            found.setdefault(name, of)
+    return found
 
 
 def _load_file(path: Path, reading: str) -> Experiment:

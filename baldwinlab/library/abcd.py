@@ -26,7 +26,7 @@ from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Value, clamp, get, put
-from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.phases import Array, per_agent, phase
 from baldwinlab.library.naive import synapses
 from baldwinlab.library.plasticity import LAYERS
 from baldwinlab.models.miniworld.state import Model, State
@@ -43,9 +43,14 @@ def _gate(state: State, lane: Lane) -> Value:
     return TWO * get(state.targets, 0, lane) - ONE
 
 
+@phase
+def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+    """How fast a weight changes between units that are at x and y."""
+
+
 @compiled
-def _change_as_told(part: Any, state: State, rate: Value, lane: Lane) -> None:
-    """Change every weight by the coefficients in the fields, from the inputs' layer on."""
+def _change(part: Any, state: State, rate: Value, lane: Lane) -> None:
+    """Change every weight by its coefficients, from the inputs' layer on."""
     source, weight = 0, 0
     for layer in range(part.sizes.size - 1):
         inputs, outputs = part.sizes[layer], part.sizes[layer + 1]
@@ -53,24 +58,7 @@ def _change_as_told(part: Any, state: State, rate: Value, lane: Lane) -> None:
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
                 x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE  # a bias is as if from a 1
-                faster = part.a * x * y + part.b * x + part.c * y + part.d
-                put(state.weights, weight, lane, clamp(get(state.weights, weight, lane) + rate * faster, LIMIT))
-                weight += 1
-        source += inputs
-
-
-@compiled
-def _change_as_inherited(part: Any, state: State, rate: Value, lane: Lane) -> None:
-    """Change every weight by the coefficients of its own, from the inputs' layer on."""
-    source, weight = 0, 0
-    for layer in range(part.sizes.size - 1):
-        inputs, outputs = part.sizes[layer], part.sizes[layer + 1]
-        for i in range(inputs + int(part.biases)):
-            for unit in range(outputs):
-                y = get(state.activations, source + inputs + unit, lane)
-                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                faster = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
-                faster = faster + get(part.c, weight, lane) * y + get(part.d, weight, lane)
+                faster = speed(part, weight, x, y, lane)
                 put(state.weights, weight, lane, clamp(get(state.weights, weight, lane) + rate * faster, LIMIT))
                 weight += 1
         source += inputs
@@ -98,13 +86,17 @@ class _Told(LearningRule):
     d: float = Field(0.0, ge=-1, le=1, description="D, whatever they do")
     derived: ClassVar[Mapping[str, Any]] = LAYERS
 
+    @staticmethod
+    def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+        return part.a * x * y + part.b * x + part.c * y + part.d
+
 
 class ABCD(_Told, name="abcd"):
     """Weights change by rate * (A x y + B x + C y + D), with x what comes in and y what goes out, and stay within 10."""
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change_as_told(part, state, get(state.rate, 0, lane), lane)
+        _change(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -118,7 +110,7 @@ class Modulated(_Told, name="modulated"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change_as_told(part, state, get(state.rate, 0, lane) * _gate(state, lane), lane)
+        _change(part, state, get(state.rate, 0, lane) * _gate(state, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -145,6 +137,11 @@ class _Inherited(LearningRule):
             put(part.c, weight, lane, clamp(get(genes, gene + 2 * weights, lane), ONE))
             put(part.d, weight, lane, clamp(get(genes, gene + 3 * weights, lane), ONE))
 
+    @staticmethod
+    def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+        faster = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
+        return faster + get(part.c, weight, lane) * y + get(part.d, weight, lane)
+
 
 class EvolvedABCD(_Inherited, name="evolved-abcd"):
     """As `abcd`, but A, B, C and D are inherited beside the weights, and evolve."""
@@ -153,7 +150,7 @@ class EvolvedABCD(_Inherited, name="evolved-abcd"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change_as_inherited(part, state, get(state.rate, 0, lane), lane)
+        _change(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -167,7 +164,7 @@ class EvolvedModulated(_Inherited, name="evolved-modulated"):
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        _change_as_inherited(part, state, get(state.rate, 0, lane) * _gate(state, lane), lane)
+        _change(part, state, get(state.rate, 0, lane) * _gate(state, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
