@@ -10,11 +10,14 @@ import sys
 from types import FrameType
 
 AGAIN = 0.02  # seconds until it is tried again to stop what was loading a module
+_waiting = False  # whether it was asked to stop, and a module is still being loaded
 
 
 def main() -> None:
     """Run the command line; stopped while it is still being loaded, which takes a second, it says that and no more."""
     signal.signal(signal.SIGTERM, _stop)
+    if hasattr(signal, "SIGALRM"):
+        signal.signal(signal.SIGALRM, _stop)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else whoever started it wants ctrl-C to pass it by
         signal.signal(signal.SIGINT, _stop)
     try:
@@ -31,13 +34,16 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
     Whoever asks twice is not kept waiting.
     """
+    global _waiting
     if hasattr(signal, "setitimer"):  # Windows has none
-        asked_before = number != signal.SIGALRM and signal.getitimer(signal.ITIMER_REAL)[0] > 0
-        later = _loading(frame) and not asked_before
-        signal.signal(signal.SIGALRM, _stop)
-        signal.setitimer(signal.ITIMER_REAL, AGAIN if later else 0)
-        if later:
+        alarm = number == signal.SIGALRM
+        if alarm and not _waiting:
+            return  # a late one: who asked twice was heard in between
+        _waiting = _loading(frame) and (alarm or not _waiting)
+        if _waiting:
+            signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)  # and again: one that comes with another signal may be missed
             return
+        signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 
 

@@ -27,6 +27,7 @@ from numba.core.errors import NumbaError
 from numba.extending import overload
 
 from baldwinlab.engine import cache
+from baldwinlab.engine.inlined import Inlined
 from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -43,7 +44,7 @@ GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
 
 def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
     """Let compiled code call `generic` as the Python function that `choose` gives for the types of its arguments."""
-    overload(generic, strict=False, jit_options=OPTIONS | {"no_cfunc_wrapper": True})(choose)
+    overload(generic, strict=False, jit_options=OPTIONS | {"no_cfunc_wrapper": True, "pipeline_class": Inlined})(choose)
     GENERIC[generic] = choose
     return generic
 
