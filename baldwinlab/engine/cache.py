@@ -14,6 +14,8 @@ import pickle
 import stat
 import tempfile
 import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -24,6 +26,11 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from baldwinlab.files import write_atomically
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 DIGEST: Final = hashlib.sha256().digest_size
 ENDING: Final = ".compiled"
@@ -122,6 +129,17 @@ class Store:
     def _path(self, signature: Any, codegen: Any) -> Path:
         key = hashlib.sha256(repr((signature, codegen.magic_tuple())).encode())
         return self._directory / f"{key.hexdigest()[:32]}{ENDING}"
+
+
+@contextmanager
+def alone(directory: Path | None) -> Iterator[None]:
+    """Of all processes that compile what is kept there, one at a time: who waited for another finds it made."""
+    with ExitStack() as held:
+        if directory is not None and fcntl is not None:
+            with suppress(OSError):  # a folder that cannot be locked, or written to: each compiles for itself
+                directory.mkdir(mode=0o700, exist_ok=True)
+                fcntl.flock(held.enter_context((directory / "lock").open("w")), fcntl.LOCK_EX)
+        yield
 
 
 @cache

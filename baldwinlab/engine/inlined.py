@@ -54,7 +54,7 @@ class Inlined(CompilerBase):  # type: ignore[misc]
     """Numba's pipeline for a function that only compiled code calls."""
 
     def define_pipelines(self) -> list[PassManager]:
-        passes = PassManager("inlined")
+        passes = PassManager("nopython")  # by this name a fault of it is told
         for each, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             passes.add_pass(_Lowering if each is NativeLowering else each, description)
         passes.finalize()

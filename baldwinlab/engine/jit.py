@@ -76,11 +76,12 @@ def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ..
     def call(*arguments: Any) -> Any:
         if getattr(made, "signatures", True):  # it is Python's function itself where Numba is told not to compile
             return made(*arguments)
-        with _nothing_thrown_away():
+        with cache.alone(directory), _nothing_thrown_away():
             try:
-                return made(*arguments)
+                made.compile(tuple(map(made.typeof_pyval, arguments)))
             except NumbaError as error:
                 raise refusal(error, with_these) or error from None
+        return made(*arguments)
 
     call.dispatcher = made  # type: ignore[attr-defined]
     return call

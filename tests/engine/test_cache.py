@@ -105,3 +105,19 @@ def test_a_full_disk_keeps_nothing_and_stops_nobody(tmp_path: Path, monkeypatch:
         for code in ("one", "other"):
             cache.Store(tmp_path / code).save_overload("(int64,)", Compiled())
     assert len(said) == 1
+
+
+def test_who_needs_what_another_process_compiles_waits_and_finds_it(tmp_path: Path) -> None:
+    environment = {"BALDWINLAB_CACHE": str(tmp_path)}
+    draw(**environment)
+    (made,) = kept(tmp_path)
+    content = made.read_bytes()
+    made.unlink()
+    with cache.alone(made.parent):
+        waiting = subprocess.Popen([sys.executable, "-c", DRAW], env=os.environ | environment, stdout=subprocess.PIPE, text=True)
+        with pytest.raises(subprocess.TimeoutExpired):
+            waiting.communicate(timeout=5)
+        made.write_bytes(content)
+    put_there = made.stat().st_ino
+    assert waiting.communicate(timeout=60)[0] == EXPECTED
+    assert made.stat().st_ino == put_there
