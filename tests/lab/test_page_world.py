@@ -194,6 +194,19 @@ def test_back_returns_to_the_generation_before(page: Page) -> None:
     expect(part(page, "generation-a")).to_have_value("2")
 
 
+def test_the_address_that_follows_never_takes_a_reader_back_who_is_on_the_way_to_another_view(page: Page) -> None:
+    open_world(page)
+    page.evaluate("""async () => {
+        const { navigate } = await import("/address.js");
+        navigate({ step: 17 }); // to be written in a moment
+        location.hash = "#/results";
+        dispatchEvent(new Event("pagehide")); // the moment comes before the page has heard that it is elsewhere
+    }""")
+    expect(page.get_by_test_id("results")).to_be_visible()
+    page.go_back()
+    expect(page.get_by_test_id("step")).to_be_visible()
+
+
 @pytest.mark.parametrize(
     ("state", "sentence"),
     [

@@ -4,6 +4,7 @@ const EVERY = 400; // ms; browsers refuse more than some hundred changes of the 
 
 let shown = null; // {name, state} of the view on the page; null while one is on its way
 let waiting = 0;
+let seen = ""; // the last address that the page has heard of: with another one, the reader is already on the way elsewhere
 
 /** What the address asks for: `#/world?study=a&step=3` as {name, state}. */
 export function asked(views, otherwise) {
@@ -15,6 +16,7 @@ export function asked(views, otherwise) {
 export function follow(place) {
   drop();
   shown = place;
+  seen = location.hash;
 }
 
 /** What the page shows now, as `follow` was told and `navigate` has changed it; null while a view is on its way. */
@@ -67,7 +69,9 @@ function drop() {
 
 function flush() {
   drop();
-  if (shown) history.replaceState(null, "", written(shown.name, shown.state));
+  if (!shown || location.hash !== seen) return;
+  history.replaceState(null, "", written(shown.name, shown.state));
+  seen = location.hash;
 }
 
 addEventListener("pagehide", () => waiting && flush());
