@@ -24,7 +24,7 @@ reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab multiverse
 
 test: $(VENV)/.dev browser
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 nightly: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly

@@ -22,6 +22,15 @@ def pytest_xdist_auto_num_workers() -> int:
     return 2 * (os.cpu_count() or 1)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files that take minutes go first, so that no worker is left alone with one at the end."""
+    items.sort(
+        key=lambda item: (
+            item.path.name not in ("test_docs.py", "test_check.py", "test_cuda.py", "test_cli.py", "test_page_live.py")
+        )
+    )
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -59,6 +59,7 @@ def _network(experiment: Experiment) -> Any:
     return lambda weights, inputs: naive.think(naive.module(weights.tolist()), inputs.tolist())
 
 
+@pytest.mark.nightly  # half a minute of lives
 def test_who_is_never_punished_learns_from_a_rise_of_its_evaluation_alone() -> None:
     experiment = assign(
         small("evo", lifetime={"steps": 60}), ["learning.rule=crbp", "learning.rate=0.5", "learning.crbp.punishment=0"]
