@@ -18,8 +18,8 @@ from tests.commands import Command, Outcome
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """Two workers a core: a third of the time they wait, for a browser or a command."""
-    return 2 * (os.cpu_count() or 1)
+    """One worker more than there are cores: those who wait for a browser or a command need none."""
+    return (os.cpu_count() or 1) + 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

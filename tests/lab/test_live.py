@@ -273,14 +273,14 @@ def test_a_live_run_that_nobody_watches_is_stopped_and_freed() -> None:
 
 
 def test_a_page_that_comes_back_in_time_finds_its_run() -> None:
-    live = Live(grace=0.2)
+    live = Live(grace=2)
     run = live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK)
-    for _ in range(4):
+    for _ in range(5):
         with live.watched(run.id):
             pass
-        time.sleep(0.1)
+        time.sleep(0.5)
     with live.watched(run.id):
-        time.sleep(0.3)
+        time.sleep(2.5)
         assert not run.ended
     live.close()
 
