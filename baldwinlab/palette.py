@@ -3,8 +3,9 @@
 M. Okabe and K. Ito, Color Universal Design (2008): told apart with every kind of colour vision. On dark ground some are lighter.
 
 A colour says one thing. In a world, drawn on whatever: blue is an agent, green is food and eating it, orange is what an agent
-senses, plum is what the reader has chosen. In words: green is well, vermilion is not. Conditions are told apart by the colours of
-`SERIES`, in the order of the study; what an agent does in another life, and newborns, by colours that the first conditions lack.
+senses, plum is what the reader has chosen, purple a lesson. In words: green is well, vermilion is not. Conditions are told apart
+by the colours of `SERIES`, in the order of the study; what an agent does in another life, and newborns, by colours that the first
+conditions lack.
 """
 
 from __future__ import annotations
@@ -68,6 +69,7 @@ WORLD: Final[Mapping[str, tuple[str, str]]] = {
     "sight": NAMED["blue"],
     "lit": NAMED["orange"],
     "flash": ("#00795a", "#7fe3c0"),
+    "lesson": NAMED["purple"],
 }
 
 # ... of what is said of a claim, under its letters ...

@@ -216,4 +216,4 @@ def _look(experiment: Experiment) -> dict[str, Any]:
         start | around | {"width": side, "height": side},
         *seen["marks"][regions + 1 :],
     ]
-    return seen | {"remembers": not experiment.part("network.kind").memoryless}
+    return seen | {"remembers": not experiment.part("network.kind").memoryless, "lessons": False}  # which a page does not tell

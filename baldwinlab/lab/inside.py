@@ -48,8 +48,8 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     made another than the largest output; responses [sample, code], where inputs are few, none is real-valued and there is no
     memory: the action of the largest output for each combination of inputs, of which bit k of the code says whether input k is
     1; eaten_in_life [step], items, with this step; and with a reinforcement module: teacher [weight], teacher_activations
-    [step, unit], and error [step], the root mean square of the difference between the modules' outputs. Raises MissingError as
-    `require_agent` does.
+    [step, unit], and, where it says how to act, error [step], the root mean square of the difference between the modules'
+    outputs. Raises MissingError as `require_agent` does.
     """
     experiment = life.experiment
     require_agent(life, agent)
@@ -104,8 +104,10 @@ def _ask_modules(experiment: Experiment, batch: Batch, genome: Floats, arrays: d
         arrays["activations"] = _answers(batch, genome[0], inputs)
     if recall is Teacher:
         arrays["teacher_activations"] = _answers(batch, genome[1], inputs)
-    if "reinforcement" in experiment.modules:
-        arrays["teacher"] = genome[1]
+    if "reinforcement" not in experiment.modules:
+        return
+    arrays["teacher"] = genome[1]
+    if not experiment.part("learning.rule").answers:  # the two can be compared
         outputs = slice(-len(experiment.actions), None)
         difference = arrays["activations"][:, outputs] - arrays["teacher_activations"][:, outputs]
         arrays["error"] = np.sqrt((difference**2).mean(axis=1))

@@ -18,7 +18,7 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.runs.recorder import Moves, Series, follow
 from baldwinlab.runs.reevaluate import born
 
-BYTES_OF_AGENT = 14  # in every step, but for its inputs: x and y, heading, action, items eaten
+BYTES_OF_AGENT = 16  # in every step, but for its inputs: x and y, heading, action, items eaten, teacher
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -41,7 +41,8 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
     Arrays: x, y float32 [step, agent]; heading [step, agent], in turns clockwise from +x, of which header.look.headings make a
     circle; sensor [step, agent * byte], as bits, eight inputs a byte and the first the lowest: 1 where an input is above 0; or,
     where any input is real-valued, float32 [step, agent * input]; action [step, agent], its number in header.look.actions;
-    eaten_in_life [step, agent], with this step; item_x, item_y [item], as they lie at the first step; move_step, move_item,
+    eaten_in_life [step, agent], with this step; teacher [step, agent], where the learning rule says so: the agent from whom each
+    learns in that step, itself for nobody; item_x, item_y [item], as they lie at the first step; move_step, move_item,
     move_x, move_y [move]: from that step on the item lies there. Positions are in units of length, and as they stood when the
     agents sensed.
     """
@@ -77,6 +78,8 @@ def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
         "action": Series("action", done, agents, _small(len(look(experiment).actions))),
         "eaten_in_life": Series("eaten_in_life", done, agents, np.uint32),
     }
+    if experiment.part("learning.rule").learns_from:
+        notes["teacher"] = Series("teacher", done, agents, _small(experiment.population.size))
     follow(batch, [moves, *notes.values()])
     arrays = {name: note.values for name, note in notes.items()} | {"item_x": moves.items[:, 0], "item_y": moves.items[:, 1]}
     arrays["eaten_in_life"] = frames.narrowed(arrays["eaten_in_life"])

@@ -107,6 +107,7 @@ class Modulated(_Told, name="modulated"):
     """As `abcd`, but an inherited network says in every step how much of the change is made: from all of it to its reverse."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    answers: ClassVar[tuple[str, ...]] = ("gate",)
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -161,6 +162,7 @@ class EvolvedModulated(_Inherited, name="evolved-modulated"):
     """As `modulated`, but A, B, C and D are inherited beside weights and gate, and evolve."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement", *COEFFICIENTS)
+    answers: ClassVar[tuple[str, ...]] = ("gate",)
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:

@@ -39,6 +39,9 @@ class SimpleRecurrent(Network, name="simple-recurrent"):
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         return (inputs + sum(hidden[:1]), *hidden, actions)
 
+    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
+        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
+
     def check(self, experiment: Any) -> None:
         if not experiment.network.hidden:
             raise ValueError("network.kind = 'simple-recurrent' hears hidden units: network.hidden must have at least one layer")
@@ -72,6 +75,9 @@ class ContinuousTime(Network, name="continuous-time"):
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         """The inputs and the states of the hidden units; how these fire; the outputs."""
         return (inputs + sum(hidden), sum(hidden), actions)
+
+    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
+        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
 
     def check(self, experiment: Any) -> None:
         if len(experiment.network.hidden) != 1:

@@ -89,6 +89,7 @@ class Complementary(_Reinforced, name="crbp"):
     """What was done becomes likelier where the inherited evaluation has risen since, and less likely where it has fallen."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
+    answers: ClassVar[tuple[str, ...]] = ("worth",)
     punishment: float = Field(0.1, ge=0, le=1, description="rate after a fall, as a share of that after a rise")
 
     @staticmethod

@@ -64,7 +64,9 @@ class Imitation(LearningRule, name="imitation"):
         "teacher": per_agent("weights"),  # the other's, as they stand
         "units": per_agent("units"),
         "wanted": per_agent("actions"),
+        "whom": per_agent(1, dtype="int32"),
     }
+    learns_from: ClassVar[str] = "whom"
     derived: ClassVar[Mapping[str, Any]] = {"of_nearest": lambda part, experiment: part.whom == "nearest"}
 
     def check(self, experiment: Any) -> None:
@@ -81,6 +83,7 @@ class Imitation(LearningRule, name="imitation"):
                 for region in range(state.eaten_in_life.shape[0]):
                     eaten += state.eaten_in_life[region, other]
             teacher = other if eaten >= part.least else lane  # towards oneself is not to learn
+            part.whom[0, lane] = teacher - world * model.agents
             for weight in range(state.weights.shape[0]):
                 part.teacher[weight, lane] = state.weights[weight, teacher]
 

@@ -234,6 +234,10 @@ class Network(Part):
         """Units in each layer. The first `inputs` units are the inputs, the last `actions` ones the outputs."""
         return (inputs, *hidden, actions)
 
+    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
+        """Units that remember, for whoever draws: pairs of a unit, and of the one that remembers what it was a step before."""
+        return ()
+
     forward: ClassVar[Any] = staticmethod(forward.default)
     backward: ClassVar[Any] = staticmethod(backward.default)
 
@@ -246,6 +250,10 @@ class LearningRule(Part):
     # "action", the first, and "reinforcement", the second where there is one, whose answer is then in state.targets
     learns: ClassVar[bool] = True
     drift_fits: ClassVar[bool] = False  # whether it goes as far as self-teaching, so that drift, which does, is a control for it
+    answers: ClassVar[tuple[str, ...]] = ()  # what the reinforcement module says, where that is not how to act: "gate", say
+    learns_from: ClassVar[str] = (
+        ""  # the array of its own, of whole numbers, that holds from which agent each learns; itself: nobody
+    )
     color: ClassVar[str] = "blue"  # of `baldwinlab.palette`
 
     inherit: ClassVar[Any] = staticmethod(inherit.default)

@@ -29,6 +29,7 @@ VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
     "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
     "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(axis=0),  # items so far in life
+    "teacher": lambda batch, lanes: getattr(batch.state.rule, type(batch.state.rule).part.learns_from)[0, lanes],  # an agent
     "items": lambda batch, lanes: batch.items()[0],  # [item, (x, y)]
 }
 

@@ -22,6 +22,9 @@ class Elman(Network, name="elman"):
     def layers(self, inputs, hidden, actions):
         return (inputs + hidden[0], *hidden, actions)
 
+    def memory(self, inputs, hidden, actions):
+        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
+
     def check(self, experiment):
         if not experiment.network.hidden:
             raise ValueError("network.kind = 'elman' remembers hidden units: network.hidden must have at least one layer")

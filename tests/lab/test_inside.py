@@ -79,6 +79,14 @@ def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_serve
     assert np.array_equal(found["activations"][:, -3:], trace.output[:, 3])
 
 
+def test_a_module_that_gates_learning_is_there_but_no_error_of_it(lab_server: LabServer) -> None:
+    experiment, moment = small("evo/A").replace(learning={"rule": "modulated"}), Moment(1, 0, 0)
+    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    _, found = frames.unpack(look_inside(life, Span(0, 100), 2))
+    assert "teacher_activations" in found
+    assert "error" not in found
+
+
 def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> None:
     parents = Study(lab_server.root / "small").read("evo+self-taught/A", 1).parents.values
     for agent in range(0, 20, 5):

@@ -175,3 +175,23 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
             sentence = refusal(server.address, ask_for, 400, **(SMALL | {"run": 0, "agent": 0}))
             assert sentence == f"{path} is damaged: its checksum does not fit its content"
         assert "is damaged" in refusal(server.address, "results", 400, study="small")
+
+
+@pytest.mark.parametrize("whom", ["best", "nearest"])
+def test_it_tells_from_whom_each_learns(whom: str) -> None:
+    experiment = small("evo/A").replace(learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}})
+    moment = Moment(1, 0, 0)
+    life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
+    _, found = frames.unpack(recording.record(life, Span(0, 300), {}))
+    themselves, eaten = np.arange(20), np.vstack([np.zeros(20), found["eaten_in_life"]])
+    assert eaten[-1].any(), "nobody ever ate"
+    for step, teacher in enumerate(found["teacher"]):
+        learns = teacher != themselves
+        assert (eaten[step + 1][teacher[learns]] > 0).all(), "somebody learns from who has eaten nothing"
+        if whom == "best" and eaten[step].any():
+            assert set(teacher) == {eaten[step].argmax()} or set(teacher) == {eaten[step + 1].argmax()}
+    assert (found["teacher"] != themselves).any()
+
+
+def test_it_tells_nothing_of_teachers_where_nobody_learns_from_another(lab_server: LabServer) -> None:
+    assert "teacher" not in arrays(lab_server.address, "recording", **SMALL)[1]

@@ -24,6 +24,7 @@ export function drawAgents(view, recording, step, chosen) {
   drawFlashes(view, recording, step, size);
   for (const fed of [false, true])
     drawSome(view, (agent) => recording.eatenBefore(step + 1, agent) > 0 === fed, fed, size);
+  drawLessons(view, recording, step, chosen);
   if (chosen != null && chosen < count) drawChosen(view, chosen, size);
   if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step);
 }
@@ -64,6 +65,30 @@ function drawFlashes({ pen, x, y, count }, recording, step, size) {
     pen.fill();
   }
   pen.globalAlpha = 1;
+}
+
+/** A dotted line from each pupil to its teacher, or from and to the chosen agent alone; the shorter way round the world. */
+function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen) {
+  pen.strokeStyle = palette.lesson;
+  pen.lineWidth = 1.4 / scale;
+  pen.setLineDash([1.5 / scale, 3.5 / scale]);
+  for (let pupil = 0; pupil < count; pupil++) {
+    const teacher = recording.learnsFrom(step, pupil);
+    if (teacher === null || (chosen != null && chosen !== pupil && chosen !== teacher)) continue;
+    const [across, down] = [shortest(x[teacher] - x[pupil], world.width), shortest(y[teacher] - y[pupil], world.height)];
+    pen.beginPath();
+    pen.moveTo(x[pupil], y[pupil]);
+    pen.lineTo(x[pupil] + across, y[pupil] + down);
+    pen.moveTo(x[teacher] - across, y[teacher] - down); // where the way leaves the map, its other end
+    pen.lineTo(x[teacher], y[teacher]);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
+}
+
+/** Of two ways round a circle of that size. */
+function shortest(way, size) {
+  return way - size * Math.round(way / size);
 }
 
 function drawChosen({ pen, x, y, scale }, agent, size) {

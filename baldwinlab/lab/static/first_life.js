@@ -55,7 +55,7 @@ class FirstLife {
     const { header } = life;
     this.what.textContent = `Recorded before: ${header.condition}, run ${header.run}, generation ${header.generation}, its first ${header.last.toLocaleString("en")} steps.`;
     this.figure.show(life);
-    this.legend.showKinds(header.look.item_kinds);
+    this.legend.show([header.look]);
     this.player.last = header.last - 1;
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
     this.player.invalidate();

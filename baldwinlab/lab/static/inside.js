@@ -110,15 +110,14 @@ export class Inspector {
     this.data = data;
     this.root.classList.remove("waiting");
     const { header, arrays } = data;
-    const taught = Boolean(arrays.teacher);
     this.inputs.replaceChildren(...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)));
     this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank\u00a0${header.rank}`;
-    this.traces.error.root.hidden = !taught;
+    this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     const steps = arrays.sample_step.at(-1);
     const { first } = header;
     this.traces.eaten.set([{ values: arrays.eaten_in_life, first, colour: "meal" }], steps, 0, Math.max(1, arrays.eaten_in_life.at(-1)));
-    if (taught) this.traces.error.set([{ values: arrays.error, first, colour: "chosen" }], steps, 0, largest(arrays.error));
+    if (arrays.error) this.traces.error.set([{ values: arrays.error, first, colour: "chosen" }], steps, 0, largest(arrays.error));
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
     const most = largest(changes);
@@ -226,11 +225,12 @@ export class Inspector {
 
   drawNets(active, row, units) {
     const { header, arrays } = this.data;
-    const { inputs, actions, modules } = header.look;
-    const nets = [{ weights: this.live, activations: active, action: arrays.action[row] }];
+    const { inputs, actions, answers, memory, modules } = header.look;
+    const nets = [{ weights: this.live, activations: active, actions, action: arrays.action[row] }];
     if (arrays.teacher) {
       const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
-      nets.push({ weights: arrays.teacher, activations, action: strongest(activations, actions.length) });
+      const action = arrays.error ? strongest(activations, actions.length) : null; // where it says how to act
+      nets.push({ weights: arrays.teacher, activations, actions: answers.length ? answers : actions, action });
     }
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
@@ -252,7 +252,7 @@ export class Inspector {
       drawNetwork(
         pen,
         { left: 0, top: top + 20, width, height: ROOM },
-        { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, actions },
+        { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, memory },
       );
     });
   }

@@ -133,7 +133,7 @@ export class LiveWorld {
     this.share ??= mountShare(document.getElementById("actions"), () => this.shared());
     this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
     this.figure.show(life);
-    this.legend.showKinds(life.header.look.item_kinds);
+    this.legend.show([life.header.look]);
     this.player.last = life.steps - 1;
     this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;

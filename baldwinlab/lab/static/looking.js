@@ -92,7 +92,8 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
   if (engine.plan.taught) {
     const taught = teacher ? asked : answers(module(1));
-    Object.assign(found, { teacher: module(1), teacher_activations: flat(taught), error: errors(units, taught, look.actions.length) });
+    Object.assign(found, { teacher: module(1), teacher_activations: flat(taught) });
+    if (!look.answers.length) found.error = errors(units, taught, look.actions.length);
   }
   return found;
 }

@@ -1,4 +1,4 @@
-/** A feed-forward network: units filled as they are active, lines by the sign and size of their weights. */
+/** A network: units filled as they are active, lines by the sign and size of their weights, arcs to units that remember. */
 
 import { FONT, palette } from "./palette.js";
 
@@ -9,20 +9,23 @@ const WORDS = `11px ${FONT}`;
  * @param {CanvasRenderingContext2D} pen
  * @param {{left: number, top: number, width: number, height: number}} box
  * @param {{sizes: number[], biases: boolean, weights: ArrayLike<number>|null, activations: ArrayLike<number>, inputs: string[],
- *   actions: string[], action: number}} net the activations of all units, inputs first; `action` is the output that has a ring
+ *   memory: number[][], actions: string[], action: number|null}} net the activations of all units, inputs first; `memory` holds pairs
+ *   of units, of which the second remembers the first; `action` is the output that has a ring
  */
 export function drawNetwork(pen, box, net) {
-  const places = unitPlaces(net.sizes, box, sidesOf(pen, net));
+  const names = [...net.inputs, ...net.memory.map((_, unit) => `memory ${unit + 1}`)].slice(0, net.sizes[0]);
+  const places = unitPlaces(net.sizes, box, sidesOf(pen, names, net.actions));
   if (net.weights) drawWeights(pen, places, net);
+  drawMemory(pen, places.flat(), net.memory);
   drawUnits(pen, places, net);
-  label(pen, places[0], net.inputs, "right", -11);
+  label(pen, places[0], names, "right", -11);
   label(pen, places.at(-1), net.actions, "left", 11);
 }
 
 /** The room that the words beside the first and the last layer take. */
-function sidesOf(pen, { inputs, actions }) {
+function sidesOf(pen, names, actions) {
   pen.font = WORDS;
-  return [inputs, actions].map((texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)));
+  return [names, actions].map((texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)));
 }
 
 function unitPlaces(sizes, { left, top, width, height }, [before, after]) {
@@ -53,6 +56,21 @@ function drawWeights(pen, places, { sizes, biases, weights }) {
     at += (sizes[layer] + Number(biases)) * sizes[layer + 1];
   }
   pen.globalAlpha = 1;
+}
+
+/** What a unit was is heard a step later: an arc back, over the layers. */
+function drawMemory(pen, places, memory) {
+  pen.strokeStyle = palette.soft;
+  pen.lineWidth = 1;
+  pen.setLineDash([3, 3]);
+  for (const [heard, remembers] of memory) {
+    const [[fromX, fromY], [toX, toY]] = [places[heard], places[remembers]];
+    pen.beginPath();
+    pen.moveTo(fromX, fromY);
+    pen.quadraticCurveTo((fromX + toX) / 2, Math.min(fromY, toY) - 26, toX, toY);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
 }
 
 function drawUnits(pen, places, { activations, action }) {

@@ -54,6 +54,12 @@ export class Recording {
     return values.filter(({ value }) => value > 0).map(({ name, real, value }) => (real ? `${name} ${value.toFixed(2)}` : name));
   }
 
+  /** The agent from whom another learns in a step, or null. */
+  learnsFrom(step, agent) {
+    const from = this.arrays.teacher?.[(step - this.first) * this.agents + agent] ?? agent;
+    return from === agent ? null : from;
+  }
+
   /** Whether an agent, or null: any of them, eats in a step. */
   eats(step, agent) {
     if (agent === null) return this.meals[step - this.first] > 0;

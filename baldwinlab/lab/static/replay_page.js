@@ -24,7 +24,7 @@ export async function play(root, replay) {
   player.changed = () => bar.showTime();
   const figures = replay.panels.map(({ title }) => new WorldFigure(`The world of ${title}`, "replay-canvas", { invalidate: () => player.invalidate() }));
   const legend = new Legend();
-  legend.showKinds(lives.flatMap(({ header }) => header.look.item_kinds));
+  legend.show(lives.map(({ header }) => header.look));
   const panels = replay.panels.map((panel, place) => framed(panel, lives[place], figures[place]));
   const heading = el("h1", { class: "visually-hidden" }, "A lifetime, lived again");
   root.replaceChildren(heading, el("div", { class: "replay-panels" }, ...panels), bar.root, legend.root, about(replay));

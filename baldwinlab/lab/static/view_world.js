@@ -192,11 +192,10 @@ export class WorldTab {
   /** What is seen, in words: those of the first world's recording. */
   explain() {
     const headers = this.panels.map(({ life }) => life?.header).filter(Boolean);
-    const kinds = headers.flatMap(({ look }) => look.item_kinds);
     const names = this.panels.map(({ source }) => el("p", {}, titled(source)));
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
-    for (const each of [legend, this.transport.legend]) each.showKinds(kinds);
+    for (const each of [legend, this.transport.legend]) each.show(headers.map(({ look }) => look));
     this.guide.tell([{ title: "Shown here", text: el("div", {}, names, legend.root) }, ...headers[0].about]);
   }
 

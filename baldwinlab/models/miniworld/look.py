@@ -7,13 +7,11 @@ Whoever draws or labels takes it from here: recordings and the page's script, tr
 from __future__ import annotations
 
 import json
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.make import item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-
-MODULES: Final = {"action": "action module", "reinforcement": "reinforcement module: teaches, fixed for life"}
 
 
 class Sector(NamedTuple):
@@ -55,6 +53,9 @@ class Look(NamedTuple):
     item_kinds: tuple[Kind, ...]
     marks: tuple[Mark, ...]
     modules: tuple[str, ...]  # the networks of a genome, in words
+    answers: tuple[str, ...]  # the first outputs of the second of them; none where these are actions, too
+    memory: tuple[tuple[int, int], ...]  # pairs of a network's units: the second remembers the first
+    lessons: bool  # whether it is known from whom each learns
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON: parts by name."""
@@ -68,6 +69,7 @@ def look(experiment: Experiment) -> Look:
     radius = experiment.senses.visual_radius
     senses = experiment.parts("senses.kinds")
     sectors = [sector for sense in senses for sector in sense.sectors]
+    rule, sizes = experiment.part("learning.rule"), (len(experiment.inputs), experiment.network.hidden)
     return Look(
         inputs=experiment.inputs,
         real=tuple(sense.real for sense in senses for _ in sense.inputs),
@@ -76,8 +78,17 @@ def look(experiment: Experiment) -> Look:
         headings=HEADING_COUNT,
         item_kinds=tuple(Kind(region.kind, region.color, region.count) for region in item_regions(experiment)),
         marks=_marks(experiment),
-        modules=tuple(MODULES[module] for module in experiment.modules if module in MODULES),
+        modules=_networks(experiment.modules, rule.answers),
+        answers=rule.answers,
+        memory=experiment.part("network.kind").memory(*sizes, len(experiment.actions)),
+        lessons=bool(rule.learns_from),
     )
+
+
+def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, ...]:
+    does = f"says {' and '.join(answers)}" if answers else "teaches"
+    words = {"action": "action module", "reinforcement": f"reinforcement module: {does}, fixed for life"}
+    return tuple(words[module] for module in modules if module in words)
 
 
 def _marks(experiment: Experiment) -> tuple[Mark, ...]:

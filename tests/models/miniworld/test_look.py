@@ -54,6 +54,20 @@ def test_what_parts_of_one_s_own_declare_is_in_the_look(swamp: None) -> None:
     assert found.marks[-1] == Mark("rectangle", 10, 20, 30, 40, "#778899", "wall", solid=True)
 
 
+def test_a_module_that_does_not_say_how_to_act_is_named_by_what_it_says() -> None:
+    found = look(load("evo/A").replace(learning={"rule": "modulated"}))
+    assert found.answers == ("gate",)
+    assert found.modules[1] == "reinforcement module: says gate, fixed for life"
+    assert look(load("evo+self-taught/A")).answers == ()
+
+
+@pytest.mark.parametrize("network", ["simple-recurrent", "continuous-time"])
+def test_units_that_remember_are_paired_with_what_they_remember(network: str) -> None:
+    found = look(load("evo/A").replace(network={"kind": network, "hidden": [2]}))
+    assert found.memory == ((5, 3), (6, 4))
+    assert look(load("evo/A")).memory == ()
+
+
 def test_a_look_is_text_for_whoever_draws() -> None:
     experiment = load("evo/A")
     found = json.loads(as_text(experiment))
