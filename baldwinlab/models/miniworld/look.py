@@ -86,7 +86,7 @@ def look(experiment: Experiment) -> Look:
 
 
 def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, ...]:
-    does = f"says {' and '.join(answers)}" if answers else "teaches"
+    does = " and ".join(answers) or "teaches"
     words = {"action": "action module", "reinforcement": f"reinforcement module: {does}, fixed for life"}
     return tuple(words[module] for module in modules if module in words)
 
