@@ -6,7 +6,7 @@ import { FONT, cssShade, palette } from "./palette.js";
 import { chartSaves } from "./saving.js";
 
 const MOST_SAVED = 1000; // places of a line in a picture that is saved
-const MARGIN = { left: 34, right: 6, top: 6, bottom: 6 };
+const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
 /** @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number, stride?: number, offset?: number, colour: string, alpha?: number, label?: string}} Line */
 
