@@ -133,9 +133,9 @@ class Store:
 
 @contextmanager
 def alone(directory: Path | None) -> Iterator[None]:
-    """Of all processes that compile what is kept there, one at a time: who waited for another finds it made."""
+    """Of all processes that compile what is to be kept there, one at a time: who waited for another finds it made."""
     with ExitStack() as held:
-        if directory is not None and fcntl is not None:
+        if directory is not None and fcntl is not None and not _holds_code(directory):
             with suppress(OSError):  # a folder that cannot be locked, or written to: each compiles for itself
                 directory.mkdir(mode=0o700, exist_ok=True)
                 fcntl.flock(held.enter_context((directory / "lock").open("w")), fcntl.LOCK_EX)
@@ -152,4 +152,8 @@ def _not_kept(directory: Path, number: int) -> None:
 def is_kept(code: str) -> bool:
     """Whether code with that fingerprint has been compiled, by an earlier process."""
     directory = cache_directory(code)
-    return directory is not None and any(directory.glob(f"*{ENDING}"))
+    return directory is not None and _holds_code(directory)
+
+
+def _holds_code(directory: Path) -> bool:
+    return any(directory.glob(f"*{ENDING}"))

@@ -25,10 +25,18 @@ from baldwinlab.parts import Field, Network, get, put
 ONE = np.float32(1)
 
 
-class SimpleRecurrent(Network, name="simple-recurrent"):
-    """Layers of logistic units; the first hidden layer hears itself as it was a step before. Learning does not reach back."""
+class _Recurrent(Network):
+    """What both networks share: units behind the inputs that remember the first hidden layer."""
 
     memoryless: ClassVar[bool] = False
+
+    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
+        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
+
+
+class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
+    """Layers of logistic units; the first hidden layer hears itself as it was a step before. Learning does not reach back."""
+
     derived: ClassVar[Mapping[str, Any]] = {
         **FeedForward.derived,
         "inputs": lambda part, experiment: len(experiment.inputs),
@@ -38,9 +46,6 @@ class SimpleRecurrent(Network, name="simple-recurrent"):
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         return (inputs + sum(hidden[:1]), *hidden, actions)
-
-    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
-        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
 
     def check(self, experiment: Any) -> None:
         if not experiment.network.hidden:
@@ -57,14 +62,13 @@ class SimpleRecurrent(Network, name="simple-recurrent"):
         return naive.think(agent.action_module, [*agent.inputs, *agent.hidden])
 
 
-class ContinuousTime(Network, name="continuous-time"):
+class ContinuousTime(_Recurrent, name="continuous-time"):
     """Leaky hidden units, each connected to all and to itself, by one Euler step a step of life. Only output weights learn."""
 
     time_constant: float = Field(
         4.0, ge=1, le=1_000_000, description="of every hidden unit, steps of life; 1: it forgets at once"
     )
 
-    memoryless: ClassVar[bool] = False
     derived: ClassVar[Mapping[str, Any]] = {
         "inputs": lambda part, experiment: len(experiment.inputs),
         "hidden": lambda part, experiment: experiment.network.hidden[0],
@@ -75,9 +79,6 @@ class ContinuousTime(Network, name="continuous-time"):
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         """The inputs and the states of the hidden units; how these fire; the outputs."""
         return (inputs + sum(hidden), sum(hidden), actions)
-
-    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
-        return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
 
     def check(self, experiment: Any) -> None:
         if len(experiment.network.hidden) != 1:

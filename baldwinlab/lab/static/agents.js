@@ -86,9 +86,10 @@ function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen
   pen.setLineDash([]);
 }
 
-/** Of two ways round a circle of that size. */
-function shortest(way, size) {
-  return way - size * Math.round(way / size);
+/** Of two ways round a circle of that size, of which one is given, the shorter. */
+export function shortest(way, size) {
+  if (way > size / 2) return way - size;
+  return way < -size / 2 ? way + size : way;
 }
 
 function drawChosen({ pen, x, y, scale }, agent, size) {

@@ -1,6 +1,6 @@
 /** A world drawn to scale on a canvas. Needs no page beyond the canvas, so an exported file can use it as well. */
 
-import { drawAgents } from "./agents.js";
+import { drawAgents, shortest } from "./agents.js";
 import { palette, shade } from "./palette.js";
 import { drawSight } from "./sight.js";
 import { LifeTrails, drawOwn, drawRecent } from "./trails.js";
@@ -223,9 +223,6 @@ function rounded(value) {
 
 /** From one number to another the shorter way round a circle of that size. */
 function along(from, to, share, size) {
-  let way = to - from;
-  if (way > size / 2) way -= size;
-  else if (way < -size / 2) way += size;
-  const found = from + way * share;
+  const found = from + shortest(to - from, size) * share;
   return found < 0 ? found + size : found >= size ? found - size : found;
 }

@@ -69,7 +69,7 @@ def look(experiment: Experiment) -> Look:
     radius = experiment.senses.visual_radius
     senses = experiment.parts("senses.kinds")
     sectors = [sector for sense in senses for sector in sense.sectors]
-    rule, sizes = experiment.part("learning.rule"), (len(experiment.inputs), experiment.network.hidden)
+    rule, network = experiment.part("learning.rule"), experiment.part("network.kind")
     return Look(
         inputs=experiment.inputs,
         real=tuple(sense.real for sense in senses for _ in sense.inputs),
@@ -80,7 +80,7 @@ def look(experiment: Experiment) -> Look:
         marks=_marks(experiment),
         modules=_networks(experiment.modules, rule.answers),
         answers=rule.answers,
-        memory=experiment.part("network.kind").memory(*sizes, len(experiment.actions)),
+        memory=network.memory(len(experiment.inputs), experiment.network.hidden, len(experiment.actions)),
         lessons=bool(rule.learns_from),
     )
 
