@@ -32,7 +32,7 @@ def share(study: xr.Dataset) -> xr.DataArray:
     Of models without food, of those that gained anything.
     """
     food = gained(study)
-    return (food > 0).where(food.notnull()).mean("agent")
+    return (food > 0).where(food.notnull()).mean("agent").assign_attrs(valid_max=1.0)
 
 
 def gained(study: xr.Dataset) -> xr.DataArray:
@@ -64,7 +64,7 @@ def _window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
     lived = values.notnull().any("run")
     number = lived.cumsum("generation")
     inside = number > lived.sum("generation") - length if from_end else number <= length
-    return values.where(lived & inside).mean("generation")
+    return values.where(lived & inside).mean("generation", keep_attrs=True)
 
 
 def typical_run(study: xr.Dataset, condition: str) -> int:
@@ -87,13 +87,14 @@ def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataAr
     """Mean over runs (or another dimension) and its 95 % interval by Student's t; the interval is NaN for a single one.
 
     Of values none of which is negative, the mean is not either: the interval ends at 0, and still covers it as often.
+    Likewise it ends at their `valid_max` where they have that attribute, as shares have.
     """
     count = values.count(over)
     average = values.mean(over)
     spread = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
     half = np.sqrt(spread / count) * xr.zeros_like(average).copy(data=stats.t.ppf(0.975, np.maximum(count - 1, 1)))
-    low = average - half
-    return average, low if bool((values < 0).any()) else low.clip(min=0), average + half
+    low, high = average - half, average + half
+    return average, low if bool((values < 0).any()) else low.clip(min=0), high.clip(max=values.attrs.get("valid_max"))
 
 
 def interval_of_median(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:

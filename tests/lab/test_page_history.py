@@ -52,6 +52,11 @@ def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_draw
     page.get_by_test_id("compare").click()
     expect(page.get_by_role("slider", name="Generation")).to_have_count(2)
     expect(page.locator(".run-curve:not(.plain)")).to_have_count(2)
+    page.set_viewport_size({"width": 900, "height": 800})  # where two stand side by side with little room
+    for curve in page.locator(".run-curve").all():
+        expect(curve).to_be_visible()
+        place = curve.bounding_box()
+        assert place is not None and place["width"] >= 60
 
 
 def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_curve(

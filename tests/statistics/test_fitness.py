@@ -82,6 +82,15 @@ def test_an_interval_of_what_is_never_negative_ends_at_nought() -> None:
     assert low < 0
 
 
+def test_the_interval_of_a_share_ends_at_one_also_over_a_window() -> None:
+    ate = [[[1, 1, 1, 1], [1, 1, 1, 0]], [[1, 1, 1, 1], [1, 1, 1, 1]], [[1, 1, 0, 0], [1, 1, 1, 1]]]
+    study = xr.Dataset({"energy": (("run", "generation", "agent"), np.asarray(ate, float))})
+    for shares in (fitness.share(study), fitness.final(study, "share")):
+        average, _, high = fitness.interval_of_mean(shares)
+        assert (average < 1).all() and (high == 1).all()
+    assert (fitness.interval_of_mean(fitness.mean(study))[2] > 1).all()  # of what may be more, it is
+
+
 def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
     middle, low, high = fitness.interval_of_median(xr.DataArray(np.arange(30.0)[::-1], dims="run"))
     assert (float(middle), float(low), float(high)) == (14.5, 9, 20)  # the tenth smallest and the tenth largest

@@ -193,16 +193,19 @@ function bandsOf(lived, quantiles) {
     mean: lived.map(({ energy }) => meanOf(energy)),
     share: lived.map(({ food_eaten }) => food_eaten.filter((items) => items > 0).length / food_eaten.length),
   };
-  return Object.fromEntries(Object.entries(measures).map(([name, values]) => [name, band(values, quantiles)]));
+  return Object.fromEntries(
+    Object.entries(measures).map(([name, values]) => [name, band(values, quantiles, name === "share" ? 1 : Infinity)])
+  );
 }
 
-function band(values, quantiles) {
+/** Mean and, of several values, the 95 % interval: it goes below 0 only where one of them does, and never above `most`. */
+function band(values, quantiles, most) {
   const mean = meanOf(values);
   if (values.length === 1) return { mean: [mean] };
   const spread = values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1);
   const half = Math.sqrt(spread / values.length) * quantiles[values.length];
   const low = values.some((value) => value < 0) ? mean - half : Math.max(0, mean - half);
-  return { mean: [mean], low: [low], high: [mean + half] };
+  return { mean: [mean], low: [low], high: [Math.min(most, mean + half)] };
 }
 
 function meanOf(values) {
