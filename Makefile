@@ -26,7 +26,7 @@ reproduce: $(VENV)/.core
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-nightly: $(VENV)/.dev browser
+nightly: $(VENV)/.dev $(VENV)/.wasm browser
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
 # What breaks things: kills, damaged files, odd inputs, floods. About twenty minutes.
@@ -73,9 +73,13 @@ bench: $(VENV)/.bench
 # Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
 cuda: $(VENV)/.cuda
 
-# What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.
-wasm: $(VENV)/.dev
+# The linker that makes a browser's module of a part of one's own.
+$(VENV)/.wasm: $(VENV)/.core requirements-wasm.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-wasm.txt
+	@touch $@
+
+# What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.
+wasm: $(VENV)/.dev $(VENV)/.wasm
 	$(BIN)/python scripts/browser_modules.py
 
 # Installs Slurm from the distribution's packages where it is missing, and runs it on loopback only while it is tested.

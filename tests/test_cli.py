@@ -102,7 +102,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     fields = {"id", "condition", "comparison", "effect", "interval", "p", "p_holm", "a12", "verdict", "paper"}
     assert all(fields <= set(claim) for claim in claims)
     assert (tmp_path / "small/statistics.csv").read_text().count("\n") > 15
-    assert {path.suffix for path in (tmp_path / "small/figures").iterdir()} == {".svg", ".png"}
+    assert {path.suffix for path in (tmp_path / "small/figures").iterdir()} == {".svg", ".png", ".csv"}
     assert "<html" in (tmp_path / "small/report.html").read_text()
     again = command("reproduce", *TINY, "--out", "small")
     assert "runs: 12, all of them stored already" in again.out

@@ -41,10 +41,10 @@ class Stage(NamedTuple):
 
 
 STAGES = [
-    Stage("run", RUN, 80),
-    Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 50),
-    Stage("assay", ("assay", "study", "--only", "innate"), 60, RUN),
-    Stage("report", ("report", "study"), 50, RUN),
+    Stage("run", RUN, 100),
+    Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 80),
+    Stage("assay", ("assay", "study", "--only", "innate"), 30, RUN),
+    Stage("report", ("report", "study"), 30, RUN),
     Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 25, RUN),
     Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 25, RUN),
     Stage("compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}),  # which begins without any compiled code
