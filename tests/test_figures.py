@@ -48,7 +48,7 @@ def kind(name: str, modules: int) -> figures.Kind:
 DRAW: dict[str, Callable[[], Figure]] = {
     "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
     "final-fitness": lambda: figures.fitness_boxes(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))),
-    "overview": lambda: figures.overview(STANDINGS),
+    "overview": lambda: figures.overview({"": STANDINGS}),
     "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
     "maps": lambda: figures.world_maps(MAPS, 20),
@@ -147,12 +147,12 @@ def test_brackets_show_the_corrected_p() -> None:
 
 
 def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:
-    texts = [text.get_text() for text in figures.overview(STANDINGS).findobj(Text)]
+    texts = [text.get_text() for text in figures.overview({"": STANDINGS}).findobj(Text)]
     taught, alone = (next(one for one in STANDINGS if one.condition == name) for name in ("evo+self-taught/A", "evo/A"))
     assert f"{taught.median:.0f} ▲" in texts
     assert f"{alone.median:.0f}" in texts
-    failed = figures.overview([taught._replace(verdict="does not hold")])
-    assert f"{taught.median:.0f} ▼" in [text.get_text() for text in failed.findobj(Text)]
+    failed = figures.overview({"Above": [alone], "Below": [taught._replace(direction=-1)]})
+    assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {text.get_text() for text in failed.findobj(Text)}
 
 
 def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:

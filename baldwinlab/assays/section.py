@@ -9,7 +9,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.assays import figures, verdict
+from baldwinlab.assays import figures, glance, verdict
 from baldwinlab.assays.analysis import Analysis, Number, evaluate, rules, write
 from baldwinlab.assays.stored import Assays
 from baldwinlab.assays.words import fitting, of_foragers
@@ -58,6 +58,8 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
     analysis = evaluate(assays, last)
     write(analysis, directory)
     headlines = {subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects}
+    groups = glance.by_phases(analysis) if glance.of_many(analysis) else {}
+    overview = glance.picture(analysis) if groups else None
     body = render(
         "assays/section.html",
         analysis=analysis,
@@ -65,13 +67,16 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
         phases=PHASES,
         rules=rules(),
         headlines=headlines,
+        groups=groups,
+        overview=embed(overview, directory / "figures") if overview else None,
         findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
         paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference and of_foragers(assays) else "",
         figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
         table=numbers_table(analysis),
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
     )
-    short = " ".join(f"On {where}: {headline}" for where, headline in headlines.values())
+    in_full = [f"On {where}: {headline}" for where, headline in headlines.values()]
+    short = " ".join([f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()] or in_full)
     return Section("baldwin", TITLE, fitting(body, assays), fitting(short, assays))
 
 
@@ -89,9 +94,10 @@ def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:
 
 def pictures(assays: Assays, analysis: Analysis) -> Iterator[Picture]:
     """In the order in which the report shows them, of the assays that are stored."""
+    many = glance.of_many(analysis)
     for assay, name, title, caption, figure, shown in _PICTURES:
         subjects = [subject.condition for subject in analysis.subjects if subject.condition in assays.get(assay, {})]
-        if subjects:
+        if subjects and not (many and assay in A_COLUMN_EACH):
             medians = "; ".join(f"{condition}: {_medians(analysis, condition, shown)}" for condition in subjects)
             text, drawn = f"{title}. Medians over runs: {medians}.", assays[assay]
             yield Picture(f"baldwin-{name}", title, caption, text, figure(assays, subjects), _over_runs(drawn), _measured(assay))
@@ -118,6 +124,7 @@ def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str
     return ", ".join(f"{MEASURES[one.measure]}, {one.when}, {number(one.median)}" for one in found)
 
 
+A_COLUMN_EACH = ("innate", "within-life", "modules")  # assays whose figures have one for each condition
 BANDS = "Lines are medians over runs, bands their 95 % intervals, by the sign test, of six runs or more."
 
 _PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], Figure], Sequence[str]]] = (

@@ -38,12 +38,17 @@ def where(subject: Subject) -> str:
     return f"map {map_name} ({learner})" if map_name else subject.condition
 
 
+def phases(subject: Subject) -> str:
+    """Which phases of the effect it reached, in words."""
+    first, second = subject.phase(1), subject.phase(2)
+    if (first, second) == (YES, NO) and subject.without_learning_nobody_ate:
+        return NOTHING_TO_ASSIMILATE
+    return HEADLINES.get((first, second)) or FIRST_PHASE[first] + SECOND_PHASE.get(second, "")
+
+
 def headline(subject: Subject) -> str:
     first, second = subject.phase(1), subject.phase(2)
-    found = HEADLINES.get((first, second)) or FIRST_PHASE[first] + SECOND_PHASE.get(second, "")
-    if (first, second) == (YES, NO) and subject.without_learning_nobody_ate:
-        found = NOTHING_TO_ASSIMILATE
-    said = f"{found}."
+    said = f"{phases(subject)}."
     for verdict, words in ((NO, "Answered no"), (NOT_MEASURED, "Not measured")):
         parts = (1,) if verdict == NO else (1, 2)
         questions = [one.criterion.question for part in parts for one in subject.of_phase(part) if one.verdict == verdict]

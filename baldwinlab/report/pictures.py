@@ -74,7 +74,7 @@ def _overview(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> P
         "to the best of that map. A triangle stands where a claim says that this is greater than something else: up where it "
         "holds, down where it does not; none where that is undecided.",
         final_medians(study, last),
-        figures.overview(standings),
+        figures.overview({"": standings}),
         [one._asdict() for one in standings],
     )
 

@@ -123,6 +123,22 @@ def test_its_verdict_is_what_a_reader_in_a_hurry_is_told(tmp_path: Path) -> None
     assert short.startswith("On map A (evo+self-taught): the Baldwin effect in both its phases") and "On map B" in short
 
 
+def test_many_conditions_are_shown_at_a_glance_and_told_one_by_one_where_that_is_asked_for(tmp_path: Path) -> None:
+    names = [f"evo+{rule}/{place}" for rule in ("self-taught", "hebb", "crbp", "reward", "imitation") for place in "AB"]
+    lived = {name: innate(name, off=constant(1), on=rising(10, 90), drift=constant(2)) for name in names}
+    lived[names[0]] = innate(names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2))
+    found = section({"innate": lived}, tmp_path)
+    assert found.short.startswith("In 9 of 10 conditions: only its first phase")
+    assert "In 1 of 10 conditions: the Baldwin effect in both its phases" in found.short
+    assert "<strong>9 of 10 conditions</strong>" in found.body and found.body.count("<figure") == 1
+    drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
+    assert drawn[0] == "quantity,condition,learner,map,median,verdict,direction"
+    (rise,) = (row for row in drawn if row.startswith(f"Rise of what is innate,{names[0]},evo+self-taught,A,"))
+    assert rise.endswith(",yes,1")
+    assert len(drawn) == 1 + 2 * 10  # what the weights of their death are worth was not measured
+    assert "<summary>Each condition in words</summary>" in found.body
+
+
 def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
     section({"innate": {A: innate(A, off=constant(2), on=constant(9))}}, tmp_path)
     first, *rows = (tmp_path / "figures" / "baldwin-lives.csv").read_text().splitlines()

@@ -1,0 +1,61 @@
+"""Many conditions at a glance, where a figure and some sentences of each would be too much to read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from baldwinlab.assays.analysis import NO, YES, Analysis, Subject
+from baldwinlab.assays.verdict import phases
+from baldwinlab.figures.overview import Standing, overview
+from baldwinlab.report.pictures import Picture
+
+MOST_IN_FULL = 8  # conditions
+
+# What is shown: a criterion of questions.toml, and what its difference is called.
+SHOWN = {
+    "gain": "Gain from learning",
+    "innate": "Rise of what is innate",
+    "cost": "Cost of having to learn",
+}
+CAPTION = (
+    "Above: what the average agent gains from learning, over all generations. Middle: by how much more it eats without learning "
+    "in the last generations than in the first; assimilation would show here. Below: how much more it would eat if born with "
+    "the weights of its own death; where that is below 0, what is learned does not do the whole of the task. Medians over runs "
+    "of the difference; the darker, the nearer to the largest of that map. A triangle stands where the runs establish that the "
+    "difference is above 0 (up) or below (down)."
+)
+
+
+def of_many(analysis: Analysis) -> bool:
+    """Whether there are so many conditions that text and tables are folded, and figures of each left out."""
+    return len(analysis.subjects) > MOST_IN_FULL
+
+
+def by_phases(analysis: Analysis) -> dict[str, list[str]]:
+    """The conditions of which the same is to be said, by what that is, the most first."""
+    found: dict[str, list[str]] = {}
+    for subject in analysis.subjects:
+        found.setdefault(phases(subject), []).append(subject.condition)
+    return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
+
+
+def picture(analysis: Analysis) -> Picture | None:
+    """None where nothing of it was measured."""
+    panels = {title: _standings(analysis.subjects, criterion) for criterion, title in SHOWN.items()}
+    panels = {title: found for title, found in panels.items() if found}
+    if not panels:
+        return None
+    rows = [{"quantity": title} | one._asdict() for title, found in panels.items() for one in found]
+    said = [f"{title}: {', '.join(f'{one.condition} {one.median:.0f}' for one in found)}" for title, found in panels.items()]
+    name, title = "baldwin-overview", "What learning gives, what becomes innate, what it costs"
+    return Picture(name, title, CAPTION, f"{title}. Medians over runs. {'; '.join(said)}.", overview(panels), rows)
+
+
+def _standings(subjects: Sequence[Subject], criterion: str) -> list[Standing]:
+    answers = {subject: subject.answer(criterion) for subject in subjects}
+    return [_standing(subject, answer.numbers.effect, answer.verdict) for subject, answer in answers.items() if answer.numbers]
+
+
+def _standing(subject: Subject, effect: float, verdict: str) -> Standing:
+    direction = 0 if verdict not in (YES, NO) or not effect else 1 if effect > 0 else -1
+    return Standing(subject.condition, subject.factors.learner, subject.factors.map, effect, verdict, direction)
