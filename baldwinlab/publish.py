@@ -8,6 +8,7 @@ from typing import Any
 
 import xarray as xr
 
+from baldwinlab import results as lab_results
 from baldwinlab.assays import section as assays
 from baldwinlab.assays import stored
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -32,13 +33,14 @@ from baldwinlab.sweeps import publish as sweeps
 
 
 def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[ClaimResult]:
-    """Write claims.json, statistics.csv, summary.csv, the figures and the report, and return the claims.
+    """Write claims.json, statistics.csv, summary.csv, the figures, the report and what the lab shows, and return the claims.
 
     A sweep has other results, those of `sweeps.publish`, and no claims. A run counts with its average over its `last`
     generations. Raises StudyError if no run is stored yet.
     """
     if study.kind == SWEEP:
         sweeps.publish(study, out, last, tell)
+        lab_results.keep(study)
         return []
     study.require_runs()
     data = open_study(study.directory)
@@ -49,6 +51,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     traces = _emergence(study, data, paper)
     sections, made_by = _sections(study, data, last, paper, results), paper if study.paper else None
     write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by, _looks(study))
+    lab_results.keep(study, data)
     return results
 
 

@@ -31,19 +31,23 @@ MOST: Final = 1000  # conditions, beyond which the file would be too large to be
 MOST_PLACES: Final = 1_000_000  # of the lines of a condition's runs: runs times generations
 
 
-def of_study(study: Study) -> dict[str, Any]:
-    """Of every condition that has a run; None where a number does not exist. Raises StudyError for a record that is damaged."""
+def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
+    """Of every condition that has a run; None where a number does not exist. Raises StudyError for a record that is damaged.
+
+    `data` is the study as `open_study` gives it, where it has been read already.
+    """
     names = [name for name in study.experiments if study.runs(name)]
     answer: dict[str, Any] = {"conditions": names, "factors": factors(study, names), "generation": []}
     answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {"typical_run": {}}
     if not names:
         return answer
-    data = open_conditions(study, names)
+    if data is None or data["condition"].values.tolist() != names:
+        data = open_conditions(study, names)
     answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
     answer["generation"] = data["generation"].values.tolist()
     for measure, values in fitness.MEASURES.items():
         average, low, high = fitness.interval_of_mean(values(data))
-        curve = {"mean": average, "low": low, "high": high.clip(max=1) if measure == "share" else high}
+        curve = {"mean": average, "low": low, "high": high}
         final = fitness.final(data, measure)
         for name in names:
             answer["curves"][name][measure] = {part: _plain(array.sel(condition=name)) for part, array in curve.items()}
@@ -110,10 +114,10 @@ def _plain(values: xr.DataArray) -> list[float | None]:
     return [None if value != value else value for value in values.values.tolist()]
 
 
-def keep(study: Study) -> None:
-    """Write them beside the report. Raises StudyError as `of_study` does, and OSError."""
+def keep(study: Study, data: xr.Dataset | None = None) -> None:
+    """Write them beside the report; `data` as for `of_study`. Raises StudyError as that does, and OSError."""
     if len(study.experiments) <= MOST:
-        record = {"version": __version__, "records": _records(study), "results": of_study(study)}
+        record = {"version": __version__, "records": _records(study), "results": of_study(study, data)}
         write_atomically(study.directory / FILE, json.dumps({"checksum": _checksum(record), **record}).encode())
 
 

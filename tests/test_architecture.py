@@ -30,7 +30,8 @@ FLOORS = [
     {"figures"},
     {"report"},
     {"assays", "multiverse", "sweeps"},
-    {"publish", "results", "console"},
+    {"results", "console"},
+    {"publish"},
     {"api"},
     {"lab"},
     {"cli"},
@@ -39,7 +40,7 @@ FLOORS = [
 CAPABILITIES = ("assays", "multiverse", "sweeps")
 LIVES = {"engine", "parts", "evolution", "models", "library", "runs", "check", "studies"}
 READS = {"statistics", "figures", "report", "movie"}  # besides these files of each capability:
-FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict"}
+FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict", "glance"}
 
 
 def name_of(path: Path) -> str:

@@ -32,6 +32,7 @@ def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool
     require(f"the report of {study.directory}", need(study), force=force)
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)
+        results.keep(study)
         console.console.print(readings_table(multiverse))
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
             console.say(f"- {sentence}")
@@ -39,6 +40,5 @@ def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool
         claims = publish(study, out, last, console.say)
         if any(claim.record()["verdict"] in VERDICT_STYLE for claim in claims):
             console.console.print(claims_table(claims))
-    results.keep(study)
     console.say(f"report: {out}")
     return out
