@@ -248,7 +248,7 @@ export class Inspector {
       pen.font = `600 12px ${FONT}`;
       pen.textAlign = "left";
       pen.textBaseline = "alphabetic";
-      pen.fillText(modules[number], 0, top + 13);
+      pen.fillText(modules[number], 0, top + 13, width);
       drawNetwork(
         pen,
         { left: 0, top: top + 20, width, height: ROOM },
