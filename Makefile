@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help reproduce test nightly faults lint format bench cuda slurm browser wasm clean
+.PHONY: help reproduce test nightly faults lint format bench cuda slurm browser firefox wasm clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
@@ -26,7 +26,7 @@ reproduce: $(VENV)/.core
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-nightly: $(VENV)/.dev $(VENV)/.wasm browser
+nightly: $(VENV)/.dev $(VENV)/.wasm browser firefox
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
 # What breaks things: kills, damaged files, odd inputs, floods. About twenty minutes.
@@ -86,12 +86,19 @@ wasm: $(VENV)/.dev $(VENV)/.wasm
 slurm: $(VENV)/.dev
 	scripts/check_slurm.sh $(BIN)/python
 
-# The report is tested in a real browser. Without one, and without the right to install it, those tests are skipped.
+# Pages are tested in real browsers. Without one, and without the right to install it, its tests are skipped.
+define installed
+@command -v $(2) >/dev/null 2>&1 \
+|| { command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] \
+     && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; } \
+|| echo "$(1) is not installed and could not be: its tests will be skipped"
+endef
+
 browser:
-	@command -v chromium chromium-browser google-chrome >/dev/null 2>&1 \
-	|| { command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] \
-	     && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null; } \
-	|| echo "Chromium is not installed and could not be: the browser tests will be skipped"
+	$(call installed,chromium,chromium chromium-browser google-chrome)
+
+firefox:
+	$(call installed,firefox-esr,firefox-esr firefox)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis
