@@ -1,5 +1,7 @@
 """Real-valued senses: the nearest food, food along rays, its smell at two nostrils, and one's own energy.
 
+What they tell of food, they tell of another kind of items where their field `of` says so.
+
 Each input is a float32 in [0, 1]. What is seen, or smelled, lies within `senses.visual_radius`; walls hide it from sight, but
 not its smell. A network's answers to such inputs are not looked up but calculated in every step.
 
@@ -22,8 +24,9 @@ from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Value, any_of, bundle, get, lanes_in_bundle, square_root
 from baldwinlab.engine.phases import Array, per_agent, phase
+from baldwinlab.experiment.choices import key_of
 from baldwinlab.models.miniworld.items import cells_within, image, slots_in_row
-from baldwinlab.models.miniworld.make import item_regions
+from baldwinlab.models.miniworld.make import item_kinds, item_regions, kind_number
 from baldwinlab.models.miniworld.senses import visible
 from baldwinlab.models.miniworld.state import FOOD, HEADING_COUNT, Model, State
 from baldwinlab.parts.kinds import Sense
@@ -38,7 +41,7 @@ DEGREES = tuple((ray - RAYS // 2) * BETWEEN_RAYS * 360 // HEADING_COUNT for ray 
 def notice(
     part: Any, model: Model, state: State, lane: int, x: np.float32, y: np.float32, dx: np.float32, dy: np.float32
 ) -> None:
-    """Per agent, at (x, y): take account of food that is (dx, dy) away, within `model.visual_radius`."""
+    """Per agent, at (x, y): take account of an item that is (dx, dy) away, within `model.visual_radius`."""
 
 
 @compiled
@@ -64,17 +67,30 @@ def _notice_in(part: Any, model: Model, state: State, world: int, region: int, l
 
 
 @compiled
-def notice_food(part: Any, model: Model, state: State, world: int, agent: int) -> None:
-    """Per agent: `notice` all food that is near enough."""
+def notice_all(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    """Per agent: `notice` all items of the part's kind that are near enough."""
     lane = world * model.agents + agent
     for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
-        if model.region_kind[region] == 0:
+        if model.region_kind[region] == part.number:
             for number in range(model.images[region]):
                 x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
                 _notice_in(part, model, state, world, region, lane, x, y)
 
 
-class Nearest(Sense, name="nearest"):
+class _OfItems(Sense):
+    """What senses of items share: the kind that they tell of."""
+
+    of: str = Field(FOOD, description="the kind of items that it tells of")
+    only_items: ClassVar[bool] = True
+    real: ClassVar[bool] = True
+    derived: ClassVar[Mapping[str, Any]] = {"number": lambda part, experiment: kind_number(part.of)(part, experiment)}
+
+    def check(self, experiment: Any) -> None:
+        if self.of not in (kinds := item_kinds(experiment)):
+            raise ValueError(f"senses.{key_of(self.name)}.of = {self.of!r} must be one of the kinds of items: {', '.join(kinds)}")
+
+
+class Nearest(_OfItems, name="nearest"):
     """Where the nearest food is: its angle, clockwise from the heading, as a share of a turn, and its distance, as one of sight.
 
     The distance is that to its middle over `senses.visual_radius`. Where none is in sight, the angle is 0 and the distance 1.
@@ -82,8 +98,6 @@ class Nearest(Sense, name="nearest"):
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
     sectors: ClassVar[tuple[None, ...]] = (None, None)
-    only_items: ClassVar[bool] = True
-    real: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(3)}  # the way to it, squared, and in x and y
 
     @staticmethod
@@ -100,7 +114,7 @@ class Nearest(Sense, name="nearest"):
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
         lane = world * model.agents + agent
         part.nearest[0, lane] = FAR
-        notice_food(part, model, state, world, agent)
+        notice_all(part, model, state, world, agent)
         heading, angle, distance = int(state.heading[0, lane]), ZERO, ONE
         if part.nearest[0, lane] < FAR:
             dx, dy = part.nearest[1, lane], part.nearest[2, lane]
@@ -113,14 +127,14 @@ class Nearest(Sense, name="nearest"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        food = [item for item in items if item.kind == FOOD and naive.distance(agent, item) <= naive.visual_radius]
+        food = [item for item in items if item.kind == part.of and naive.distance(agent, item) <= naive.visual_radius]
         if not food:
             return [0, 1]
         nearest = min(food, key=lambda item: naive.distance(agent, item))
         return [naive.bearing(agent, nearest) / 360, naive.distance(agent, nearest) / naive.visual_radius]
 
 
-class Smell(Sense, name="smell"):
+class Smell(_OfItems, name="smell"):
     """The smell of all food near, at a nostril on the left and at one on the right: the nearer, the stronger.
 
     An input is s / (1 + s), in [0, 1). What an item adds to s fades from 1, in the nostril itself, to 0 at the distance r:
@@ -130,14 +144,14 @@ class Smell(Sense, name="smell"):
     spread: float = Field(5.0, gt=0, le=100_000, description="how far each nostril is from the middle, units of length")
     inputs: ClassVar[tuple[str, ...]] = ("smell left", "smell right")
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
-    only_items: ClassVar[bool] = True
-    real: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {"strength": per_agent(2)}
     derived: ClassVar[Mapping[str, Any]] = {
-        "reach": lambda part, experiment: np.float32(experiment.senses.visual_radius - part.spread)
+        **_OfItems.derived,
+        "reach": lambda part, experiment: np.float32(experiment.senses.visual_radius - part.spread),
     }
 
     def check(self, experiment: Any) -> None:
+        super().check(experiment)
         if self.spread >= experiment.senses.visual_radius:
             raise ValueError(
                 f"senses.smell.spread = {self.spread:g} must be less than {experiment.senses.visual_radius:g}, the visual radius"
@@ -161,7 +175,7 @@ class Smell(Sense, name="smell"):
         lane = world * model.agents + agent
         part.strength[0, lane] = ZERO
         part.strength[1, lane] = ZERO
-        notice_food(part, model, state, world, agent)
+        notice_all(part, model, state, world, agent)
         for side in range(2):
             strength = part.strength[side, lane]
             state.activations[first + side, lane] = strength / (ONE + strength)
@@ -173,7 +187,7 @@ class Smell(Sense, name="smell"):
             nostril = copy(agent)
             nostril.heading = agent.heading + side
             naive.advance(nostril, float(part.spread))
-            shares = [naive.distance(nostril, item) / float(part.reach) for item in items if item.kind == FOOD]
+            shares = [naive.distance(nostril, item) / float(part.reach) for item in items if item.kind == part.of]
             strength = sum((1 - share**2) ** 2 for share in shares if share < 1)
             smells.append(strength / (1 + strength))
         return smells
@@ -207,7 +221,7 @@ class Energy(Sense, name="energy"):
         return [gained / (gained + float(part.half))]
 
 
-class Rays(Sense, name="rays"):
+class Rays(_OfItems, name="rays"):
     """Five rays, 27 degrees apart: how close the first food is that each meets.
 
     An input is 1 - distance / `senses.visual_radius`, in [0, 1], of the item's middle, and 0 where the ray meets none. An item
@@ -219,8 +233,6 @@ class Rays(Sense, name="rays"):
         f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead" for degrees in DEGREES
     )
     sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(((each - 2) % 360, (each + 2) % 360) for each in DEGREES)
-    only_items: ClassVar[bool] = True
-    real: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(RAYS)}  # squared distances
 
     @staticmethod
@@ -240,7 +252,7 @@ class Rays(Sense, name="rays"):
         lane, farthest = world * model.agents + agent, model.visual_radius * model.visual_radius
         for ray in range(RAYS):
             part.nearest[ray, lane] = farthest
-        notice_food(part, model, state, world, agent)
+        notice_all(part, model, state, world, agent)
         for ray in range(RAYS):
             distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
             state.activations[first + ray, lane] = max(ONE - distance, ZERO)
@@ -249,7 +261,7 @@ class Rays(Sense, name="rays"):
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         def closeness(ray: float) -> float:
             met = []
-            for item in (item for item in items if item.kind == FOOD):
+            for item in (item for item in items if item.kind == part.of):
                 way, aside = naive.distance(agent, item), math.radians(naive.bearing(agent, item) - ray)
                 if abs(way * math.sin(aside)) <= part.radius and (math.cos(aside) >= 0 or way <= part.radius):
                     met.append(way)

@@ -41,12 +41,12 @@ class Stage(NamedTuple):
 
 
 STAGES = [
-    Stage("run", RUN, 100),
-    Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 80),
-    Stage("assay", ("assay", "study", "--only", "innate"), 30, RUN),
-    Stage("report", ("report", "study"), 30, RUN),
+    Stage("run", RUN, 150),
+    Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 35),
+    Stage("assay", ("assay", "study", "--only", "innate"), 25, RUN),
+    Stage("report", ("report", "study"), 25, RUN),
     Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 25, RUN),
-    Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 25, RUN),
+    Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 30, RUN),
     Stage("compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}),  # which begins without any compiled code
 ]
 

@@ -75,6 +75,31 @@ def test_the_angle_is_taken_from_where_the_agent_heads() -> None:
     assert len(headings) > 4
 
 
+def smell(distance: float) -> float:
+    """Of an item so far from a nostril, which is 5 from the middle."""
+    strength = (1 - (distance / (RADIUS - 5)) ** 2) ** 2
+    return strength / (1 + strength)
+
+
+POISON = {"features": ["patches"], "patches": {"patches": [[100, 100.001, 100, 100.001, 1, -1]]}}  # 20 below the agent
+
+
+@pytest.mark.parametrize(
+    ("kind", "of_food", "of_poison"),
+    [
+        ("nearest", [0, 0.25], [0.25, 0.5]),
+        ("rays", [0, 0.75, 0.75, 0.75, 0], [0] * 5),
+        ("smell", [smell(math.hypot(10, 5))] * 2, [smell(25), smell(15)]),
+    ],
+)
+def test_a_sense_tells_of_the_kind_of_items_that_it_is_asked_to(kind: str, of_food: list[float], of_poison: list[float]) -> None:
+    assert told(kind, (10, 0), world=POISON) == pytest.approx(of_food, abs=1e-4)
+    asked = {"kinds": [kind], kind: {"of": "patch"}}
+    assert told(kind, (10, 0), world=POISON, senses=asked) == pytest.approx(of_poison, abs=1e-4)
+    with pytest.raises(ExperimentError, match=rf"senses\.{kind}\.of = 'patch' must be one of the kinds of items: food"):
+        who_senses(kind, senses=asked)
+
+
 def test_a_wall_hides_the_nearest_food_and_what_a_ray_would_meet_but_not_its_smell() -> None:
     behind, beside = (20.0, 0.0), (0.0, 30.0)
     assert told("nearest", behind, beside) == pytest.approx([0, 0.5], abs=1e-6)
