@@ -102,10 +102,11 @@ class LiveRun:
         else:
             raise ValueError(f"a live run is told to pause, resume, stop or pace, not {wish!r}")
 
-    def measures(self, first: int, last: int) -> dict[str, dict[str, list[float]]]:
+    def measures(self, first: int, last: int) -> dict[str, dict[str, list[Any]]]:
         """Best and mean fitness and the share that ate, in generations from `first` up to, and without, `last`.
 
-        Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean.
+        Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean,
+        and `each`: of every generation, the number of each run.
         """
         from baldwinlab.statistics.fitness import MEASURES, interval_of_mean  # here, because it takes a while to load
 
@@ -113,11 +114,13 @@ class LiveRun:
         if isinstance(self.experiment, Experiment):
             lived["food_eaten"] = [history.of_agents("food_eaten")[first:last] for history in self._histories]
         some = xr.Dataset({name: (("run", "generation", "agent"), np.stack(values)) for name, values in lived.items()})
-        bands = {name: interval_of_mean(measure(some)) for name, measure in MEASURES.items()}
-        parts = ("mean", "low", "high") if self.runs > 1 else ("mean",)
-        return {
-            name: {part: edge.values.tolist() for part, edge in zip(parts, band, strict=False)} for name, band in bands.items()
-        }
+        parts = ("mean", "low", "high", "each") if self.runs > 1 else ("mean",)
+        found = {}
+        for name, measure in MEASURES.items():
+            values = measure(some)
+            band = (*interval_of_mean(values), values.transpose("generation", "run"))
+            found[name] = {part: numbers.values.tolist() for part, numbers in zip(parts, band, strict=False)}
+        return found
 
     def energy(self, run: int, generation: int) -> xr.DataArray:
         """Fitness (generation, agent) of all generations so far. Raises ValueError as `history` does."""

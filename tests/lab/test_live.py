@@ -79,7 +79,7 @@ def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(l
         xr.testing.assert_identical(study.read("evo/A", number), simulate(kept, seed=3, run=number))
 
 
-@pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high"])])
+@pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high", "each"])])
 def test_the_measures_of_a_live_run_are_those_of_the_analysis(live: Live, tmp_path: Path, runs: int, parts: list[str]) -> None:
     run = ended(live.start(small(), seed=5, runs=runs))
     live.keep(run.id, tmp_path, "kept")
@@ -88,8 +88,11 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(live: Live, tmp_pa
     assert list(measures) == ["best", "mean", "share"]
     for name, band in measures.items():
         assert list(band) == parts
-        for edge, expected in zip(band.values(), fitness.interval_of_mean(fitness.MEASURES[name](study)), strict=False):
+        values = fitness.MEASURES[name](study)
+        for edge, expected in zip(band.values(), fitness.interval_of_mean(values), strict=False):
             assert np.allclose(edge, expected.values[1:3])
+        if runs > 1:
+            assert np.allclose(band["each"], values.values.T[1:3])
 
 
 @pytest.fixture

@@ -157,6 +157,32 @@ def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs
     )
 
 
+def test_each_run_can_be_shown_as_a_line_and_leads_to_its_world(page: Page) -> None:
+    start(page, runs=3)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    page.get_by_test_id("each-run").check()
+    plot, told = (page.get_by_test_id("live-fitness").locator(where) for where in (".chart-plot", "[role=status]"))
+    plot.press("End")
+    best = {run: int(simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=run).energy[2].max()) for run in range(3)}
+    highest = max(best, key=lambda run: best[run])
+    for _ in range(8):
+        plot.press("ArrowUp")
+    expect(told).to_have_text(f"best agent, run {highest}, generation 2: {brief(best[highest])}")
+    plot.press("Home")
+    while not re.match(r"best agent, run 1,", told.inner_text()):
+        plot.press("ArrowUp")
+    plot.press("Enter")
+    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
+    expect(page.get_by_test_id("live-run")).to_have_value("1")
+    page.reload()
+    expect(page.get_by_test_id("each-run")).to_be_checked()
+
+
+def brief(number: int) -> str:
+    """As a chart tells it."""
+    return str(number) if number == 0 or number >= 100 else f"{number:.1f}"
+
+
 def test_a_run_can_be_paused_and_lived_generation_by_generation(page: Page) -> None:
     start(page, runs=1, pace="5")  # seconds a generation, so that it is not over before it can be paused
     page.get_by_test_id("pause").click()

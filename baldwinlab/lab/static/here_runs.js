@@ -186,7 +186,7 @@ export class HereFeed extends Feed {
   }
 }
 
-/** Best and mean fitness and the share that eats: of each the mean over runs and, of several, the edges of its 95 % interval. */
+/** Best and mean fitness and the share that eats: of each the mean over runs and, of several, its 95 % interval, and each run's. */
 function bandsOf(lived, quantiles) {
   const measures = {
     best: lived.map(({ energy }) => Math.max(...energy)),
@@ -205,7 +205,7 @@ function band(values, quantiles, most) {
   const spread = values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / (values.length - 1);
   const half = Math.sqrt(spread / values.length) * quantiles[values.length];
   const low = values.some((value) => value < 0) ? mean - half : Math.max(0, mean - half);
-  return { mean: [mean], low: [low], high: [Math.min(most, mean + half)] };
+  return { mean: [mean], low: [low], high: [Math.min(most, mean + half)], each: [values] };
 }
 
 function meanOf(values) {

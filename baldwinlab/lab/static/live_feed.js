@@ -21,7 +21,8 @@ export function feedOf(id) {
 }
 
 /**
- * @typedef {{mean: number[], low?: number[], high?: number[]}} Band one entry a generation; edges where there are several runs
+ * @typedef {{mean: number[], low?: number[], high?: number[], each?: number[][]}} Band one entry a generation; where there are
+ *   several runs, the edges of the mean's 95 % interval, and the numbers of each run
  */
 export class Feed {
   constructor(id) {

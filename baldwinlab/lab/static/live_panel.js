@@ -31,7 +31,12 @@ export function livePanel(root, feed, state, navigate, again) {
       el("div", { class: "row" }, el("h1", {}, experiment.name), badge, el("span", { class: "soft" }, about), el("span", { class: "spread" }), ...buttons.elements),
       el("div", { class: "row live-progress" }, progress, count), fault),
     el("div", { class: "live-both" }, el("div", { class: "live-curves" }, el("section", { class: "card" }, fitness), el("section", { class: "card" }, share)), world.element));
-  const charts = curves(feed, fitness, share, runs, experiment.world, (generation) => world.pick(generation));
+  const eachRun = runSwitch(state.lines === "each", (each) => {
+    navigate({ lines: each ? "each" : null }, true);
+    charts.update();
+  });
+  if (runs > 1) fitness.after(eachRun);
+  const charts = curves(feed, fitness, share, eachRun.firstChild, (generation, run) => world.pick(generation, run));
 
   const update = () => {
     const [word, kind] = WORDS[feed.state];
@@ -64,17 +69,25 @@ function noWorld(model) {
   return { element, pick: nothing, offer: nothing, keptAs: nothing, close: nothing };
 }
 
+/** Whether each run is a thin line beside the mean. */
+function runSwitch(checked, changed) {
+  const input = el("input", { type: "checkbox", checked, "data-testid": "each-run", onchange: () => changed(input.checked) });
+  return el("label", { class: "inline" }, input, "each run as a line");
+}
+
 /** Curves of fitness and of the share that eats; a click on one shows that generation's world, if there are worlds. */
-function curves(feed, fitness, share, runs, worlds, pick) {
+function curves(feed, fitness, share, eachRun, pick) {
+  const { runs, experiment: { world: worlds } } = feed.about;
   const x = Array.from({ length: feed.about.experiment.evolution.generations }, (_, generation) => generation);
   const whole = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
   const band = (label, name, number) => {
-    const { mean, low, high } = feed.bands[name];
-    return { label, color: look(number).color, values: whole(mean), low: whole(low), high: whole(high) };
+    const { mean, low, high, each } = feed.bands[name];
+    const ofRuns = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({ run, values: whole((each ?? []).map((values) => values[run])) }));
+    return { label, color: look(number).color, values: whole(mean), low: whole(low), high: whole(high), runs: ofRuns };
   };
   const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
   const shares = () => [band(worlds ? "share that eats" : "share above 0", "share", 2)];
-  const options = { x, xLabel: "generation", height: 210, onPick: ({ x }) => pick(x) };
+  const options = { x, xLabel: "generation", height: 210, onPick: ({ x, run }) => pick(x, run) };
   const over = runs > 1 ? `, mean of ${runs} runs with its 95 % band` : "";
   const chart = (root, name, more, shown) => {
     const plot = el("div");

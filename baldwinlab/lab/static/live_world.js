@@ -63,13 +63,13 @@ export class LiveWorld {
   runPicker(runs) {
     if (runs === 1) return null;
     const options = Array.from({ length: runs }, (_, run) => el("option", { value: run }, `run ${run}`));
-    const picker = el("select", { "aria-label": "Which run's world is shown", "data-testid": "live-run" }, ...options);
-    picker.value = String(this.run);
-    picker.addEventListener("change", () => {
-      this.run = Number(picker.value);
+    this.picker = el("select", { "aria-label": "Which run's world is shown", "data-testid": "live-run" }, ...options);
+    this.picker.value = String(this.run);
+    this.picker.addEventListener("change", () => {
+      this.run = Number(this.picker.value);
       if (this.generation !== null) this.load(this.generation);
     });
-    return picker;
+    return this.picker;
   }
 
   /** So many generations have lived. */
@@ -106,9 +106,11 @@ export class LiveWorld {
     this.remember();
   }
 
-  /** Show a generation for the reader. */
-  pick(generation) {
+  /** Show a generation for the reader, of the run that is shown or of another. */
+  pick(generation, run = this.run) {
     this.follows = false;
+    this.run = run;
+    if (this.picker) this.picker.value = String(run);
     this.load(generation, 0);
   }
 
