@@ -15,6 +15,7 @@ from baldwinlab.experiment.classes import choosing_fields
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import pages
 from baldwinlab.lab.schema import node_at, schema_of
+from baldwinlab.models.miniworld.about import about
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.models.miniworld.make import FOOD_COLOR, item_regions
 from baldwinlab.models.miniworld.modules import built_in, module_of
@@ -26,7 +27,10 @@ from baldwinlab.version import __version__
 
 FIRST: Final = "live_page.js"  # the module that the page begins with
 WORKER: Final = ("engine.js", "lives.js", "looking.js", "engine_worker.js")  # what a worker is made of, in this order
-STYLES: Final = ("vendor/uPlot.min.css", "style.css", "world.css", "watch.css", "charts.css", "live.css", "share.css")
+STYLES: Final = (
+    *("vendor/uPlot.min.css", "style.css", "world.css", "watch.css"),
+    *("charts.css", "live.css", "share.css", "guide.css"),
+)
 MOST_RUNS: Final = 50
 MOST_BYTES: Final = 2_000_000
 CHOICES: Final = ("learning.rule", "lifetime.update")  # of which each combination has a module that ships
@@ -116,6 +120,7 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "description": description,
         "experiment": experiment.to_dict(),
         "look": _look(experiment),
+        "about": [topic._asdict() for topic in about(experiment)],
     }
 
 

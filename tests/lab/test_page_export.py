@@ -157,6 +157,20 @@ def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs
     )
 
 
+def test_it_says_what_one_sees_at_the_first_visit_and_when_it_is_asked(page: Page) -> None:
+    guide = page.get_by_test_id("guide")
+    expect(guide).to_contain_text("evo+self-taught/A: the map")
+    expect(guide).to_contain_text("20 agents are born in the dashed circle")
+    page.get_by_test_id("close-guide").click()
+    expect(guide).to_be_hidden()
+    page.reload()
+    expect(page.get_by_test_id("start")).to_be_visible()
+    expect(guide).to_be_hidden()
+    page.get_by_test_id("about").click()
+    expect(guide).to_be_visible()
+    expect(page.get_by_test_id("about")).to_have_attribute("aria-expanded", "true")
+
+
 def test_each_run_can_be_shown_as_a_line_and_leads_to_its_world(page: Page) -> None:
     start(page, runs=3)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")

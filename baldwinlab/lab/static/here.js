@@ -7,7 +7,7 @@ import { changesOf, withChanges } from "./live_setup.js";
 
 /**
  * @typedef {object} Laboratory what Python writes into the page
- * @property {{name: string, description: string, experiment: object, schema: number, look: object}[]} presets
+ * @property {{name: string, description: string, experiment: object, schema: number, look: object, about: import("./guide.js").Topic[]}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules

@@ -2,12 +2,14 @@
 
 import { asked, follow, followed, navigate } from "./address.js";
 import { answeredBy, message } from "./common.js";
+import { Guide } from "./guide.js";
 import { Here } from "./here.js";
 import { feedsFrom } from "./live_feed.js";
+import { LIVE } from "./topics.js";
 import { mount } from "./view_live.js";
 
 /**
- * @param {HTMLElement} root is filled; the page has elements for #actions and #messages, too
+ * @param {HTMLElement} root is filled; the page has elements for #about, #actions and #messages, too
  * @param {import("./here.js").Laboratory} laboratory
  * @param {string} code of a worker
  */
@@ -22,9 +24,15 @@ export function open(root, laboratory, code) {
   });
   const place = asked(["live"], "live");
   follow({ ...place, state: { seed: laboratory.seed, ...place.state } });
+  const guide = new Guide(document.getElementById("about"));
+  const [{ name, about }] = laboratory.presets;
+  guide.begin("live", [...LIVE, ...about.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text }))]);
+  guide.follow(followed().state);
+  root.append(guide.root);
   const view = mount(root, followed().state, navigate);
   addEventListener("hashchange", () => {
     follow(asked(["live"], "live"));
+    guide.follow(followed().state);
     view.update(followed().state);
   });
 }

@@ -4,20 +4,11 @@ import { address, asked, follow, followed, navigate } from "./address.js";
 import { message } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
+import { KEEPING, LIVE, RESULTS } from "./topics.js";
 
-const LIVE = [
-  { title: "Evolution, live", text: "Every generation lives its life, and who does best has children. Choose a preset, change any parameter, and start: the generations follow each other while you watch." },
-  { title: "The curves", text: "How well the best and the average agent do, a point a generation, as mean of all runs; the shaded band is where the true mean lies with 95 % confidence. A click on a curve shows that generation's life." },
-  { title: "What to look for", text: "Do the curves rise, and how soon? Start the same once more without learning, or with another seed, and compare; or sweep a field, and see what it does. What is worth keeping can be kept as a study." },
-];
-const RESULTS = [
-  { title: "The curves", text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. Each run can be shown as a thin line beside it. A click on a line shows the life behind it." },
-  { title: "The boxes", text: "Each run is a point: its mean over the last generations. The line in a box is the median, half of the runs lie in the box." },
-  { title: "What to look for", text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The claims below say what follows from all of them." },
-];
 const VIEWS = {
   world: { title: "World", lives: true, load: () => import("./view_world.js"), about: [] }, // what it shows is in the recording's own words
-  live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: LIVE },
+  live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: [...LIVE, KEEPING] },
   results: { title: "Results", load: () => import("./view_results.js"), about: RESULTS },
 };
 

@@ -1,0 +1,20 @@
+/** What views say of themselves before anything is shown, for "What is this?". */
+
+/** @typedef {import("./guide.js").Topic} Topic */
+
+/** @type {Topic[]} */
+export const LIVE = [
+  { title: "Evolution, live", text: "Every generation lives its life, and who does best has children. Choose a preset, change any parameter, and start: the generations follow each other while you watch." },
+  { title: "The curves", text: "How well the best and the average agent do, a point a generation, as mean of all runs; the shaded band is where the true mean lies with 95 % confidence. A click on a curve shows that generation's life." },
+  { title: "What to look for", text: "Do the curves rise, and how soon? Start the same once more without learning, or with another seed, and compare." },
+];
+
+/** Where there is a server. @type {Topic} */
+export const KEEPING = { title: "To go on", text: "Sweep a field, and see what it does. What is worth keeping can be kept as a study." };
+
+/** @type {Topic[]} */
+export const RESULTS = [
+  { title: "The curves", text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. Each run can be shown as a thin line beside it. A click on a line shows the life behind it." },
+  { title: "The boxes", text: "Each run is a point: its mean over the last generations. The line in a box is the median, half of the runs lie in the box." },
+  { title: "What to look for", text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The claims below say what follows from all of them." },
+];
