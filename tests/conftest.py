@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, expect, sync_playwright
 
@@ -61,6 +62,16 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
         return Outcome(code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture
+def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Lives whose combination of parts is not compiled, which would take longer than they do."""
+    from tests.library.plain import compile_nothing  # here, because most tests need none of it
+
+    compile_nothing(monkeypatch)
+    with np.errstate(all="ignore"):
+        yield
 
 
 @pytest.fixture

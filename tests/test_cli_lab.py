@@ -20,6 +20,7 @@ from websockets.sync.client import connect
 from baldwinlab import cli
 from baldwinlab.cli import lab
 from baldwinlab.presets import load
+from tests.lab.asking import CLIENT
 from tests.small import small, small_study
 
 
@@ -102,7 +103,7 @@ def attached(address: str, what: str) -> ExitStack:
     port, many = int(address.rstrip("/").split(":")[2]), ExitStack()
     if what == "a page that watches and does not read":
         order = {"experiment": small("evo/A").replace(evolution={"generations": 10_000}).to_dict()}
-        id = httpx.post(f"{address}api/live", json=order, timeout=60).json()["id"]
+        id = CLIENT.post(f"{address}api/live", json=order).json()["id"]
         many.enter_context(connect(f"ws://127.0.0.1:{port}/api/live/{id}", close_timeout=0))
         return many
     begun = {"half a request": "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{"}
@@ -118,7 +119,7 @@ def attached(address: str, what: str) -> ExitStack:
 @pytest.mark.parametrize("seconds", [30, pytest.param(3, marks=pytest.mark.nightly, id="3, on an idle machine")])
 def test_ctrl_c_closes_it_soon_whatever_is_attached(tmp_path: Path, what: str, seconds: float) -> None:
     with opened(tmp_path) as (process, address):
-        while not httpx.get(f"{address}api/engine", timeout=60).json()["ready"]:
+        while not CLIENT.get(f"{address}api/engine").json()["ready"]:
             time.sleep(0.1)
         with attached(address, what):
             time.sleep(1)
@@ -139,6 +140,6 @@ def test_a_day_of_playing_does_not_grow_its_memory(tmp_path: Path) -> None:
         used = []
         for last in range(988, 1000):
             query = f"study=crowd&condition=evo/A&run=0&generation=0&last={last}"
-            assert len(httpx.get(f"{address}api/recording?{query}", timeout=60).content) > 25e6
+            assert len(CLIENT.get(f"{address}api/recording?{query}").content) > 25e6
             used.append(psutil.Process(process.pid).memory_info().rss)
     assert used[-1] - used[5] < 60e6

@@ -70,7 +70,8 @@ def reproduce(
 def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None) -> Need:
     """What the assays and the report take."""
     by_name = {experiment.name: experiment for experiment in experiments}
-    assays = Planned(by_name, paper.factors()).need(runs, workers or available_cores())
+    factors = {name: found for name, found in paper.factors().items() if name in by_name}
+    assays = Planned(by_name, factors).need(runs, workers or available_cores())
     shown = by_name.get(paper.about.emergence, experiments[0])
     return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(of_emergence(shown))
 

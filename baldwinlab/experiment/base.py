@@ -259,8 +259,9 @@ def _made(tree: dict[str, Any], reading: bool = False) -> Any:
 
 def _let_added_parts_check(experiment: BaseExperiment) -> None:
     """Raises ExperimentError for what a part of the library, or a foreign one, refuses."""
+    added = {kind for kind, _ in added_choices(experiment)}
     for path, kind, _ in choosing_fields(type(experiment)):
-        if any(each == kind for each, _ in added_choices(experiment)):
+        if kind in added:
             for part in experiment.parts(path):
                 try:
                     part.check(experiment)

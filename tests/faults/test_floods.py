@@ -18,6 +18,7 @@ from websockets.sync.client import connect
 
 from baldwinlab.presets import load
 from tests.faults.amount import amount
+from tests.lab.asking import CLIENT
 from tests.small import small, small_study
 
 ALLOWED = 400e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
@@ -82,7 +83,7 @@ def flood(server: Server) -> None:
 
 def post(server: Server, path: str, content: bytes) -> None:
     try:
-        status = httpx.post(f"{server.address}api/{path}", content=content, timeout=60).status_code
+        status = CLIENT.post(f"{server.address}api/{path}", content=content).status_code
     except (httpx.NetworkError, httpx.RemoteProtocolError):
         return  # cut off: on a busy machine it may take longer than the second that this lab waits
     assert status in (400, 413)
@@ -90,7 +91,7 @@ def post(server: Server, path: str, content: bytes) -> None:
 
 def live_and_leave(server: Server, seed: int) -> None:
     experiment = small("evo/A").replace(population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1})
-    started = httpx.post(f"{server.address}api/live", json={"experiment": experiment.to_dict(), "seed": seed}, timeout=60)
+    started = CLIENT.post(f"{server.address}api/live", json={"experiment": experiment.to_dict(), "seed": seed})
     assert started.status_code == 201
     with connect(f"ws://127.0.0.1:{server.port}/api/live/{started.json()['id']}") as page:
         page.recv(timeout=60)
@@ -102,17 +103,17 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
     crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
     small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as server:
-        while not httpx.get(f"{server.address}api/engine", timeout=60).json()["ready"]:  # to compile takes memory of its own
+        while not CLIENT.get(f"{server.address}api/engine").json()["ready"]:  # to compile takes memory of its own
             time.sleep(0.1)
-        httpx.get(f"{server.address}api/results?study=crowd", timeout=60)  # which loads what results need,
+        CLIENT.get(f"{server.address}api/results?study=crowd")  # which loads what results need,
         live_and_leave(server, 0)  # and this what a live run needs
         before = server.memory
         flood(server)
         once = server.memory
         for _ in range(amount(20, 1) - 1):
             flood(server)
-        while httpx.get(f"{server.address}api/live", timeout=60).json()["runs"]:
+        while CLIENT.get(f"{server.address}api/live").json()["runs"]:
             time.sleep(0.1)
-        assert httpx.get(f"{server.address}api/results?study=crowd", timeout=60).status_code == 200
+        assert CLIENT.get(f"{server.address}api/results?study=crowd").status_code == 200
         assert server.memory - before < ALLOWED
         assert server.memory - once < AGAIN

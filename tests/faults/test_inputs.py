@@ -23,6 +23,7 @@ from baldwinlab.presets import load
 from tests.commands import Outcome
 from tests.faults.amount import amount
 from tests.faults.hostile import VALUES, WORDS
+from tests.lab.asking import CLIENT
 from tests.lab.conftest import LabServer, serving
 from tests.small import small_study
 
@@ -194,7 +195,7 @@ def test_the_lab_answers_an_odd_question_in_a_sentence(
     folder: Path, server: LabServer, which: tuple[str, str], word: str
 ) -> None:
     (name, key), before = which, contents(folder)
-    answer = httpx.get(f"{server.address}/api/{name}", params={**QUESTIONS[name], key: word}, timeout=60)
+    answer = CLIENT.get(f"{server.address}/api/{name}", params={**QUESTIONS[name], key: word})
     require_sense(answer)
     assert contents(folder) == before
 
@@ -204,7 +205,7 @@ def test_the_lab_answers_an_odd_question_in_a_sentence(
 def test_the_lab_takes_an_odd_order_with_a_sentence(folder: Path, server: LabServer, name: str, body: Any) -> None:
     before = contents(folder)
     content = body if isinstance(body, bytes) else json.dumps(body).encode("utf-8", "surrogatepass")
-    answer = httpx.post(f"{server.address}/api/{name}", content=content, timeout=60)
+    answer = CLIENT.post(f"{server.address}/api/{name}", content=content)
     require_sense(answer)
     assert contents(folder) == before
 

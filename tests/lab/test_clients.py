@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from baldwinlab.lab import clients
 from baldwinlab.lab.query import MOST_POSTED
-from tests.lab.asking import SMALL, ask
+from tests.lab.asking import CLIENT, SMALL, ask
 from tests.lab.conftest import LabServer, serving
 from tests.small import small
 
@@ -88,7 +88,7 @@ def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None
 
 def test_a_page_that_only_listens_is_not_cut_off(impatient: LabServer) -> None:
     order = {"experiment": small().replace(evolution={"generations": 1000}).to_dict(), "seconds": SOON}
-    id = httpx.post(f"{impatient.address}/api/live", json=order, timeout=60).json()["id"]
+    id = CLIENT.post(f"{impatient.address}/api/live", json=order).json()["id"]
     with connect(f"ws://127.0.0.1:{impatient.port}/api/live/{id}") as page:
         until = time.monotonic() + 5 * SOON
         while time.monotonic() < until:
@@ -102,21 +102,21 @@ def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: L
         def asked_among_many() -> httpx.Response:
             for _ in range(20):
                 many.enter_context(client(impatient, ""))
-            return httpx.get(f"{impatient.address}/api/studies")
+            return CLIENT.get(f"{impatient.address}/api/studies")
 
         answers = (asked_among_many() for _ in range(10))  # on a busy machine the first may be cut off before the last is there
         answer = next(answer for answer in answers if answer.status_code == 503)
         assert answer.json()["error"].endswith("connections open, which is the most; close some of its pages")
         time.sleep(2 * SOON)
-        assert httpx.get(f"{impatient.address}/api/studies").status_code == 200
+        assert CLIENT.get(f"{impatient.address}/api/studies").status_code == 200
 
 
 @pytest.mark.parametrize("path", ["validate", "schema", "look", "live", "live/1/keep"])
 def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path: str) -> None:
     address = f"{lab_server.address}/api/{path}"
-    large = httpx.post(address, content=b" " * (MOST_POSTED + 1), timeout=60)
+    large = CLIENT.post(address, content=b" " * (MOST_POSTED + 1))
     assert large.status_code == 413
     assert large.json()["error"] == f"/api/{path}: at most 1,048,576 bytes may be posted"
     for depth in (33, 2000, 100_000):
-        deep = httpx.post(address, content='{"a":' * depth + "1" + "}" * depth, timeout=60)
+        deep = CLIENT.post(address, content='{"a":' * depth + "1" + "}" * depth)
         assert (deep.status_code, deep.json()["error"]) == (400, "JSON may nest 32 levels deep here, and this nests deeper")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import pytest
 from playwright.sync_api import Page, expect
 from pydantic import Field
@@ -14,6 +13,7 @@ from baldwinlab.experiment import Experiment, choices
 from baldwinlab.lab.forms import form_of
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.parts.kinds import LearningRule
+from tests.lab.asking import CLIENT
 from tests.lab.conftest import LabServer
 from tests.small import small
 
@@ -72,7 +72,7 @@ def test_what_is_no_table_is_told_so(tree: Any) -> None:
 
 def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
     def post(path: str) -> Any:
-        return httpx.post(f"{lab_server.address}/api/{path}", json={"experiment": small().to_dict()}, timeout=60).json()
+        return CLIENT.post(f"{lab_server.address}/api/{path}", json={"experiment": small().to_dict()}).json()
 
     assert post("schema") == form_of(small().to_dict())
     found = post("look")

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import httpx
 import numpy as np
 import xarray as xr
 
 from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, data, refusal
+from tests.lab.asking import CLIENT, SMALL, data, refusal
 from tests.lab.conftest import LabServer
 from tests.small import small
 
@@ -67,12 +66,12 @@ def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_store
     two = simulate(load("evo/A").replace(evolution={"generations": 2}), seed=3, run=1)
     assert data(lab_server.address, "ancestors", preset="evo/A", seed=3, run=1, generation=1, agent=6) == line_in(two, 1, 6)
     order = {"experiment": small().to_dict(), "seed": 3, "runs": 2}
-    live = httpx.post(f"{lab_server.address}/api/live", json=order, timeout=60).json()["id"]
+    live = CLIENT.post(f"{lab_server.address}/api/live", json=order).json()["id"]
     asked = {"live": live, "run": 1, "generation": 2, "agent": 6}
-    until_lived = httpx.get(f"{lab_server.address}/api/ancestors", params=asked, timeout=60)
+    until_lived = CLIENT.get(f"{lab_server.address}/api/ancestors", params=asked)
     while until_lived.status_code == 400:
         assert "has not lived" in until_lived.json()["error"]
-        until_lived = httpx.get(f"{lab_server.address}/api/ancestors", params=asked, timeout=60)
+        until_lived = CLIENT.get(f"{lab_server.address}/api/ancestors", params=asked)
     assert until_lived.json() == line_in(simulate(small(), seed=3, run=1), 2, 6)
 
 

@@ -58,6 +58,7 @@ def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_doe
         assert np.array_equal(responses, (sigmoid(sensed @ first) @ second).argmax(axis=1))
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_what_it_would_do_is_no_table_where_an_input_is_real_valued() -> None:
     experiment, moment = small("evo/A").replace(senses={"kinds": ["nearest"]}), Moment(1, 0, 0)
     life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
@@ -79,6 +80,7 @@ def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_serve
     assert np.array_equal(found["activations"][:, -3:], trace.output[:, 3])
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_a_module_that_gates_learning_is_there_but_no_error_of_it(lab_server: LabServer) -> None:
     experiment, moment = small("evo/A").replace(learning={"rule": "modulated"}), Moment(1, 0, 0)
     life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))

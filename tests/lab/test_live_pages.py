@@ -6,14 +6,13 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-import httpx
 import numpy as np
 import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import data
+from tests.lab.asking import CLIENT, data
 from tests.lab.conftest import LabServer, serving
 from tests.small import small
 
@@ -29,7 +28,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 def post(server: LabServer, path: str, body: Any) -> tuple[int, Any]:
     """The status and the answer; a body that is text goes as it is."""
-    answer = httpx.post(f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body), timeout=60)
+    answer = CLIENT.post(f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body))
     return answer.status_code, answer.json()
 
 

@@ -8,14 +8,13 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from baldwinlab.lab import Lab, studies
-from tests.lab.asking import SMALL, ask, data, refusal
+from tests.lab.asking import CLIENT, SMALL, ask, data, refusal
 from tests.lab.conftest import LabServer, serving
 from tests.small import small
 
@@ -30,7 +29,7 @@ def raw(server: LabServer, lines: str) -> tuple[int, str]:
 
 
 def test_the_page_is_served_and_may_load_nothing_from_elsewhere(lab_server: LabServer) -> None:
-    answer = httpx.get(lab_server.address)
+    answer = CLIENT.get(lab_server.address)
     assert answer.status_code == 200
     assert answer.headers["content-type"].startswith("text/html")
     policy = answer.headers["content-security-policy"]
@@ -185,7 +184,7 @@ def test_what_nobody_foresaw_is_a_sentence_too_and_the_server_goes_on(
 def test_live_runs_end_with_the_server(lab_server: LabServer) -> None:
     with serving(lab_server.root) as server:
         experiment = {"experiment": small().replace(evolution={"generations": 10_000}).to_dict()}
-        started = httpx.post(f"{server.address}/api/live", json=experiment, timeout=60)
+        started = CLIENT.post(f"{server.address}/api/live", json=experiment)
         name = f"live {started.json()['id']}"
         (thread,) = [thread for thread in threading.enumerate() if thread.name == name]
     thread.join(30)

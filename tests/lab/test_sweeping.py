@@ -17,7 +17,7 @@ from baldwinlab.lab.sweep_plan import plan_of
 from baldwinlab.lab.sweeping import Sweeps
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
-from tests.lab.asking import data
+from tests.lab.asking import CLIENT, data
 from tests.lab.conftest import serving
 from tests.small import contents, small
 
@@ -118,7 +118,7 @@ def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_p
     with serving(tmp_path) as server:
 
         def ask(path: str, asked: dict[str, Any]) -> httpx.Response:
-            return httpx.post(f"{server.address}/api/{path}", json=asked, timeout=60)
+            return CLIENT.post(f"{server.address}/api/{path}", json=asked)
 
         found = ask("sweep/plan", order()).json()
         assert (found["points"], found["runs"]) == (2, 4)

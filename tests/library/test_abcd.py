@@ -9,17 +9,14 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab.experiment import Experiment, assign
-from tests.library.plain import compile_nothing, founders, lived
+from tests.library.plain import founders, lived
 from tests.worlds import small
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 STEPS = 12
 TOLD = (0.5, -0.25, 0.125, -1.0)  # A, B, C and D
 CLOSED, OPEN = 0.0, 100.0  # weights to the first output of a gate that has no hidden units and hears a bias
-
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
 
 
 def living(rule: str, *changes: str, **tables: Any) -> Experiment:

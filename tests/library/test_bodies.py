@@ -11,13 +11,10 @@ import xarray as xr
 
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.look import look
-from tests.library.plain import compile_nothing, traced
+from tests.library.plain import traced
 from tests.worlds import small
 
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 
 def who_is(body: str, noise: float = 0.5, **fields: Any) -> Experiment:

@@ -10,8 +10,10 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.experiment import Experiment, ExperimentError, assign, choices
 from baldwinlab.experiment.idle import require_effect
-from tests.library.plain import compile_nothing, founders, lived, simulated
+from tests.library.plain import founders, lived, simulated
 from tests.worlds import small
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 RULES = [name for name in choices.packaged("learning rule") if name != "none"]
 CONTROLS = [
@@ -30,11 +32,6 @@ CONTROLS = [
 STRENGTHS = {"hebb", "postsynaptic", "presynaptic", "covariance"}  # whose newborns have weights within [-1, 1]
 STEPS = 8
 every_rule = pytest.mark.parametrize("rule", RULES)
-
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
 
 
 def learning(rule: str, *changes: str) -> Experiment:

@@ -8,15 +8,12 @@ import pytest
 from baldwinlab.evolution import bequeath
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.runs.replay import replay
-from tests.library.plain import compile_nothing, founders, simulated, traced
+from tests.library.plain import founders, simulated, traced
 from tests.worlds import small
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 SHORT = {"lifetime": {"steps": 20}, "learning": {"rate": 0.5}, "evolution": {"mutation_rate": 0}}
-
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
 
 
 def taught_by_elders(*changes: str, **tables: object) -> Experiment:

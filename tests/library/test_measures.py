@@ -15,17 +15,14 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.models.miniworld.recall import Ask, AskTeacher, Reflex, kind_of_recall
 from baldwinlab.parts import Sense
 from baldwinlab.presets import load
-from tests.library.plain import compile_nothing, traced
+from tests.library.plain import traced
 from tests.worlds import exact, small
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 RADIUS = 40  # to which an agent sees
 AGENT = (100.0, 80.0)  # heading right
 WALL = {"features": ["walls"], "walls": {"boxes": [[108, 112, 70, 90]]}}
-
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
 
 
 def told(kind: str, *items: tuple[float, float], agent: tuple[float, float] = AGENT, **changes: Any) -> list[float]:

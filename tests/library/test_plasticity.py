@@ -13,7 +13,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.library.plasticity import COVARIANCE, HEBB, POSTSYNAPTIC, PRESYNAPTIC, change
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.runs.simulate import simulate
-from tests.library.plain import compile_nothing, founders, lived
+from tests.library.plain import founders, lived
 from tests.worlds import small
 
 SHARES = st.floats(0, 1)
@@ -64,6 +64,7 @@ def born_and_grown(experiment: Experiment) -> Iterator[tuple[float, float]]:
     return zip(genomes[0, :, 0].ravel().tolist(), grown.ravel().tolist(), strict=True)
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_signs_stay_as_they_were_born_and_no_strength_is_above_1() -> None:
     experiment = small("evo", lifetime={"steps": 60}).replace(learning={"rule": "hebb", "rate": 0.9})
     pairs = list(born_and_grown(experiment))
@@ -71,6 +72,7 @@ def test_signs_stay_as_they_were_born_and_no_strength_is_above_1() -> None:
     assert any(abs(grown) > abs(born) for born, grown in pairs)
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_a_weight_that_always_gains_the_same_rises_by_the_rate_in_every_step_up_to_10() -> None:
     changes = ["learning.rule=abcd", "learning.rate=0.25", "learning.abcd.a=0", "learning.abcd.d=1"]
     experiment = assign(small("evo", lifetime={"steps": 24}), changes)
@@ -83,15 +85,16 @@ def test_what_would_lead_out_of_the_range_is_refused_in_a_sentence() -> None:
         small("evo").replace(learning={"rule": "hebb", "rate": 2.0})
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_what_was_learned_is_not_inherited() -> None:
     run = simulate(small("evo", lifetime={"steps": 20}).replace(learning={"rule": "hebb"}, evolution={"generations": 2}), seed=1)
     assert np.abs(run["genome"].values).max() > 1  # strengths are at most 1 in life
 
 
 @pytest.mark.parametrize("rule", ["hebb", "postsynaptic", "presynaptic", "covariance"])
-def test_compiled_strengths_rest_there_too(rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("in_plain_python")
+def test_strengths_of_a_whole_life_rest_there_too(rule: str) -> None:
     """Without food inputs are 0 and hidden units at 1/2; each strength is held against what its own two units are in the end."""
-    compile_nothing(monkeypatch)
     experiment = assign(small("evo", lifetime={"steps": 400}, world={"food": []}), [f"learning.rule={rule}", "learning.rate=1"])
     genome = founders(experiment)
     batch, agents = lived(experiment, genome, 400), len(genome)

@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment, ExperimentError, assign
-from tests.library.plain import compile_nothing, founders, lived
+from tests.library.plain import founders, lived
 from tests.worlds import small
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 INPUTS, HIDDEN, ACTIONS = 3, 4, 3
 TO_HIDDEN, TO_PREDICTIONS = INPUTS * HIDDEN, HIDDEN * INPUTS  # weights, without biases
-
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
 
 
 def predicting(*changes: str) -> Experiment:

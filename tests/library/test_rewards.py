@@ -13,6 +13,7 @@ from baldwinlab.experiment import Experiment, assign
 from baldwinlab.models.miniworld.cpu import Batch
 from tests.worlds import small
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 Weights = npt.NDArray[np.float32]
 
 

@@ -14,13 +14,10 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.parts import Body
-from tests.library.plain import compile_nothing, traced
+from tests.library.plain import traced
 from tests.worlds import small
 
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 
 def who_senses(*kinds: str, steps: int = 40, **changes: Any) -> Experiment:

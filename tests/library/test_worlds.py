@@ -18,16 +18,13 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.models.miniworld.make import make_model
 from baldwinlab.runs.recorder import Moves, follow
 from baldwinlab.runs.reevaluate import born
-from tests.library.plain import compile_nothing, simulated, traced
+from tests.library.plain import simulated, traced
 from tests.worlds import exact, small
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 Box = tuple[float, float, float, float]
 OUT_OF_REACH = {"reach": 0.001}
-
-
-@pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    compile_nothing(monkeypatch)
 
 
 def world_of(features: dict[str, dict[str, Any]], *, world: dict[str, Any] | None = None, **changes: Any) -> Experiment:

@@ -227,6 +227,13 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     assert (out / "report.html").read_text() == page
 
 
+@pytest.mark.parametrize("name", list(papers.built_in()))
+def test_what_a_paper_takes_is_known_before_it_begins(command: Command, tmp_path: Path, name: str) -> None:
+    done = command("reproduce", name, "--runs", "1000000")
+    assert done.code != 0 and "runs: " in done.err and "--force" in done.err and "Traceback" not in done.err, done.err
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.nightly  # which draws a report, as the test before it does
 def test_without_claims_the_report_compares_the_conditions(command: Command, tmp_path: Path) -> None:
     folder(tmp_path / "tiny", "maps", "claims", "words", paper=PAPER + 'figures = ["final-fitness", "fitness"]\n')

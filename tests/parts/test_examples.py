@@ -50,6 +50,7 @@ def test_the_paper_s_rule_written_again_gives_its_very_bits_in_a_whole_run() -> 
         assert one[name].values.tobytes() == again[name].values.tobytes(), name
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_who_learns_from_others_moves_towards_the_best_one_s_answers_and_nobody_learns_before_anybody_has_eaten() -> None:
     never = with_settings("evo", "learning.rule=social", "learning.social.least=1000", "learning.rate=0.1")
     trace = replay(never, seed=2)
@@ -60,6 +61,7 @@ def test_who_learns_from_others_moves_towards_the_best_one_s_answers_and_nobody_
     assert moved.sum() == moved.size
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
     chosen = ['world.features=["poison", "obstacles"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
     experiment = assign(load("evo/A"), chosen)
@@ -74,6 +76,7 @@ def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
     assert "wall" in {text.get_text() for text in figures.trajectories(trace).axes[0].texts}
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_poison_costs_energy_and_is_told_from_food() -> None:
     settings = ['world.features=["poison"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
     settings += ["world.poison.x=[20, 100]", "world.poison.y=[10, 90]", "world.poison.cost=2"]
@@ -89,6 +92,7 @@ def test_poison_costs_energy_and_is_told_from_food() -> None:
     assert (sensed.isel(side=slice(3, 6)).values != sensed.isel(side=slice(3)).values).any()
 
 
+@pytest.mark.usefixtures("in_plain_python")
 def test_nobody_is_born_or_walks_in_a_wall_and_nothing_grows_there() -> None:
     experiment = with_settings("evo", 'world.features=["obstacles"]', "world.obstacles.x=[50, 60]", "world.obstacles.y=[20, 80]")
     trace = replay(experiment, seed=4)

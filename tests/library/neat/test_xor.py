@@ -165,11 +165,6 @@ def test_a_study_of_it_runs_resumes_and_is_reported(command: Command) -> None:
     assert bl.open("xor").runs("neat-xor") == [0, 1]
 
 
-def test_the_parts_keep_the_contract() -> None:
-    found = bl.check_part([NeatXor, Neat, Species], only=["fields", "limits", "arithmetic", "oracle", "again", "resumed"])
-    assert all(each.holds for each in found), "\n".join(map(str, found))
-
-
 @pytest.mark.nightly
 def test_the_parts_keep_the_whole_contract() -> None:
     found = bl.check_part([NeatXor, Neat, Species])

@@ -187,9 +187,8 @@ def h200(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
 
 
-@pytest.mark.parametrize(
-    "which", ["sequential", *(pytest.param(each, marks=pytest.mark.nightly) for each in ("simultaneous", 0, 1, 3, 5))]
-)
+@pytest.mark.nightly  # to compile a kernel takes half a minute
+@pytest.mark.parametrize("which", ["sequential", "simultaneous", 0, 1, 3, 5])
 def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: str | int) -> None:
     own = {"lifetime": {"update": which}, "network": {"hidden": [10]}}
     experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]
