@@ -9,8 +9,11 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.lab.conftest import LabServer, serving
-from tests.small import small, small_study
+from tests.library.plain import compile_nothing
+from tests.small import small_study
+from tests.worlds import small
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")  # plain numbers that wrap around
 DRAWN = """async ({ net }) => {
     const { drawNetwork } = await import("/network.js");
     const pen = document.createElement("canvas").getContext("2d");
@@ -29,9 +32,11 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
         "follower": {"learning": {"rule": "imitation"}},
         "gated": {"learning": {"rule": "modulated"}},
     }
-    small_study(root / "small", [small("evo/A").replace(name=name, **changes) for name, changes in kinds.items()], runs=1)
-    with serving(root) as server:
-        yield server
+    with pytest.MonkeyPatch.context() as patched:  # in plain Python, as two combinations of parts take longer to compile
+        compile_nothing(patched)
+        small_study(root / "small", [small("evo").replace(name=name, **changes) for name, changes in kinds.items()], runs=1)
+        with serving(root) as server:
+            yield server
 
 
 @pytest.fixture
@@ -58,18 +63,18 @@ def test_units_that_remember_are_named_and_an_arc_leads_back_to_each(page: Page)
 
 @pytest.mark.parametrize("guest", [(1280, 800), (390, 844)], indirect=True)
 def test_the_legend_says_what_a_line_to_a_teacher_is_only_where_there_are_lessons(guest: Page) -> None:
-    guest.goto("/#/world?study=small&condition=follower&run=0&generation=2&step=250")
+    guest.goto("/#/world?study=small&condition=follower&run=0&generation=2&step=70")
     lesson = guest.get_by_test_id("legend").first.get_by_text("learns from")
     expect(lesson).to_have_count(1)
     expect(guest.locator("[data-ready]")).to_have_count(1)
     assert lesson.evaluate("entry => !entry.hidden")
-    guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=250")
+    guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70")
     expect(guest.get_by_text("gated").first).to_be_visible()
     guest.wait_for_function("document.querySelector('[data-testid=legend] .lesson').parentElement.hidden")
 
 
 def test_a_gate_is_no_teacher_whose_error_is_shown(guest: Page) -> None:
-    guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=250&agent=3")
+    guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70&agent=3")
     expect(guest.get_by_test_id("networks")).to_be_visible()
     expect(guest.get_by_text("weights, from birth on")).to_be_visible()
     expect(guest.get_by_text("error between the modules")).to_be_hidden()
