@@ -11,7 +11,7 @@ from baldwinlab.api.bring import assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
-from baldwinlab.assays import ASSAYS, missing_assays
+from baldwinlab.assays import missing_assays
 from baldwinlab.assays.estimate import Planned
 from baldwinlab.errors import require_positive
 from baldwinlab.experiment import Experiment
@@ -37,7 +37,7 @@ def reproduce(
     executor: str = "threads",
     force: bool = False,
 ) -> Study:
-    """Run every condition of a paper and all assays, and write the report: when the runs are done, and again with the assays.
+    """Run every condition of a paper and its assays, and write the report: when the runs are done, and again with the assays.
 
     `out` is a folder of results/ unless given.
     `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
@@ -59,10 +59,10 @@ def reproduce(
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     how["afterwards"] = _afterwards(experiments, chosen, wanted, workers)
     study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
-    if any(missing_assays(study, tuple(ASSAYS)).values()):
+    if any(missing_assays(study, chosen.about.assays).values()):
         report(study, last=last, force=force)
         console.say("so far without assays: they follow, and then the report is written again, with them")
-        assay(study, workers=workers, executor=executor, force=force)
+        assay(study, chosen.about.assays, workers=workers, executor=executor, force=force)
     report(study, last=last, force=force)
     return Study(study)
 
@@ -71,7 +71,7 @@ def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: in
     """What the assays and the report take."""
     by_name = {experiment.name: experiment for experiment in experiments}
     factors = {name: found for name, found in paper.factors().items() if name in by_name}
-    assays = Planned(by_name, factors).need(runs, workers or available_cores())
+    assays = Planned(by_name, factors).need(runs, workers or available_cores(), paper.about.assays)
     shown = by_name.get(paper.about.emergence, experiments[0])
     return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(of_emergence(shown))
 

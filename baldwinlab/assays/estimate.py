@@ -28,9 +28,9 @@ class Planned(NamedTuple):
     experiments: Mapping[str, Experiment]
     factors: Mapping[str, Factors]
 
-    def need(self, runs: int, workers: int) -> Need:
-        """Of all assays that have something to measure there, on so many runs of each condition."""
-        missing = {name: [assay for assay in ASSAYS if not misfit(assay, one)] for name, one in self.experiments.items()}
+    def need(self, runs: int, workers: int, assays: Sequence[str] = tuple(ASSAYS)) -> Need:
+        """Of those assays that have something to measure there, on so many runs of each condition."""
+        missing = {name: [assay for assay in assays if not misfit(assay, one)] for name, one in self.experiments.items()}
         return need(self, missing, dict.fromkeys(missing, runs), workers)
 
 

@@ -16,13 +16,19 @@ SHOWN = {
     "gain": "Gain from learning",
     "innate": "Rise of what is innate",
     "cost": "Cost of having to learn",
+    "built-innate": "What selection built of what is innate",
+    "built-learned": "What selection built of the gain from learning",
 }
-CAPTION = (
-    "Above: what the average agent gains from learning, over all generations. Middle: by how much more it eats without learning "
-    "in the last generations than in the first; assimilation would show here. Below: how much more it would eat if born with "
-    "the weights of its own death; where that is below 0, what is learned does not do the whole of the task. Medians over runs "
-    "of the difference; the darker, the nearer to the largest of that map. A triangle stands where the runs establish that the "
-    "difference is above 0 (up) or below (down)."
+CAPTIONS = {
+    "gain": "what the average agent gains from learning, over all generations",
+    "innate": "by how much more it eats without learning at last than at first, where assimilation would show",
+    "cost": "how much more it would eat if born with the weights of its own death (below 0, these do not do the whole task)",
+    "built-innate": "how much more it eats without learning at last than its neutral twin, whose parents were drawn at random",
+    "built-learned": "how much more it gains from learning at last than that twin does",
+}
+CELLS = (
+    "Medians over runs of the difference; the darker, the nearer to the largest of that map. A triangle stands where the runs "
+    "establish that the difference is above 0 (up) or below (down)."
 )
 
 
@@ -41,14 +47,18 @@ def by_phases(analysis: Analysis) -> dict[str, list[str]]:
 
 def picture(analysis: Analysis) -> Picture | None:
     """None where nothing of it was measured."""
-    panels = {title: _standings(analysis.subjects, criterion) for criterion, title in SHOWN.items()}
-    panels = {title: found for title, found in panels.items() if found}
+    panels = {criterion: _standings(analysis.subjects, criterion) for criterion in SHOWN}
+    panels = {criterion: found for criterion, found in panels.items() if found}
     if not panels:
         return None
-    rows = [{"quantity": title} | one._asdict() for title, found in panels.items() for one in found]
-    said = [f"{title}: {', '.join(f'{one.condition} {one.median:.0f}' for one in found)}" for title, found in panels.items()]
-    name, title = "baldwin-overview", "What learning gives, what becomes innate, what it costs"
-    return Picture(name, title, CAPTION, f"{title}. Medians over runs. {'; '.join(said)}.", overview(panels), rows)
+    titled = {SHOWN[criterion]: found for criterion, found in panels.items()}
+    rows = [{"quantity": title} | one._asdict() for title, found in titled.items() for one in found]
+    said = [f"{title}: {', '.join(f'{one.condition} {one.median:.0f}' for one in found)}" for title, found in titled.items()]
+    told = "; then, ".join(CAPTIONS[criterion] for criterion in panels)
+    name, title = "baldwin-overview", "What learning gives, and what becomes innate"
+    return Picture(
+        name, title, f"From above: {told}. {CELLS}", f"{title}. Medians over runs. {'; '.join(said)}.", overview(titled), rows
+    )
 
 
 def _standings(subjects: Sequence[Subject], criterion: str) -> list[Standing]:

@@ -125,6 +125,11 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
             {"paper": PAPER + 'figures = ["pie"]\n'},
             "{}/paper.toml: figures.0 = 'pie': input should be 'overview'",
         ),
+        (
+            (),
+            {"paper": PAPER + 'assays = ["taste"]\n'},
+            "{}/paper.toml: assays = ['taste']: there is no assay 'taste'; there are innate",
+        ),
         ((), {"paper": PAPER + 'maps = ["nera"]\n'}, "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)"),
         ((), {"paper": PAPER + 'emergence = "taught"\n'}, "{}/paper.toml: emergence 'taught', which there is not"),
         ((), {"paper": PAPER.replace("tiny", "le-2019", 1)}, "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab"),
