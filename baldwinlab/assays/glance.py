@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from baldwinlab.assays.analysis import NO, YES, Analysis, Subject
+from baldwinlab.assays.analysis import NO, NOT_MEASURED, YES, Analysis, Subject
 from baldwinlab.assays.verdict import phases
 from baldwinlab.figures.overview import Standing, overview
 from baldwinlab.report.pictures import Picture
@@ -38,22 +38,24 @@ def of_many(analysis: Analysis) -> bool:
 
 
 def by_phases(analysis: Analysis) -> dict[str, list[str]]:
-    """The conditions of which the same is to be said, by what that is, the most first."""
+    """The conditions of which the same is to be said, by what that is, the most first; not those of which nothing is known."""
     found: dict[str, list[str]] = {}
     for subject in analysis.subjects:
-        found.setdefault(phases(subject), []).append(subject.condition)
+        if {subject.phase(1), subject.phase(2)} != {NOT_MEASURED}:
+            found.setdefault(phases(subject), []).append(subject.condition)
     return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
 
 
-def picture(analysis: Analysis) -> Picture | None:
-    """None where nothing of it was measured."""
-    panels = {criterion: _standings(analysis.subjects, criterion) for criterion in SHOWN}
+def picture(analysis: Analysis, order: Sequence[str]) -> Picture | None:
+    """Conditions in the given order; None where nothing of it was measured."""
+    subjects = sorted(analysis.subjects, key=lambda subject: order.index(subject.condition))
+    panels = {criterion: _standings(subjects, criterion) for criterion in SHOWN}
     panels = {criterion: found for criterion, found in panels.items() if found}
     if not panels:
         return None
     titled = {SHOWN[criterion]: found for criterion, found in panels.items()}
     rows = [{"quantity": title} | one._asdict() for title, found in titled.items() for one in found]
-    said = [f"{title}: {', '.join(f'{one.condition} {one.median:.0f}' for one in found)}" for title, found in titled.items()]
+    said = [f"{title}: {', '.join(f'{one.condition} {round(one.median)}' for one in found)}" for title, found in titled.items()]
     told = "; then, ".join(CAPTIONS[criterion] for criterion in panels)
     name, title = "baldwin-overview", "What learning gives, and what becomes innate"
     return Picture(

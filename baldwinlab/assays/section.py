@@ -58,8 +58,9 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
     analysis = evaluate(assays, last)
     write(analysis, directory)
     headlines = {subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects}
-    groups = glance.by_phases(analysis) if glance.of_many(analysis) else {}
-    overview = glance.picture(analysis) if groups else None
+    many, order = glance.of_many(analysis), list(dict.fromkeys(name for stored in assays.values() for name in stored))
+    groups = glance.by_phases(analysis) if many else {}
+    overview = glance.picture(analysis, order) if many else None
     body = render(
         "assays/section.html",
         analysis=analysis,
@@ -67,6 +68,8 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
         phases=PHASES,
         rules=rules(),
         headlines=headlines,
+        many=many,
+        asked=[one for one in analysis.asked if not many or any(each.answer(one.id).numbers for each in analysis.subjects)],
         groups=groups,
         overview=embed(overview, directory / "figures") if overview else None,
         findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
@@ -76,7 +79,8 @@ def section(assays: Assays, directory: Path, last: int = 10, inference: Inferenc
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
     )
     in_full = [f"On {where}: {headline}" for where, headline in headlines.values()]
-    short = " ".join([f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()] or in_full)
+    grouped = [f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()]
+    short = " ".join(grouped if many else in_full)
     return Section("baldwin", TITLE, fitting(body, assays), fitting(short, assays))
 
 

@@ -80,7 +80,7 @@ def _panel(axes: Axes, found: Sequence[Standing]) -> None:
         row, column = learners.index(one.learner), maps.index(one.map)
         shares[row, column] = max(one.median, 0) / best[one.map] if best[one.map] > 0 else 0
         colour = "white" if shares[row, column] > DARK else "black"
-        axes.text(column, row, f"{one.median:.0f}{MARKS[one.direction]}", ha="center", va="center", color=colour)
+        axes.text(column, row, f"{round(one.median)}{MARKS[one.direction]}", ha="center", va="center", color=colour)
     axes.imshow(shares, aspect="auto", vmin=0, vmax=1, cmap=LinearSegmentedColormap.from_list("to blue", ["white", BLUE]))
     axes.set_xticks(range(len(maps)), [f"Map {place}" if place else "" for place in maps])
     axes.set_yticks(range(len(learners)), learners)

@@ -136,7 +136,16 @@ def test_many_conditions_are_shown_at_a_glance_and_told_one_by_one_where_that_is
     (rise,) = (row for row in drawn if row.startswith(f"Rise of what is innate,{names[0]},evo+self-taught,A,"))
     assert rise.endswith(",yes,1")
     assert len(drawn) == 1 + 2 * 10  # what the weights of their death are worth was not measured
-    assert "<summary>Each condition in words</summary>" in found.body
+    assert "<summary>Each condition in words</summary>" in found.body and "not assayed" not in found.body
+
+
+def test_of_many_conditions_it_is_said_what_selection_built_where_that_alone_was_asked(tmp_path: Path) -> None:
+    names = [f"evo+{rule}/{place}" for rule in ("self-taught", "hebb", "crbp", "reward", "imitation") for place in "BA"]
+    found = section({"neutral": {name: neutral(name, (5, 50), (5, 20)) for name in names}}, tmp_path)
+    assert found.short == "" and "not known" not in found.body and "<ul>\n<li>" in found.body
+    drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
+    assert [row.split(",")[1] for row in drawn[1:11]] == names  # in the study's order
+    assert "What selection built of the gain from learning" in "".join(drawn)
 
 
 def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
