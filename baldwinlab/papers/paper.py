@@ -17,17 +17,16 @@ from difflib import get_close_matches
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.factors import Factors
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.files import Declared, PaperError, declared, read
-from baldwinlab.papers.words import FIGURES, Figure, Words, read_words
-from baldwinlab.variables import ASSAYS
+from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
 
 KINDS = ("conditions", "controls", "maps", "readings")
 STANDARD = "standard"  # the reading taken unless another is named
@@ -48,15 +47,8 @@ class About(Declared):
     maps: tuple[str, ...] = ()
     runs: int = Field(30, ge=1)  # of each condition
     figures: tuple[Figure, ...] = FIGURES
-    assays: tuple[str, ...] = tuple(ASSAYS)  # that are done when it is reproduced
+    assays: tuple[Assay, ...] = get_args(Assay)  # that are done when it is reproduced
     emergence: str = ""  # the experiment whose lives the figure of that name shows; the first unless given
-
-    @field_validator("assays")
-    @classmethod
-    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        if unknown := [name for name in names if name not in ASSAYS]:
-            raise ValueError(f"there is no assay {unknown[0]!r}; there are {', '.join(ASSAYS)}")
-        return names
 
     @property
     def source(self) -> str:

@@ -12,6 +12,7 @@ from baldwinlab.papers.files import Declared, declared, read
 
 Figure = Literal["overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps"]
 FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "networks", "senses", "maps")
+Assay = Literal["innate", "neutral", "within-life", "modules", "reaction", "descent"]
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need",
     "movement", "cost", "sooner", "guidance", "built-innate", "built-learned", "reinforcement", "action",

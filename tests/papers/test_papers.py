@@ -128,7 +128,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"paper": PAPER + 'assays = ["taste"]\n'},
-            "{}/paper.toml: assays: there is no assay 'taste'; there are innate",
+            "{}/paper.toml: assays.0 = 'taste': input should be 'innate'",
         ),
         ((), {"paper": PAPER + 'maps = ["nera"]\n'}, "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)"),
         ((), {"paper": PAPER + 'emergence = "taught"\n'}, "{}/paper.toml: emergence 'taught', which there is not"),
