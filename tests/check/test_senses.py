@@ -12,7 +12,6 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.experiment import choices
 from baldwinlab.parts import PartError, load_file
-from tests.library.plain import compile_nothing
 
 SENSE = """
 import numpy as np
@@ -36,8 +35,7 @@ HONEST = "state.places[1, lane] / model.height"
 
 
 @pytest.fixture(autouse=True)
-def _in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    compile_nothing(monkeypatch)
+def _forgotten(in_plain_python: None) -> Iterator[None]:
     yield
     choices.forget("sense", "height")
 

@@ -14,8 +14,8 @@ from baldwinlab.runs.simulate import simulate
 from tests.lab.asking import ask
 from tests.lab.conftest import LabServer
 from tests.lab.firefox import Firefox, firefox
-from tests.lab.test_page_export import TYPES, quick
-from tests.lab.test_page_room import LIFE, MEASURE, WINDOWS
+from tests.lab.test_page_export import SIMULATE, TYPES, quick
+from tests.lab.test_page_room import LIFE, MEASURE, WINDOWS, require_room_in
 
 pytestmark = pytest.mark.nightly  # another browser, which `make nightly` installs
 
@@ -25,13 +25,6 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
     with firefox(tmp_path_factory.mktemp("profile")) as opened:
         yield opened
         assert opened.faults == []
-
-
-def require_room(browser: Firefox, maps: int, module: str) -> None:
-    """The map is never smaller than 240 px, nothing is wider than the window, and every control can be reached."""
-    found = browser.ask(f"({MEASURE})('{module}')")
-    assert len(found["maps"]) == maps and min(found["maps"]) >= 240, found
-    assert max(found["wide"]) <= 0 and found["lost"] == [], found
 
 
 @pytest.mark.parametrize(("width", "height"), [window[:2] for window in WINDOWS.values()], ids=WINDOWS)
@@ -44,7 +37,7 @@ def test_worlds_have_room_in_comparison_and_beside_the_inside_of_an_agent(
         if control:
             browser.ask(f"""document.querySelector('[data-testid="{control}"]').click()""")
         browser.wait_for(f"document.querySelectorAll('[data-ready]').length === {worlds}")
-        require_room(browser, worlds, "/world.js")
+        require_room_in(browser.ask(f"({MEASURE})('/world.js')"), worlds)
     browser.wait_for("document.querySelector('.inside table') !== null")
 
 
@@ -56,7 +49,7 @@ def test_a_shared_page_plays_from_its_file(
     path.write_bytes(ask(lab_server.address, "share", a=LIFE, step=40).content)
     browser.open(path.as_uri(), width, height)
     browser.wait_for("""document.querySelector('[data-testid="replay-step"]')?.textContent === 'step 40 of 300'""")
-    require_room(browser, 1, "lab/world.js")
+    require_room_in(browser.ask(f"({MEASURE})('lab/world.js')"), 1)
 
 
 @pytest.mark.parametrize("name", ["evo+self-taught/A", "evo/B"])
@@ -66,8 +59,7 @@ def test_an_exported_page_has_python_s_bits(browser: Firefox, tmp_path: Path, na
     path.write_bytes(live_page([experiment]))
     browser.open(path.as_uri(), 1280, 800)
     browser.wait_for("window.baldwinlab !== undefined")
-    there = browser.ask("""baldwinlab.simulate({ seed: 5, run: 1 }).then((arrays) => Object.fromEntries(
-        Object.entries(arrays).map(([name, array]) => [name, Array.from(new Uint8Array(array.buffer))])))""")
+    there = browser.ask(f"({SIMULATE})({{ seed: 5, run: 1 }})")
     here = simulate(experiment, seed=5, run=1)
     for variable, kind in TYPES.items():
         values = here[variable].values

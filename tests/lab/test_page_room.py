@@ -56,7 +56,11 @@ def window(browser: Browser, width: int, height: int, dots: int, **more: Any) ->
 
 def require_room(page: Page, maps: int, module: str = "/world.js") -> None:
     """For so many maps, and for everything else."""
-    found = page.evaluate(MEASURE, module)
+    require_room_in(page.evaluate(MEASURE, module), maps)
+
+
+def require_room_in(found: dict[str, Any], maps: int) -> None:
+    """What `MEASURE` found."""
     assert len(found["maps"]) == maps and min(found["maps"]) >= 240, found
     assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
 

@@ -15,10 +15,11 @@ from baldwinlab.papers import PaperError
 from baldwinlab.papers.claims import RULES as RULES_IN_WORDS
 from baldwinlab.papers.claims import Measure
 from baldwinlab.papers.paper import KINDS, check
-from baldwinlab.papers.words import Inference
+from baldwinlab.papers.words import Assay, Inference
 from baldwinlab.statistics.fitness import MEASURES
 from baldwinlab.statistics.rules import RULES
 from baldwinlab.studies.store import Study
+from baldwinlab.variables import ASSAYS
 from tests.commands import Command
 
 PAPER = """
@@ -90,6 +91,7 @@ def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
 def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None:
     assert RULES_IN_WORDS.keys() == RULES.keys()
     assert set(get_args(Measure)) == {*MEASURES, "most"}
+    assert get_args(Assay) == tuple(ASSAYS)
     assert set(get_args(Inference.model_fields["question"].annotation)) == {criterion.id for criterion in criteria()}
 
 

@@ -35,6 +35,12 @@ export function look(number) {
  * @property {() => void} destroy frees what it used
  */
 
+/** A box to tick, so that each run is a thin line beside the mean. @param {(each: boolean) => void} changed */
+export function runSwitch(checked, changed) {
+  const input = el("input", { type: "checkbox", checked, "data-testid": "each-run", onchange: () => changed(input.checked) });
+  return el("label", { class: "inline" }, input, "each run as a line");
+}
+
 /**
  * Curves over a shared x axis, with a legend whose entries hide and show them.
  * @param {HTMLElement} root is emptied and filled; its width is followed

@@ -1,6 +1,6 @@
 /** A live run as it lives: how far it is, its curves, its world, and what can be done with it. */
 
-import { lineChart, look } from "./charts.js";
+import { lineChart, look, runSwitch } from "./charts.js";
 import { el, message, postJSON, serverless } from "./common.js";
 import { LiveWorld } from "./live_world.js";
 import { chartSaves } from "./saving.js";
@@ -67,12 +67,6 @@ function noWorld(model) {
   const element = el("section", { class: "card", "data-testid": "live-no-world" }, el("p", { class: "soft" }, `Lives of the model ${model} have no world to watch.`));
   const nothing = () => {};
   return { element, pick: nothing, offer: nothing, keptAs: nothing, close: nothing };
-}
-
-/** Whether each run is a thin line beside the mean. */
-function runSwitch(checked, changed) {
-  const input = el("input", { type: "checkbox", checked, "data-testid": "each-run", onchange: () => changed(input.checked) });
-  return el("label", { class: "inline" }, input, "each run as a line");
 }
 
 /** Curves of fitness and of the share that eats; a click on one shows that generation's world, if there are worlds. */

@@ -1,6 +1,6 @@
 /** The Results tab: a stored study's curves, boxes and claims, each of which leads to the lifetimes behind it. */
 
-import { boxChart, lineChart, look } from "./charts.js";
+import { boxChart, lineChart, look, runSwitch } from "./charts.js";
 import { claimList } from "./claims.js";
 import { el, getJSON, message } from "./common.js";
 import { reactionNorms } from "./reaction_norms.js";
@@ -104,11 +104,13 @@ function draw(page, given, remember) {
   const last = lastGeneration(results);
   const norms = reactionNorms(given.ask(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`), groups, given.norm, choose);
   const runs = Object.fromEntries(groups.flatMap(({ conditions }) => conditions).map((name) => [name, runsOf(study, name)]));
+  const tellable = given.alone && groups.length <= FEW;
+  const eachRun = tellable && runSwitch(given.lines, (each) => choose({ runs: each ? "each" : null }));
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     heading(given),
     factorChoices(results, given, choose) ?? "",
-    el("div", { class: "row" }, measureSwitch(results, measure, choose), runsSwitch(given), el("span", { class: "soft" }, explained(given))),
+    el("div", { class: "row" }, measureSwitch(results, measure, choose), eachRun, el("span", { class: "soft" }, explained(given))),
     curves,
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     runTable(results, runs, measures(results), (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
@@ -123,12 +125,6 @@ function explained(given) {
   if (!given.alone) return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
   const click = !watched(given) ? "" : given.lines ? "Click a line to replay that generation of its run. " : "Click a curve to replay that generation of its typical run. ";
   return `${click}Shaded: 95 % bands over runs.`;
-}
-
-/** Whether each run is a thin line beside the mean. */
-function runsSwitch({ alone, groups, lines, choose }) {
-  const input = el("input", { type: "checkbox", checked: lines, "data-testid": "each-run", onchange: () => choose({ runs: lines ? null : "each" }) });
-  return alone && groups.length <= FEW && el("label", { class: "inline" }, input, "each run as a line");
 }
 
 function runsOf(study, name) {
