@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import platform
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -26,6 +25,7 @@ from baldwinlab.experiment import Experiment, choices
 from baldwinlab.models.miniworld.backend import CPU, GPU_PAYS, Backend, choose
 from baldwinlab.parts.foreign import load_file, parts_in
 from baldwinlab.presets import load, paper
+from baldwinlab.resources import peak_memory
 from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.store import create
@@ -84,7 +84,7 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     else:
         generations = 100 if chosen is CPU else 10  # of many more worlds
         agent_steps, seconds, threads = _condition(chosen, _case(case), generations // 5 if quick else generations)
-    return Record(case, agent_steps / seconds, seconds, compile_seconds, peak_mib(), threads)
+    return Record(case, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), threads)
 
 
 def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
@@ -96,16 +96,13 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
     compile_seconds = warm_up(experiments, chosen)
     measured = [_runs(chosen, experiment) for experiment in experiments]
     agent_steps, seconds = (sum(column) for column in zip(*measured, strict=True))
-    return Record(file.stem, agent_steps / seconds, seconds, compile_seconds, peak_mib(), 1)
+    return Record(file.stem, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), 1)
 
 
-def peak_mib() -> float | None:
-    """The most memory that this process has held, MiB; None on Windows, where Python does not tell."""
-    try:
-        import resource
-    except ImportError:
-        return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
+def _peak_mib() -> float | None:
+    """The most memory that this process has held, MiB; None where the system does not tell."""
+    held = peak_memory()
+    return None if held is None else held / 2**20
 
 
 def _experiments(case: str) -> list[Experiment]:

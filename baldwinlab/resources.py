@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -13,6 +15,7 @@ from baldwinlab.files import is_local
 
 UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
 GROUPS: Final = Path("/sys/fs/cgroup")
+HIGH_WATER: Final = re.compile(r"^VmHWM:\s*(\d+) kB", re.MULTILINE)
 
 
 class Need(NamedTuple):
@@ -57,6 +60,22 @@ def free_disk(folder: Path) -> int:
     """Bytes that may be written where a folder is, or will be."""
     there = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
     return shutil.disk_usage(there).free
+
+
+def peak_memory() -> int | None:
+    """The most memory that this process has held, bytes; None on Windows, where Python does not tell.
+
+    On Linux `ru_maxrss` would begin with what the parent held when it started this process, so it is read elsewhere.
+    """
+    try:
+        return int(HIGH_WATER.findall(Path("/proc/self/status").read_text("ascii"))[0]) * 1024
+    except (OSError, IndexError):
+        pass
+    try:
+        import resource
+    except ImportError:
+        return None
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def available_memory() -> int | None:

@@ -9,17 +9,13 @@ from __future__ import annotations
 
 import json
 import os
-import re
-import resource
 import sys
 import time
 from importlib import import_module
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
-MIB_PER_UNIT = 1 / 2**20 if sys.platform == "darwin" else 1 / 2**10  # of ru_maxrss
-HIGH_WATER = re.compile(r"^VmHWM:\s*(\d+) kB", re.MULTILINE)
+from baldwinlab.resources import peak_memory
 
 
 def main() -> None:
@@ -43,7 +39,7 @@ def main() -> None:
             "calls": calls,
             "agent_steps": calls * contender.agent_steps(setting),
         }
-        print(json.dumps(answer | {"eaten": mean(eaten), "peak_mib": peak_mib()}), flush=True)
+        print(json.dumps(answer | {"eaten": mean(eaten), "peak_mib": (peak_memory() or 0) / 2**20}), flush=True)
 
 
 def mean(eaten: Any) -> float | None:
@@ -52,14 +48,6 @@ def mean(eaten: Any) -> float | None:
         return None
     values = [float(value) for value in chain.from_iterable(eaten)]
     return sum(values) / len(values)
-
-
-def peak_mib() -> float:
-    """The most memory that this process held. On Linux ru_maxrss would begin with the parent's, so it is read elsewhere."""
-    status = Path("/proc/self/status")
-    if status.exists() and (found := HIGH_WATER.search(status.read_text())):
-        return int(found[1]) / 2**10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * MIB_PER_UNIT
 
 
 if __name__ == "__main__":

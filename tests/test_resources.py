@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from baldwinlab import resources
 from baldwinlab.errors import RefusedError
-from baldwinlab.resources import Need, amount, available_memory, free_disk, memory_of_groups, require
+from baldwinlab.resources import Need, amount, available_memory, free_disk, memory_of_groups, peak_memory, require
 
 GIB = 2**30
 V1 = {"memory.limit_in_bytes": "8000", "memory.usage_in_bytes": "5000", "memory.stat": "total_inactive_file 1000\ncache 9\n"}
@@ -91,3 +93,11 @@ def test_a_group_without_a_limit_and_a_machine_without_groups_say_nothing(tmp_pa
 )
 def test_amounts_in_words(count: int, words: str) -> None:
     assert amount(count) == words
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Python does not tell")
+def test_the_most_memory_that_a_process_held_is_its_own() -> None:
+    held = np.ones(300 * 2**20, np.uint8)
+    say = "from baldwinlab.resources import peak_memory; print(peak_memory())"
+    there = subprocess.run([sys.executable, "-c", say], capture_output=True, check=True)
+    assert int(there.stdout) < 100 * 2**20 < held.nbytes < (peak_memory() or 0)

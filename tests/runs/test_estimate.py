@@ -29,10 +29,11 @@ SHORT = ("lifetime.steps=1", "evolution.generations=20")
 
 # Lives what stands on its input, and says how much more memory its process held at the most than before.
 LIVE = """
-import resource, sys, tempfile
+import sys, tempfile
 from pathlib import Path
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.parts import load_file
+from baldwinlab.resources import peak_memory
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import create
@@ -50,9 +51,9 @@ def of_replay(experiment):
 for file in sys.argv[2:]:
     load_file(Path(file))
 experiment = from_toml(sys.stdin.read(), "here")
-before = int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+before = peak_memory()
 {"of_runs": of_runs, "of_replay": of_replay, "of_simulate": simulate}[sys.argv[1]](experiment)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - before)
+print(peak_memory() - before)
 """
 
 
