@@ -67,7 +67,10 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["run", "evo/A", "--out", "study"], "study holds another study"),
         (["run", "evo/A", "--runs", "many"], "many"),
         (["run", "evo/A", "--set", "learning.teacher=shuffled"], 'learning.teacher: does nothing with learning.rule = "none"'),
-        (["assay", "innate", "mine"], "'mine' is too much; write: baldwinlab assay DIRECTORY [--only ONLY] [--workers WORKERS]"),
+        (
+            ["assay", "innate", "mine"],
+            "'mine' is too much; write: baldwinlab assay DIRECTORY; for its options see baldwinlab assay --help",
+        ),
         (["assay", "study", "--executor", "cloud"], "--executor cloud must be threads, dask:tcp://HOST:PORT or slurm"),
         (["run", "evo/A", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
         (
@@ -81,7 +84,11 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ["phylogeny", "study", "--condition", "evo/A", "--run", "0", "--out", "study/runs/evo/A/0000.nc"],
             "belongs to the study",
         ),
-        (["report"], "requires an argument"),
+        (["report"], "DIRECTORY is missing; write: baldwinlab report DIRECTORY; for its options see baldwinlab report --help"),
+        (
+            ["phylogeny", "mine", "--run", "0", "--out", "tree.nex"],
+            "--condition needs a value; write: baldwinlab phylogeny DIRECTORY --condition CONDITION --run RUN --out OUT",
+        ),
         (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
         (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),
         (["run", "evo/A", "--runs", "100000000"], "runs: 100,000,000: about"),

@@ -9,7 +9,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import App, CycloptsError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
+from cyclopts import App, CycloptsError, MissingArgumentError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
 
 from baldwinlab import console
 from baldwinlab.files import location
@@ -34,18 +34,25 @@ def _sentence(error: CycloptsError) -> str:
         name, known = error.unused_tokens[0], [name for name in app if not name.startswith("-")]
         near = "".join(f" (did you mean {each!r}?)" for each in get_close_matches(name, known, n=1))
         return f"there is no command {name!r}{near}; there are {', '.join(known)}"
-    if isinstance(error, UnusedCliTokensError) and error.target and error.unused_tokens:
-        many = " ".join(error.unused_tokens)
-        return f"{many!r} is too much; write: {' '.join(['baldwinlab', *(error.command_chain or ()), *_usage(error.target)])}"
-    return " ".join(str(error).split())
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        wrong = f"{' '.join(error.unused_tokens)!r} is too much"
+    elif isinstance(error, MissingArgumentError) and error.argument:
+        wrong = f"{error.argument.name} {'needs a value' if error.argument.name.startswith('-') else 'is missing'}"
+    else:
+        return " ".join(str(error).split())
+    command = " ".join(["baldwinlab", *(error.command_chain or ())])
+    usage = " ".join([command, *(_usage(error.target) if error.target else ())])
+    return f"{wrong}; write: {usage}; for its options see {command} --help"
 
 
 def _usage(command: Callable[..., Any]) -> Iterator[str]:
-    """The words after a command's name: DIRECTORY [--only ONLY]."""
+    """The words after a command's name, but for options that may be left out: DIRECTORY --out OUT."""
     for name, parameter in signature(command).parameters.items():
-        option = f"--{name} " if parameter.kind is parameter.KEYWORD_ONLY else ""
-        word = f"{option}{name.upper()}"
-        yield word if parameter.default is parameter.empty else f"[{word}]"
+        needed = parameter.default is parameter.empty and parameter.kind is not parameter.VAR_POSITIONAL
+        if parameter.kind is parameter.KEYWORD_ONLY:
+            yield from [f"--{name} {name.upper()}"] if needed else []
+        else:
+            yield name.upper() if needed else f"[{name.upper()}]"
 
 
 app = App(

@@ -8,8 +8,11 @@ from baldwinlab.papers import built_in
 
 def papers() -> None:
     """List the papers that can be reproduced."""
-    for paper in built_in().values():
-        console.say(f"{paper.name:<12} {paper.about.source}")
-        console.say(f"{'':<12} {paper.about.description}")
-        console.say(f"{'':<12} conditions: {len(paper.own())}, claims: {len(paper.claims)}, {paper.about.link}")
+    listed = built_in().values()
+    indent = max(len(paper.name) for paper in listed)
+    for paper in listed:
+        counts = [f"conditions: {len(paper.own())}", f"claims: {len(paper.claims)}"]
+        console.say(f"{paper.name:<{indent}} {paper.about.source}")
+        console.say(f"{'':<{indent}} {paper.about.description}")
+        console.say(f"{'':<{indent}} {', '.join([*counts, *filter(None, [paper.about.link])])}")
     console.say("baldwinlab reproduce PAPER runs one; a folder of your own with a paper.toml is one, too")
