@@ -18,6 +18,7 @@ from baldwinlab.experiment import choices
 from tests.commands import Command, Outcome
 
 
+@pytest.hookimpl(optionalhook=True)  # where tests run one after the other
 def pytest_xdist_auto_num_workers() -> int:
     """One worker more than there are cores: those who wait for a browser or a command need none."""
     return (os.cpu_count() or 1) + 1

@@ -100,8 +100,8 @@ def test_a_world_without_food_is_recorded() -> None:
     assert not found["eaten_in_life"].any()
 
 
-def test_real_valued_inputs_are_recorded_as_they_are() -> None:
-    experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
+def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> None:
+    experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]}, lifetime={"steps": 50})
     header, found = frames.unpack(recording.record(life_of(experiment), Span(0, 50), {}))
     assert header["look"]["real"] == [False] * 3 + [True] * 4
     sensor, trace = found["sensor"].reshape(50, 20, 7), replay(experiment)
@@ -178,7 +178,7 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("whom", ["best", "nearest"])
-def test_it_tells_from_whom_each_learns(whom: str) -> None:
+def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> None:
     experiment = small("evo/A").replace(learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}})
     moment = Moment(1, 0, 0)
     life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))

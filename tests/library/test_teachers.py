@@ -13,7 +13,7 @@ from tests.worlds import small
 
 
 @pytest.mark.parametrize("whom", ["best", "nearest"])
-def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(whom: str) -> None:
+def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(whom: str, in_plain_python: None) -> None:
     imitation = ["learning.rule=imitation", "learning.rate=0.5", f"learning.imitation.whom={whom}"]
     without_food = assign(small("evo", lifetime={"steps": 30}, world={"food": []}), imitation)
     alone = assign(small("evo", lifetime={"steps": 30}, population={"size": 1}), [*imitation, "learning.imitation.least=0"])
@@ -22,7 +22,7 @@ def test_nobody_learns_before_anybody_has_eaten_nor_from_itself(whom: str) -> No
         assert born.tolist() == now.tolist()
 
 
-def test_who_sees_nothing_comes_to_answer_as_the_others_do_who_see_nothing() -> None:
+def test_who_sees_nothing_comes_to_answer_as_the_others_do_who_see_nothing(in_plain_python: None) -> None:
     near_sighted = small("evo", lifetime={"steps": 400}, senses={"visual_radius": 0.5})
     experiment = assign(near_sighted, ["learning.rule=imitation", "learning.rate=5"])
     strangers = assign(experiment, ["learning.imitation.least=1000000"])

@@ -100,7 +100,7 @@ def test_nobody_is_born_or_walks_in_a_wall_and_nothing_grows_there() -> None:
         assert not ((x >= 50) & (x <= 60) & (y >= 20) & (y <= 80)).any()
 
 
-def test_a_wall_hides_what_is_behind_it() -> None:
+def test_a_wall_hides_what_is_behind_it(in_plain_python: None) -> None:
     wall = ["world.obstacles.x=[40, 42]", "world.obstacles.y=[0, 100]"]
     world = {"start": {"x": 30, "y": 50, "radius": 0}, "food": [{"x": [50, 51], "y": [49, 51], "count": 3}]}
     clear = replay(small("evo", world=world, lifetime={"steps": 1}), seed=1)
@@ -109,7 +109,7 @@ def test_a_wall_hides_what_is_behind_it() -> None:
     assert not walled.sensor.any()
 
 
-def test_a_network_with_memory_answers_otherwise_to_the_same_inputs() -> None:
+def test_a_network_with_memory_answers_otherwise_to_the_same_inputs(in_plain_python: None) -> None:
     trace = replay(with_settings("evo", "network.kind=elman", world={"food": []}), seed=1)
     assert not trace.sensor.any()
     outputs = trace.output.values[:, 0]

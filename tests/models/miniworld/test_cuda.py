@@ -29,7 +29,7 @@ from tests.worlds import small
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
-STEPS = 20
+STEPS = 10
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
 MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by cells
 
@@ -67,7 +67,7 @@ def experiments() -> list[Experiment]:
     found.append(in_cells)
     found.append(small("evo+self-taught", **changes, world={"food": []}))
     wild = {"food": FEW, "start": {"headings": "random"}}
-    drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 15}
+    drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
     found.append(small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting))
     return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
@@ -98,8 +98,8 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
     for generation in (0, 1):
         batch.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
-        batch.live(0, 7)
-        batch.live(7, STEPS)
+        batch.live(0, 4)
+        batch.live(4, STEPS)
     return named_arrays(batch.state, *shape[:2]) | {
         "eaten": batch.eaten_in_life(),
         "items": batch.items(),
@@ -147,7 +147,7 @@ def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number
     in_the_simulator(f"simulate_foreign({number})")
 
 
-def test_a_newborn_remembers_nothing() -> None:
+def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
     load_file(PARTS / "elman.py")
     experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
     genomes = np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
