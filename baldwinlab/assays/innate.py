@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from baldwinlab.assays.sample import Conditions, Sample
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.variables import LIVES
 
+OfAnyModel = TypeVar("OfAnyModel", bound=BaseExperiment)
 MOST_GENERATIONS = 100  # and the last, so every generation of the paper's
 FEW_GENERATIONS = 10  # and the last: of drift, which takes longest, and where generations differ by chance alone
 
@@ -62,8 +63,7 @@ def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance
     frozen[:, :, 0, :count] = learned.weights
     energy[LIVES.index("frozen")] = sample.live(without, generation, frozen).energy
     if generation in drifting(sample.experiment):
-        drift = sample.experiment.replace(learning={"rule": "drift"})
-        energy[LIVES.index("drift")] = sample.live(drift, generation, genomes).energy
+        energy[LIVES.index("drift")] = sample.live(with_drift(sample.experiment), generation, genomes).energy
     distance[:] = distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
 
 
@@ -78,6 +78,11 @@ def drifting(experiment: BaseExperiment) -> list[int]:
     if not isinstance(experiment, Experiment) or (experiment.learns and not experiment.part("learning.rule").drift_fits):
         return []
     return _thinned(generations(experiment), FEW_GENERATIONS)
+
+
+def with_drift(experiment: OfAnyModel) -> OfAnyModel:
+    """The same agents, which change at random by as much as they would have learned."""
+    return experiment.replace(learning={"rule": "drift"})
 
 
 def _thinned(numbers: Sequence[int], most: int) -> list[int]:

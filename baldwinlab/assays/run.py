@@ -150,11 +150,13 @@ def _agent_steps_of_run(study: Study, condition: str, names: Sequence[str]) -> i
 
 
 def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Iterator[BaseExperiment]:
-    """The conditions as they evolved, with the learner off, and as their neutral twins."""
+    """The conditions as they evolved, with the learner off, with drift in its place, and as their neutral twins."""
     for experiment in (study.experiments[condition] for condition, names in missing.items() if names):
         yield experiment
         if experiment.learns:
             yield experiment.without_learner()
+        if experiment.learns and "innate" in missing[experiment.name] and innate.drifting(experiment):
+            yield innate.with_drift(experiment)
         if "neutral" in missing[experiment.name]:
             yield experiment.neutral_twin()
 

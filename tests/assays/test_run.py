@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, open_assay, run_assays
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld import cpu
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study, create
 from baldwinlab.variables import ASSAYS as DECLARED
@@ -54,6 +57,23 @@ def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
     run_assays(study, missing_assays(study, list(ASSAYS)), 2, noted, ignore)
     assert done[0] < 0
     assert sum(done) == 0
+
+
+def test_all_that_is_lived_has_been_compiled_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begin, ready, lived = cpu.Batch.__init__, set[Any](), set[Any]()
+
+    def noted(self: cpu.Batch, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+        lived.add(cpu.code_of(experiment))
+        begin(self, experiment, seed, runs)
+
+    def warm_up(experiments: Iterable[Experiment]) -> float:
+        ready.update(map(cpu.code_of, experiments))
+        return 0.0
+
+    monkeypatch.setattr("baldwinlab.assays.run.warm_up", warm_up)
+    monkeypatch.setattr(cpu.Batch, "__init__", noted)
+    measured(tmp_path)
+    assert lived == ready
 
 
 def test_what_is_stored_is_not_measured_again(study: Study) -> None:
