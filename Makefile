@@ -3,6 +3,9 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+# What pip would compile one file after the other, the libraries' own tests among them.
+BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 
 .PHONY: help reproduce test nightly faults lint format bench cuda slurm browser firefox wasm clean
 
@@ -48,20 +51,22 @@ $(VENV)/.made:
 	@touch $@
 
 $(VENV)/.core: $(VENV)/.made requirements.txt pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	$(PIP) -r requirements.txt
+	$(PIP) --no-build-isolation --no-deps --editable .
+	$(BYTECODE)
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.core requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-dev.txt
+	$(PIP) --no-deps -r requirements-dev.txt
+	$(BYTECODE)
 	@touch $@
 
 $(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-cuda.txt
+	$(PIP) --no-deps -r requirements-cuda.txt
 	@touch $@
 
 $(VENV)/.bench: $(VENV)/.core requirements-bench.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-bench.txt
+	$(PIP) -r requirements-bench.txt
 	@touch $@
 
 # Beside what one would pick instead: see docs/benchmarks.md. About four minutes.
@@ -75,7 +80,7 @@ cuda: $(VENV)/.cuda
 
 # The linker that makes a browser's module of a part of one's own.
 $(VENV)/.wasm: $(VENV)/.core requirements-wasm.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -r requirements-wasm.txt
+	$(PIP) --no-deps -r requirements-wasm.txt
 	@touch $@
 
 # What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.

@@ -76,7 +76,7 @@ def test_the_examples_keep_the_contract(example: Path) -> None:
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 
 
-def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any) -> None:
+def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any, in_plain_python: None) -> None:
     assert failures(write(), "fields", "limits", "arithmetic", "others", "oracle") == ""
 
 
@@ -107,7 +107,7 @@ def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:
         load_file(write(fields=inherits.format("get(genes, 0, lane + 1)")))
 
 
-def test_a_look_at_a_neighbour_that_the_source_hides_is_found(write: Any) -> None:
+def test_a_look_at_a_neighbour_that_the_source_hides_is_found(write: Any, in_plain_python: None) -> None:
     peek = "peek = compiled(lambda rows: rows[0, 3])"
     path = write("put(state.weights, 0, lane, peek(state.weights))", above=peek)
     assert "Liar.learn makes weights of an agent depend on other agents" in failures(path, "others")
@@ -124,20 +124,20 @@ def test_arithmetic_in_float64_is_found(write: Any) -> None:
     assert "Liar.learn calculates in float64" in failures(path, "arithmetic")
 
 
-def test_random_numbers_that_no_seed_decides_are_found(write: Any) -> None:
+def test_random_numbers_that_no_seed_decides_are_found(write: Any, in_plain_python: None) -> None:
     path = write("put(state.weights, 0, lane, np.float32(np.random.random()))")
     assert "Liar.learn draws random numbers that no seed decides" in failures(path, "arithmetic")
     assert "have other bits a second time" in failures(path, "again")
 
 
-def test_an_oracle_that_disagrees_is_found(write: Any) -> None:
+def test_an_oracle_that_disagrees_is_found(write: Any, in_plain_python: None) -> None:
     found = failures(write(oracle="agent.action_module[0][0][0] += 0.25"), "oracle")
     assert "after step 0, agent 0: weight 0 is" in found
     assert "again: baldwinlab check" in found
     assert "--only oracle" in found
 
 
-def test_another_seed_tries_other_worlds(write: Any) -> None:
+def test_another_seed_tries_other_worlds(write: Any, in_plain_python: None) -> None:
     path = write(oracle="agent.action_module[0][0][0] += 0.25")
     found = {seed: str(bl.check_part(path, only=["oracle"], seed=seed)[-1]) for seed in (11, 12)}
     assert found[11] == str(bl.check_part(path, only=["oracle"])[-1])
