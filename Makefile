@@ -92,18 +92,21 @@ slurm: $(VENV)/.dev
 	scripts/check_slurm.sh $(BIN)/python
 
 # Pages are tested in real browsers. Without one, and without the right to install it, its tests are skipped.
+# $(1): packages, of which the first that there is will do; $(2): programs, of which any will do.
+INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 define installed
-@command -v $(2) >/dev/null 2>&1 \
-|| { command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] \
-     && apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; } \
-|| echo "$(1) is not installed and could not be: its tests will be skipped"
+@$(foreach program,$(2),command -v $(program) >/dev/null 2>&1 ||) \
+{ command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq \
+  && { $(foreach package,$(1),$(INSTALL) $(package) >/dev/null 2>&1 ||) false; }; } \
+|| echo "none of $(2) is installed, nor could be: its tests will be skipped"
 endef
 
+# The headless shell draws no window around a page, for which Chromium takes as long as for the page.
 browser:
-	$(call installed,chromium,chromium chromium-browser google-chrome)
+	$(call installed,chromium-headless-shell chromium,chromium-headless-shell chromium chromium-browser google-chrome)
 
 firefox:
-	$(call installed,firefox-esr,firefox-esr firefox)
+	$(call installed,firefox-esr firefox,firefox-esr firefox)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis
