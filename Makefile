@@ -34,7 +34,7 @@ nightly: $(VENV)/.dev $(VENV)/.wasm browser firefox
 
 # What breaks things: kills, damaged files, odd inputs, floods. About twenty minutes.
 faults: $(VENV)/.dev
-	FAULTS=all $(BIN)/python -m pytest -n logical --dist load tests/faults
+	FAULTS=all $(BIN)/python -m pytest -n logical --dist worksteal tests/faults
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -42,12 +42,12 @@ class Stage(NamedTuple):
 
 
 STAGES = [
-    Stage("run", RUN, 150),
+    Stage("run", RUN, 165),
     Stage("sweep", ("sweep", "sweep.toml", "--out", "study"), 35),
-    Stage("assay", ("assay", "study", "--only", "innate"), 25, RUN),
-    Stage("report", ("report", "study"), 25, RUN),
-    Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 25, RUN),
-    Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 30, RUN),
+    Stage("assay", ("assay", "study", "--only", "innate"), 15, RUN),
+    Stage("report", ("report", "study"), 20, RUN),
+    Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 45, RUN),
+    Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 10, RUN),
     Stage("compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}),  # which begins without any compiled code
 ]
 
