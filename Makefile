@@ -32,7 +32,7 @@ test: $(VENV)/.dev browser
 nightly: $(VENV)/.dev $(VENV)/.wasm browser firefox
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
-# What breaks things: kills, damaged files, odd inputs, floods. About twenty minutes.
+# What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
 faults: $(VENV)/.dev
 	FAULTS=all $(BIN)/python -m pytest -n logical --dist worksteal tests/faults
 
