@@ -198,3 +198,19 @@ def test_a_study_with_nothing_in_it_has_no_report_yet(command: Command, tmp_path
     done = command("report", "study")
     assert done.code != 0
     assert "holds no finished run yet" in done.err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["show", "deep.toml"], ["run", "deep.toml"], ["sweep", "deep.toml"], ["reproduce", "./deep"], ["show", "evo/A", "--set"]],
+)
+def test_what_is_nested_deeper_than_python_reads_is_refused(command: Command, tmp_path: Path, arguments: list[str]) -> None:
+    deep = "[" * 500 + "]" * 500
+    (tmp_path / "deep.toml").write_text(f"a = {deep}")
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "paper.toml").write_text(f"a = {deep}")
+    before = contents(tmp_path)
+    done = command(*arguments, *[f"world.food={deep}"] * (arguments[-1] == "--set"))
+    assert done.code == 2 and contents(tmp_path) == before
+    assert "it is nested too deeply" in done.err or "world.food = '[[[" in done.err
+    assert len(done.err.strip().splitlines()) == 1

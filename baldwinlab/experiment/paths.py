@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from baldwinlab.experiment.fields import ExperimentError, plain
+from baldwinlab.files import toml_of
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
@@ -82,6 +83,6 @@ def parse(assignment: str) -> tuple[str, Any]:
     if not equals:
         raise ExperimentError(f"{assignment}: must be path=value, such as lifetime.steps=1000")
     try:
-        return path.strip(), tomllib.loads(f"value = {text.strip()}")["value"]
+        return path.strip(), toml_of(f"value = {text.strip()}")["value"]
     except tomllib.TOMLDecodeError:
         return path.strip(), text.strip()

@@ -9,6 +9,7 @@ import tomlkit
 from pydantic import BaseModel
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
+from baldwinlab.files import toml_of
 
 
 def to_toml(experiment: BaseExperiment) -> str:
@@ -51,7 +52,7 @@ def _table(part: BaseModel, table: Any) -> Any:
 def from_toml(text: str, where: str, reading: bool = False) -> Experiment:
     """The experiment in TOML text; `where` names its origin in messages, `reading` as in `validate`. Raises ExperimentError."""
     try:
-        tree = tomllib.loads(text)
+        tree = toml_of(text)
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
     try:

@@ -18,7 +18,6 @@ import hashlib
 import json
 import re
 import time
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -29,7 +28,7 @@ import xarray as xr
 from baldwinlab.experiment import NAME_PATTERN, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
-from baldwinlab.files import PARTIAL, append_line, is_local, text_of, write_atomically
+from baldwinlab.files import PARTIAL, append_line, is_local, text_of, toml_of, write_atomically
 from baldwinlab.outputs import is_study, owner
 from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
@@ -106,7 +105,7 @@ class Study:
         path = directory / "study.toml"
         try:
             text = _text_of(path)
-            facts = tomllib.loads(text)
+            facts = toml_of(text)
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
             _require_sense(self.seed, names)
@@ -117,7 +116,7 @@ class Study:
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
-        except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        except (OSError, ValueError, KeyError, TypeError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
         self.experiments = {name: self._experiment(name) for name in names}
 
