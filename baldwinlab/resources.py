@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -15,7 +14,6 @@ from baldwinlab.files import is_local
 
 UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
 GROUPS: Final = Path("/sys/fs/cgroup")
-HIGH_WATER: Final = re.compile(r"^VmHWM:\s*(\d+) kB", re.MULTILINE)
 
 
 class Need(NamedTuple):
@@ -67,10 +65,8 @@ def peak_memory() -> int | None:
 
     On Linux `ru_maxrss` would begin with what the parent held when it started this process, so it is read elsewhere.
     """
-    try:
-        return int(HIGH_WATER.findall(Path("/proc/self/status").read_text("ascii"))[0]) * 1024
-    except (OSError, IndexError):
-        pass
+    if (held := _told_by_linux("self/status", "VmHWM")) is not None:
+        return held
     try:
         import resource
     except ImportError:
@@ -86,14 +82,20 @@ def available_memory() -> int | None:
 
 def _of_machine() -> int | None:
     """What Linux says is available; elsewhere all there is, which is more; None where Python does not tell."""
-    try:
-        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
-        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, StopIteration):
-        pass
+    if (left := _told_by_linux("meminfo", "MemAvailable")) is not None:
+        return left
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
+        return None
+
+
+def _told_by_linux(file: str, name: str) -> int | None:
+    """Bytes that a file of /proc tells under a name; None elsewhere."""
+    try:
+        lines = Path("/proc", file).read_text("ascii", "replace").splitlines()  # a process may have any name
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{name}:"))
+    except (OSError, StopIteration):
         return None
 
 

@@ -155,8 +155,8 @@ def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Itera
         yield experiment
         if experiment.learns:
             yield experiment.without_learner()
-        if experiment.learns and "innate" in missing[experiment.name] and innate.drifting(experiment):
-            yield innate.with_drift(experiment)
+            if "innate" in missing[experiment.name] and innate.drifting(experiment):
+                yield innate.with_drift(experiment)
         if "neutral" in missing[experiment.name]:
             yield experiment.neutral_twin()
 

@@ -211,7 +211,7 @@ def heterozygosity(variation: str, replicates: int, loci: int) -> Numbers:
 
 
 @pytest.mark.parametrize(
-    ("variation", "replicates", "loci"), [("crossover", 60, 30), ("copy", 150, 2), ("one-point-crossover", 100, 10)]
+    ("variation", "replicates", "loci"), [("crossover", 60, 30), ("copy", 500, 2), ("one-point-crossover", 300, 10)]
 )
 def test_without_selection_heterozygosity_falls_by_1_in_n_a_generation(variation: str, replicates: int, loci: int) -> None:
     """As in the model of Wright and Fisher: H(t) = H(0) (1 - 1/N)^t, whatever the fitness."""
