@@ -51,7 +51,8 @@ def sources_hash() -> str:
 def cache_directory(code: str) -> Path | None:
     """Where compiled code with that fingerprint is kept; None, with a warning, where there is no place for any.
 
-    In `$BALDWINLAB_CACHE`, else the user's cache folder, else (where that cannot be used) a temporary one of the user's own.
+    In `$BALDWINLAB_CACHE`; where that is not set, in the user's cache folder, or (where that cannot be used) a temporary one
+    of the user's own.
     """
     found = place()
     return found and found / code
@@ -61,10 +62,9 @@ def cache_directory(code: str) -> Path | None:
 def place() -> Path | None:
     """The folder of all compiled code of these sources, as `cache_directory` says."""
     chosen = os.environ.get("BALDWINLAB_CACHE")
-    candidates = [Path(chosen) if chosen else Path(platformdirs.user_cache_dir("baldwinlab"))]
-    candidates.append(Path(tempfile.gettempdir()) / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}")
+    temporary = Path(tempfile.gettempdir()) / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
     reasons = []
-    for candidate in candidates:
+    for candidate in [Path(chosen)] if chosen else [Path(platformdirs.user_cache_dir("baldwinlab")), temporary]:
         directory = candidate / f"engine-{sources_hash()}"
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -149,6 +149,10 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
 
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:
     """Write a file of a study whole or not at all. Raises OSError as `write_record` does."""
+    gone = FileNotFoundError(errno.ENOENT, "the study has been removed or moved while it ran", str(directory))
     if not is_study(directory):
-        raise FileNotFoundError(errno.ENOENT, "the study has been removed or moved while it ran", str(directory))
-    write_atomically(path, content)
+        raise gone
+    try:
+        write_atomically(path, content)
+    except FileNotFoundError as error:
+        raise error if is_study(directory) else gone from None

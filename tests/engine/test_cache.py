@@ -37,13 +37,21 @@ def test_a_folder_of_one_s_own_is_made_for_nobody_else(tmp_path: Path) -> None:
     assert (tmp_path / "mine").stat().st_mode & 0o022 == 0
 
 
-def test_where_the_chosen_folder_cannot_be_made_a_temporary_one_of_the_user_s_own_is_taken(tmp_path: Path) -> None:
+def test_where_the_user_s_cache_folder_cannot_be_made_a_temporary_one_of_the_user_s_own_is_taken(tmp_path: Path) -> None:
     (tmp_path / "a file, not a folder").write_text("")
-    done = draw(BALDWINLAB_CACHE=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
+    done = draw(BALDWINLAB_CACHE="", XDG_CACHE_HOME=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
     assert done.stdout == EXPECTED
     assert done.stderr == ""
     assert len(list(tmp_path.glob("baldwinlab-*"))) == 1
     assert kept(tmp_path)
+
+
+def test_where_a_folder_that_was_asked_for_cannot_be_used_nothing_is_kept_elsewhere_and_that_is_said(tmp_path: Path) -> None:
+    (tmp_path / "a file, not a folder").write_text("")
+    done = draw(BALDWINLAB_CACHE=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
+    assert done.stdout == EXPECTED
+    assert "compiled code is not kept for the next start: " in done.stderr
+    assert not kept(tmp_path)
 
 
 @pytest.mark.parametrize("others", ["may write", "own it", "may put another in its place"])
@@ -61,7 +69,7 @@ def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said
         os.chown(folder, 12345, -1)
     else:
         shared.chmod(0o777)
-    done = draw(BALDWINLAB_CACHE=str(folder), TMPDIR=str(folder))
+    done = draw(BALDWINLAB_CACHE=str(folder))
     assert done.stdout == EXPECTED
     assert "compiled code is not kept for the next start" in done.stderr
     assert str(folder) in done.stderr

@@ -13,6 +13,7 @@ from scipy.io import netcdf_file
 
 from baldwinlab.netcdf import opened, sealed
 from baldwinlab.runs.simulate import simulate
+from baldwinlab.studies import records
 from baldwinlab.studies.records import DamagedRecordError, StudyError, decode, encode, write_record
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, open_study, run_study
@@ -144,6 +145,21 @@ def test_where_the_study_is_gone_no_record_is_written(tmp_path: Path, way: str) 
         run_study(study, {"evo/A": [0, 1]}, 1, silent, ignore)
     assert [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".jsonl"] == before
     with pytest.raises(FileNotFoundError):
+        write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
+
+
+def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    directory = tmp_path / "study"
+    create(directory, [small("evo/A")], seed=5)
+
+    def moved_meanwhile(path: Path, content: bytes) -> None:
+        directory.rename(tmp_path / "elsewhere")
+        path.write_bytes(content)
+
+    monkeypatch.setattr(records, "write_atomically", moved_meanwhile)
+    with pytest.raises(FileNotFoundError, match="the study has been removed or moved while it ran"):
         write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
 
 
