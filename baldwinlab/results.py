@@ -38,6 +38,7 @@ def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
     """
     names = [name for name in study.experiments if study.runs(name)]
     answer: dict[str, Any] = {"conditions": names, "factors": factors(study, names), "generation": []}
+    answer["swept"] = study.kind == SWEEP
     answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {"typical_run": {}}
     if not names:
         return answer

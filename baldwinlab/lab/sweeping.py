@@ -23,7 +23,7 @@ from baldwinlab.lab.sweep_plan import WORKERS, Plan, plan_of
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import missing_runs, run_study
-from baldwinlab.sweeps.design import FILE, settings
+from baldwinlab.sweeps.design import FILE
 
 
 class LiveSweep:
@@ -33,7 +33,6 @@ class LiveSweep:
         self.plan, self.study, self.name = plan, study, name
         self.state, self.message = "preparing", ""  # preparing, running, done, stopped or failed; more of the last
         self.lived = 0  # agent-steps
-        self._names = settings(study)  # of its fields in words, by which Results group them
         self._stopping = False
         self._began = time.monotonic()
         threading.Thread(target=self._live, name=f"sweep {name}", daemon=True).start()
@@ -55,7 +54,6 @@ class LiveSweep:
             "state": self.state,
             "message": self.message,
             "fields": list(self.plan.sweep.fields),
-            "names": list(self._names),
             "points": len(self.plan.points),
             "runs": self.plan.runs,
             "stored": sum(len(self.study.runs(condition)) for condition in self.study.experiments),

@@ -52,7 +52,6 @@ def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(sweeps
     wait_until(lambda: live.ended)
     found = live.about()
     assert (found["state"], found["stored"], found["runs"], found["share"]) == ("done", 4, 4, 1)
-    assert found["names"] == ["learning rate, per step"]
     (tmp_path / "rates.toml").write_text(plan.toml)
     command = sweep_of_command(tmp_path / "rates.toml", out=tmp_path / "command", workers=1)
     assert contents(tmp_path / "live/rates") == contents(command.directory)

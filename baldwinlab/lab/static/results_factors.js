@@ -7,17 +7,17 @@ const EACH = "each"; // in the address: every condition by itself
 
 /**
  * What the address asks for.
- * @param {object} results its `factors` have a value for each of its `conditions`
+ * @param {object} results its `factors` have a value for each of its `conditions`; whether it is `swept`, for names of points say nothing
  * @param {Object<string, string>} state `group` names a factor, `only.FACTOR` a value of it
  * @returns {{by: string|null, only: Object<string, string>, groups: {label: string, conditions: string[]}[]}}
  */
-export function arranged({ conditions, factors }, state) {
+export function arranged({ conditions, factors, swept }, state) {
   const only = Object.fromEntries(Object.keys(factors).map((factor) => [factor, state[`only.${factor}`] ?? ""]));
   const fits = (number) => Object.entries(only).every(([factor, value]) => !value || String(factors[factor][number]) === value);
   const shown = conditions.map((_, number) => number).filter(fits);
   const values = (factor) => [...new Set(shown.map((number) => String(factors[factor][number])))];
   const telling = Object.keys(factors).filter((factor) => values(factor).length > 1);
-  const usual = shown.length > MANY ? telling.find((factor) => values(factor).length <= MANY) ?? telling[0] : undefined;
+  const usual = swept || shown.length > MANY ? telling.find((factor) => values(factor).length <= MANY) ?? telling[0] : undefined;
   const by = telling.includes(state.group) ? state.group : state.group === EACH ? null : usual ?? null;
   const groups = by
     ? values(by).map((value) => ({ label: value, conditions: shown.filter((number) => String(factors[by][number]) === value).map((number) => conditions[number]) }))

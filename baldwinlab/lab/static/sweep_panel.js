@@ -34,7 +34,7 @@ export function sweepPanel(root, name, over) {
     count.textContent = `${sweep.stored} of ${sweep.runs} runs${left}`;
     stop.hidden = words.hidden = !["preparing", "running"].includes(sweep.state);
     open.hidden = !sweep.stored;
-    open.href = `#/results?${new URLSearchParams({ study: name, group: sweep.names[0] })}`;
+    open.href = `#/results?${new URLSearchParams({ study: name })}`;
   };
   const look = async () => {
     const { sweep } = await getJSON("/api/sweep", aborted.signal);
