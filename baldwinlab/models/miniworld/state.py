@@ -71,6 +71,7 @@ class State(NamedTuple):
     slot_item: Counts  # [world, slot], which item it is
     cell_slots: Integers  # [world, cell + region], the first slot of each cell, and behind a region's last the slot after it
     cell_next: Integers  # [world, cell], scratch: the next slot to fill
+    item_cell: Integers  # [world, item], the cell that each was found in when they were last put in order
     stale: Integers  # [world, region], whether items have moved and are to be put in order
     weights: Floats  # [weight, lane], the action module's, as they stand
     activations: Floats  # [unit, lane], the action module's; the first rows are the inputs, the last the outputs
@@ -104,6 +105,7 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "slot_item": per_world("slots", dtype="int64"),
     "cell_slots": per_world("cell ends", dtype="int32"),
     "cell_next": per_world("cells", dtype="int32"),
+    "item_cell": per_world("items", dtype="int32"),
     "stale": per_world("regions", dtype="int32"),
     "weights": per_agent("weights"),
     "activations": per_agent("units"),
