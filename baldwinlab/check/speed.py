@@ -9,6 +9,9 @@ from baldwinlab.check.findings import NotCheckedError
 from baldwinlab.check.subject import BREEDS, PATHS, SEED, Subject, is_of_miniworld
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.choices import BUILT_IN
+from baldwinlab.experiment.paths import look_up
+from baldwinlab.parts.kinds import Part
+from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate_batch
 
 BESIDE: Final = {"learning rule": "self-taught"}  # else the first of the kind
@@ -21,13 +24,19 @@ def speed(subject: Subject) -> str:
     part = subject.parts[-1]
     beside = BESIDE.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
     of_kind = f"the built-in {part.kind} {beside!r}" if beside else "a world without it"
+    usual = {} if "network.hidden" in part.needs else {"network": {"hidden": [10]}}
     longer = subject.experiment.replace(
-        population={"size": 20}, lifetime={"steps": 500 if part.kind in BREEDS else 3000}, network={"hidden": [10]}
+        population={"size": 20}, lifetime={"steps": 500 if part.kind in BREEDS else 3000}, **usual
     )
     value = beside if part.kind not in ("sense", "world feature") else f'["{beside}"]' if beside else "[]"
-    other = assign(longer, [f"{PATHS[part.kind]}={value}"])
-    own, built_in = _seconds(longer, other)
+    own, built_in = _seconds(longer, assign(longer, [f"{PATHS[part.kind]}={value}", *_without(part)]))
     return f"{built_in / own:.2f} times the speed of {of_kind}"
+
+
+def _without(part: type[Part]) -> list[str]:
+    """What the part needs, as it would be without the part; who learns still does not."""
+    usual = {path: look_up(load("evo/A"), path)[0] for path in part.needs}
+    return [f"{path}={list(value) if isinstance(value, tuple) else value}" for path, value in usual.items()]
 
 
 def _seconds(*experiments: Any) -> list[float]:

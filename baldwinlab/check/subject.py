@@ -65,6 +65,7 @@ def _experiment(parts: tuple[type[Part], ...]) -> Any:
     many = {kind: [part.name for part in parts if part.kind == kind] for kind in MANY}
     senses = list(dict.fromkeys(["food", *many["sense"]]))
     chosen = [f"senses.kinds={senses}", f"world.features={many['world feature']}"]
+    chosen += [f"{path}={setting}" for part in parts for path, setting in part.needs.items()]
     return assign(experiment, chosen + [f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in MANY])
 
 

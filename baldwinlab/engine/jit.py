@@ -73,18 +73,32 @@ def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ..
     if directory is not None and hasattr(made, "signatures"):
         made._cache = cache.Store(directory)
 
+    known: dict[tuple[Any, ...], Callable[..., Any]] = {}
+    plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
+
     def call(*arguments: Any) -> Any:
-        if getattr(made, "signatures", True):  # it is Python's function itself where Numba is told not to compile
+        if plain:
             return made(*arguments)
-        with cache.alone(directory), _nothing_thrown_away():
-            try:
-                made.compile(tuple(map(made.typeof_pyval, arguments)))
-            except NumbaError as error:
-                raise refusal(error, with_these) or error from None
-        return made(*arguments)
+        kinds = tuple(map(_kind, arguments))
+        if kinds not in known:
+            types = tuple(map(made.typeof_pyval, arguments))
+            with cache.alone(directory), _nothing_thrown_away():
+                try:
+                    made.compile(types)
+                except NumbaError as error:
+                    raise refusal(error, with_these) or error from None
+            known[kinds] = made.get_overload(types)
+        return known[kinds](*arguments)
 
     call.dispatcher = made  # type: ignore[attr-defined]
     return call
+
+
+def _kind(value: Any) -> Any:
+    """What decides the type of an argument. Numba asks anew for that of a part at every call, which took as long as breeding."""
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim, value.flags.num
+    return (type(value), *map(_kind, value)) if isinstance(value, tuple) else type(value)
 
 
 def settled(call: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:

@@ -90,6 +90,16 @@ def lanes_in_bundle() -> int:
     return 1
 
 
+def first_lane(lane: Lane) -> int:
+    """The number of a lane, or of a bundle's first: for what is done agent by agent, as the agents do different things."""
+    return lane  # type: ignore[no-any-return]
+
+
+def lanes_of(lane: Lane) -> int:
+    """How many lanes there are from the first on."""
+    return 1
+
+
 def get(array: Any, row: int, lane: Lane) -> Value:
     """`array[row, lane]`, for a lane or a bundle."""
     return array[row, lane]
@@ -180,6 +190,8 @@ def _width(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 _instructions(bundle, lambda first: BUNDLE if isinstance(first, types.Integer) else None, [(types.Integer,)], _bundle)
 _instructions(lanes_in_bundle, lambda: types.intp, [()], _width)
+_instructions(first_lane, lambda lane: types.intp if lane is BUNDLE else None, [(BUNDLE,)], lambda *known: known[3][0])
+_instructions(lanes_of, lambda lane: types.intp if lane is BUNDLE else None, [(BUNDLE,)], _width)
 
 
 def _get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -300,9 +312,9 @@ _instructions(square_root, _is_root, [(types.Float,), (WIDE,)], _square_root)
 
 
 # Where a lane is by itself: the functions as they stand in Python.
-_OF_ONE_LANE = (clamp, choose, any_of, negated, lookup)
+_OF_ONE_LANE = (clamp, choose, any_of, negated, lookup, first_lane, lanes_of)
 for _function in _OF_ONE_LANE:
-    overload(_function, strict=False)(lambda *types, meaning=_function: None if {WIDE, MASK} & set(types) else meaning)
+    overload(_function, strict=False)(lambda *types, meaning=_function: None if {WIDE, MASK, BUNDLE} & set(types) else meaning)
 
 FOR_ONE_LANE: Final = {each: each for each in (*_OF_ONE_LANE, bundle, lanes_in_bundle, get, put, square_root)}
 """What a GPU compiles, where a thread has a lane to itself."""

@@ -1,4 +1,4 @@
-"""Fresh genomes: every weight from N(0, 1).
+"""Fresh genomes: every weight from N(0, 1), of which a variation may make what else its genomes hold.
 
 Source: the paper, "The neural network controller".
 """
@@ -14,6 +14,7 @@ from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.parts.evolution import breeding_part
 
 WEIGHTS_OF_MODULE: Final = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
 
@@ -25,6 +26,8 @@ def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
     genome = np.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
     for module, purpose in enumerate(purposes(experiment)):
         draw_normal(moment, purpose, genome, module)
+    variation = breeding_part(experiment, "variation")[0]
+    type(variation).part.found(variation, genome)
     return genome
 
 

@@ -63,6 +63,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "network": {
         "continuous-time": f"{_LIBRARY}.recurrent:ContinuousTime",
+        "growing": f"{_LIBRARY}.neat.network:Growing",
         "simple-recurrent": f"{_LIBRARY}.recurrent:SimpleRecurrent",
     },
     "learning rule": {

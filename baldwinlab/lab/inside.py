@@ -49,7 +49,8 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     memory: the action of the largest output for each combination of inputs, of which bit k of the code says whether input k is
     1; eaten_in_life [step], items, with this step; and with a reinforcement module: teacher [weight], teacher_activations
     [step, unit], and, where it says how to act, error [step], the root mean square of the difference between the modules'
-    outputs. Raises MissingError as `require_agent` does.
+    outputs; of a network that is no layers, links [link, (from unit, to unit, weight)]. Raises MissingError as `require_agent`
+    does.
     """
     experiment = life.experiment
     require_agent(life, agent)
@@ -60,6 +61,8 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     if few and experiment.part("network.kind").memoryless:
         arrays["responses"] = _responses(experiment, batch, arrays["weights"])
     _ask_modules(experiment, batch, past.genome[agent, :, : experiment.weight_count], arrays)
+    if links := experiment.part("network.kind").links(experiment, arrays["weights"][0]):
+        arrays["links"] = np.array(links, np.float32)
     energy = lived(experiment, batch, past.genome[None]).energy[0]
     header = {
         "kind": "inside",
@@ -117,8 +120,9 @@ def _responses(experiment: Experiment, batch: Batch, weights: Floats) -> npt.NDA
     """[sample, code]: what the action module would have the agent do."""
     count, actions = len(experiment.inputs), len(experiment.actions)
     codes = (np.arange(2**count)[:, None] >> np.arange(count) & 1).astype(np.float32)
-    outputs = np.stack([_answers(batch, sample, codes)[:, -actions:] for sample in weights])
-    return np.asarray(outputs.argmax(axis=2), np.uint8)
+    different, which = np.unique(weights, axis=0, return_inverse=True)  # who does not learn has but one
+    outputs = np.stack([_answers(batch, sample, codes)[:, -actions:] for sample in different])
+    return np.asarray(outputs.argmax(axis=2)[which.ravel()], np.uint8)
 
 
 def _answers(batch: Batch, weights: Floats, inputs: Floats) -> Floats:

@@ -65,6 +65,11 @@ def vary_all(part: Any, moment: Any, genome: Any, fitness: Numbers, parents: Any
 
 
 @phase
+def found(part: Any, genome: Any) -> None:
+    """Make `genome` [agent, module, weight], all of it drawn from N(0, 1), the founders' genomes: as it is."""
+
+
+@phase
 def pass_on(part: Any, born: Any, learned: Any, inherited: Any) -> None:
     """Fill the action module that an agent's children inherit, [weight], from what it was born with and what it had learned."""
 
@@ -129,6 +134,7 @@ class Variation(Part):
     kind: ClassVar[str] = "variation"
     settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")  # of `evolution`, that it heeds
 
+    found: ClassVar[Any] = staticmethod(found.default)
     vary: ClassVar[Any] = staticmethod(vary.default)
     vary_all: ClassVar[Any] = staticmethod(vary_all.default)
 

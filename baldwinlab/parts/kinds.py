@@ -36,12 +36,14 @@ class Part(Fields):
 
     arrays   by name, declared with `per_agent` or `per_world`; rows are numbers or "weights", "units", "inputs", "actions"
     derived  by name, a function of (part, experiment) whose number or array the phases need
+    needs    settings, by dotted path, without which it can be in no experiment: what `baldwinlab check` tries it with
     """
 
     kind: ClassVar[str] = ""
     name: ClassVar[str] = ""
     arrays: ClassVar[Mapping[str, Array]] = {}
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
+    needs: ClassVar[Mapping[str, Any]] = {}
     Compiled: ClassVar[type]  # the NamedTuple that its phases get
 
     def __init_subclass__(cls, name: str = "", **options: Any) -> None:
@@ -237,6 +239,10 @@ class Network(Part):
     def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
         """Units that remember, for whoever draws: pairs of a unit, and of the one that remembers what it was a step before."""
         return ()
+
+    def links(self, experiment: Any, weights: Any) -> list[tuple[int, int, float]]:
+        """Of a network that is no layers, for whoever draws: from which unit (-1: one that is always 1), to which, how strong."""
+        return []
 
     forward: ClassVar[Any] = staticmethod(forward.default)
     backward: ClassVar[Any] = staticmethod(backward.default)

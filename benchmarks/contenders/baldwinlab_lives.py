@@ -24,19 +24,23 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
     experiment = bl.load(setting.name).replace(lifetime={"steps": setting.steps})
     born_with, cores = np.asarray(genomes, np.float32), available_cores()
 
-    def live_batch(seed: int, number: int) -> npt.NDArray[np.int32]:
+    batches: dict[int, Batch] = {}  # made once, as for a run, whose generations the calls are
+
+    def live_batch(generation: int, number: int) -> npt.NDArray[np.int32]:
         runs = number * CPU.worlds + np.arange(CPU.worlds)
-        batch = Batch(experiment, seed, runs.tolist())
-        batch.begin(0, born_with[runs % len(born_with)])
+        if number not in batches:
+            batches[number] = Batch(experiment, 0, runs.tolist())
+        batch = batches[number]
+        batch.begin(generation, born_with[runs % len(born_with)])
         batch.live(0, setting.steps)
         eaten: npt.NDArray[np.int32] = batch.eaten_in_life().sum(axis=-1)
         return eaten
 
-    def live_batches(seed: int, core: int) -> npt.NDArray[np.int32]:
-        return np.concatenate([live_batch(seed, core * BATCHES + number) for number in range(BATCHES)])
+    def live_batches(generation: int, core: int) -> npt.NDArray[np.int32]:
+        return np.concatenate([live_batch(generation, core * BATCHES + number) for number in range(BATCHES)])
 
-    def live(seed: int) -> npt.NDArray[np.int32]:
+    def live(generation: int) -> npt.NDArray[np.int32]:
         with ThreadPoolExecutor(cores) as pool:
-            return np.concatenate(list(pool.map(live_batches, [seed] * cores, range(cores))))
+            return np.concatenate(list(pool.map(live_batches, [generation] * cores, range(cores))))
 
     return live

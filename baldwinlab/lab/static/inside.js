@@ -2,7 +2,7 @@
 
 import { Ancestors } from "./ancestors.js";
 import { el, format, getBinary, icon, message, serverless } from "./common.js";
-import { drawNetwork, strongest } from "./network.js";
+import { drawGraph, drawNetwork, strongest } from "./network.js";
 import { Responses } from "./responses.js";
 import { query } from "./sources.js";
 import { Trace, hint } from "./trace.js";
@@ -249,11 +249,9 @@ export class Inspector {
       pen.textAlign = "left";
       pen.textBaseline = "alphabetic";
       pen.fillText(modules[number], 0, top + 13, width);
-      drawNetwork(
-        pen,
-        { left: 0, top: top + 20, width, height: ROOM },
-        { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, memory },
-      );
+      const box = { left: 0, top: top + 20, width, height: ROOM };
+      if (arrays.links) drawGraph(pen, box, { ...net, links: arrays.links, inputs });
+      else drawNetwork(pen, box, { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, memory });
     });
   }
 }

@@ -43,18 +43,21 @@ function drawWeights(pen, places, { sizes, biases, weights }) {
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
     for (let from = 0; from < sizes[layer]; from++) {
       for (let to = 0; to < sizes[layer + 1] && lines < mostLines; to++, lines++) {
-        const weight = weights[at + from * sizes[layer + 1] + to];
-        pen.strokeStyle = weight < 0 ? palette.chosen : palette.agent;
-        pen.globalAlpha = Math.min(0.85, 0.1 + Math.abs(weight) * 0.3);
-        pen.lineWidth = Math.min(4, 0.4 + Math.abs(weight) * 0.9);
-        pen.beginPath();
-        pen.moveTo(...places[layer][from]);
-        pen.lineTo(...places[layer + 1][to]);
-        pen.stroke();
+        drawLink(pen, places[layer][from], places[layer + 1][to], weights[at + from * sizes[layer + 1] + to]);
       }
     }
     at += (sizes[layer] + Number(biases)) * sizes[layer + 1];
   }
+}
+
+function drawLink(pen, from, to, weight) {
+  pen.strokeStyle = weight < 0 ? palette.chosen : palette.agent;
+  pen.globalAlpha = Math.min(0.85, 0.1 + Math.abs(weight) * 0.3);
+  pen.lineWidth = Math.min(4, 0.4 + Math.abs(weight) * 0.9);
+  pen.beginPath();
+  pen.moveTo(...from);
+  pen.lineTo(...to);
+  pen.stroke();
   pen.globalAlpha = 1;
 }
 
@@ -77,22 +80,58 @@ function drawUnits(pen, places, { activations, action }) {
   let unit = 0;
   places.forEach((layer, number) => {
     const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 4.8;
-    layer.forEach(([x, y], place) => {
-      const active = activations[unit++];
-      const last = number === places.length - 1;
-      pen.beginPath();
-      pen.arc(x, y, radius, 0, 2 * Math.PI);
-      pen.fillStyle = palette.map;
-      pen.fill();
-      pen.fillStyle = number === 0 ? palette.lit : palette.agent;
-      pen.globalAlpha = Math.min(1, Math.max(0, active));
-      pen.fill();
-      pen.globalAlpha = 1;
-      pen.lineWidth = last && place === action ? 2.5 : 1.2;
-      pen.strokeStyle = last && place === action ? palette.text : palette.soft;
-      pen.stroke();
+    layer.forEach((place, at) => {
+      drawUnit(pen, place, radius, activations[unit++], number === 0, number === places.length - 1 && at === action);
     });
   });
+}
+
+function drawUnit(pen, [x, y], radius, active, senses, chosen) {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.fillStyle = palette.map;
+  pen.fill();
+  pen.fillStyle = senses ? palette.lit : palette.agent;
+  pen.globalAlpha = Math.min(1, Math.max(0, active));
+  pen.fill();
+  pen.globalAlpha = 1;
+  pen.lineWidth = chosen ? 2.5 : 1.2;
+  pen.strokeStyle = chosen ? palette.text : palette.soft;
+  pen.stroke();
+}
+
+/**
+ * Draw a network whose links evolved, its units laid out by depth: the most links that lead to each from an input.
+ * @param {object} net as for `drawNetwork`, with `links` in place of weights, sizes and memory: from which unit (-1: the bias, always
+ *   1), to which, and the weight of each, one after the other
+ */
+export function drawGraph(pen, box, net) {
+  const links = Array.from({ length: net.links.length / 3 }, (_, link) => net.links.subarray(3 * link, 3 * link + 3));
+  const outputs = net.activations.length - net.actions.length;
+  const inputs = [...net.inputs.keys(), -1];
+  const columns = byDepth(links, inputs, outputs, net.activations.length);
+  const names = [...net.inputs, "bias"];
+  const places = unitPlaces(columns.map((column) => column.length), box, sidesOf(pen, names, net.actions));
+  const placeOf = new Map(columns.flatMap((column, depth) => column.map((unit, at) => [unit, places[depth][at]])));
+  for (const [from, to, weight] of links) drawLink(pen, placeOf.get(from), placeOf.get(to), weight);
+  for (const [unit, place] of placeOf) {
+    const end = unit < net.inputs.length || unit >= outputs;
+    drawUnit(pen, place, end ? 7 : 4.8, unit < 0 ? 1 : net.activations[unit], unit < net.inputs.length, unit - outputs === net.action);
+  }
+  label(pen, places[0], names, "right", -11);
+  label(pen, places.at(-1), net.actions, "left", 11);
+}
+
+/** The units in columns: inputs first, outputs last, each behind all that it hears. */
+function byDepth(links, inputs, firstOutput, units) {
+  const depths = new Map(inputs.map((unit) => [unit, 0]));
+  for (const unit of links.flatMap(([from, to]) => [from, to])) if (!depths.has(unit)) depths.set(unit, 1);
+  for (let round = 0; round < depths.size; round++) {
+    for (const [from, to] of links) depths.set(to, Math.max(depths.get(to), depths.get(from) + 1));
+  }
+  const last = 1 + Math.max(0, ...[...depths].filter(([unit]) => unit < firstOutput).map(([, depth]) => depth));
+  const columns = Array.from({ length: last }, (_, depth) => [...depths.keys()].filter((unit) => unit < firstOutput && depths.get(unit) === depth));
+  return [...columns, Array.from({ length: units - firstOutput }, (_, output) => firstOutput + output)];
 }
 
 /** The first of the largest outputs. */

@@ -37,15 +37,25 @@ def entries(links: int) -> int:
 def minimal(inputs: int, outputs: int, links: int, weights: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     """Networks without hidden nodes, every input linked with every output: [agent, entry], from `weights` [agent, link]."""
     made = np.zeros((len(weights), entries(links)), np.float32)
-    first = inputs + outputs
-    made[:, [INPUTS, OUTPUTS, LEDGER]] = inputs, outputs, first + inputs * outputs - 1
-    made[:, [NEWEST, SPECIES]] = 1
-    made[:, [BEST, BEST_OF_ALL]] = -np.inf
-    for link in range(inputs * outputs):
-        gene = HEAD + GENE * link
-        made[:, gene : gene + WEIGHT] = first + link, link // outputs, inputs + link % outputs
-        made[:, gene + WEIGHT], made[:, gene + ENABLED] = weights[:, link], 1
+    made[:, : inputs * outputs] = weights
+    for graph in made:
+        begin(graph, inputs, outputs)
     return made
+
+
+@compiled
+def begin(graph: Graph, inputs: int, outputs: int) -> None:
+    """Make a network without hidden nodes, every input linked with every output, of the weights that `graph` begins with."""
+    first, links = inputs + outputs, inputs * outputs
+    for entry in range(HEAD + GENE * links, graph.size):
+        graph[entry] = ZERO
+    for link in range(links - 1, -1, -1):  # from the last on, so that no weight is written over before it is read
+        gene, weight = HEAD + GENE * link, graph[link]
+        graph[gene + NUMBER], graph[gene + SOURCE], graph[gene + TARGET] = first + link, link // outputs, inputs + link % outputs
+        graph[gene + WEIGHT], graph[gene + ENABLED] = weight, ONE
+    graph[INPUTS], graph[OUTPUTS], graph[LEDGER] = inputs, outputs, first + links - 1
+    graph[NEWEST], graph[SPECIES], graph[STALE], graph[STALE_OF_ALL] = ONE, ONE, ZERO, ZERO
+    graph[BEST] = graph[BEST_OF_ALL] = -np.inf
 
 
 @compiled

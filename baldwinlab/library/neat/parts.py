@@ -19,7 +19,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import LEDGER, SPECIES, ZERO, room
+from baldwinlab.library.neat.graphs import LEDGER, SPECIES, ZERO, begin, room
 from baldwinlab.library.neat.growth import OF_LINKS, add_link, add_node, cross, mutate_weights
 from baldwinlab.library.neat.species import may_breed, next_species, settle, standing
 from baldwinlab.parts import Field, Selection, Variation
@@ -28,8 +28,9 @@ from baldwinlab.parts.evolution import ITSELF, copy_genome
 
 def require_graphs(experiment: Any, what: str) -> None:
     """Raises ValueError where genomes are no graphs."""
-    if experiment.model == "miniworld" or not getattr(experiment.of_model, "graphs", False):
-        raise ValueError(f"{what} needs genomes that are graphs, as those of the model neat-xor are")
+    holder = experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
+    if not getattr(holder, "graphs", False):
+        raise ValueError(f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the model neat-xor")
 
 
 class Species(Selection, name="species"):
@@ -113,7 +114,9 @@ class Neat(Variation, name="neat"):
 
     settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {
-        "blind": lambda part, experiment: experiment.evolution.selection == "neutral"  # then nobody counts as the fitter one
+        "blind": lambda part, experiment: experiment.evolution.selection == "neutral",  # then nobody counts as the fitter one
+        "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,  # with the bias, of foragers
+        "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }
     mutated: float = Field(0.8, ge=0, le=1, description="share of the children whose weights mutate")
     perturbed: float = Field(0.9, ge=0, le=1, description="probability that a weight that mutates is perturbed, else drawn anew")
@@ -129,6 +132,11 @@ class Neat(Variation, name="neat"):
 
     def check(self, experiment: Any) -> None:
         require_graphs(experiment, "evolution.variation = 'neat'")
+
+    @staticmethod
+    def found(part: Any, genome: Genome) -> None:
+        for agent in range(genome.shape[0]):
+            begin(genome[agent, 0], part.inputs, part.outputs)
 
     @staticmethod
     def vary_all(

@@ -29,6 +29,7 @@ from baldwinlab.models.miniworld.life import be_born, live_one_by_one, live_toge
 from baldwinlab.models.miniworld.recall import MOST_INPUTS
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
 from baldwinlab.parts.evolution import evaluate, pass_on, teach
+from baldwinlab.parts.evolution import found as make_founders
 from baldwinlab.parts.kinds import forward
 
 FOUND: Final = (
@@ -183,6 +184,7 @@ def _draw_founders(population: Population, generation: int) -> None:
     moment = Moment(population.seed, population.run, generation)
     for module in range(population.purposes.size):
         draw_normal(moment, population.purposes[module], population.genome, module)
+    make_founders(population.variation, population.genome)
 
 
 def begin(model: Any, state: Any, population: Population) -> None:
