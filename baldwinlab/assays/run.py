@@ -178,7 +178,7 @@ def run_assays(
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
-    compile_seconds = warm_up(_ways_of_living(study, missing))
+    compile_seconds = warm_up(_ways_of_living(study, missing), tell=tell)
     tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)

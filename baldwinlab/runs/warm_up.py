@@ -1,21 +1,23 @@
 """Everything compiled that the lives and the breeding of some experiments need, before they begin: several at once, on all cores.
 
-Python compiles one function at a time, so each combination of parts that is not in the cache yet is compiled by a process of its
-own, which leaves it there. A process is given the experiment and the text of its foreign parts.
+Python compiles one function at a time, so combinations of parts that are not in the cache yet are compiled by processes of their
+own, which leave them there. A process is given some experiments, for what it has compiled of one serves the next, and the
+text of their foreign parts.
 
-    python -m baldwinlab.runs.warm_up  < {"experiment": ..., "parts": [...]}
+    python -m baldwinlab.runs.warm_up  < {"experiments": [...], "parts": [...]}
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,19 +30,26 @@ from baldwinlab.parts import sources_of
 from baldwinlab.parts.foreign import load_text
 from baldwinlab.runs.simulate import live_batch
 
+MOST_TOGETHER: Final = 8  # combinations that a process compiles: with each it holds some more memory
+
 
 def available_cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def warm_up(experiments: Iterable[BaseExperiment], backend: Backend = CPU) -> float:
-    """Compile for these experiments, or load what has been compiled before, and return the seconds that took."""
+def warm_up(
+    experiments: Iterable[BaseExperiment], backend: Backend = CPU, tell: Callable[[str], None] = lambda sentence: None
+) -> float:
+    """Compile for these experiments, or load what has been compiled before, and return the seconds that took.
+
+    Where it takes long, `tell` gets sentences of how far it is.
+    """
     began = time.perf_counter()
     ones = list({_code(experiment): _shortest(experiment) for experiment in experiments}.values())
     absent = [one for one in ones if isinstance(one, Experiment) and not cpu.is_compiled(one)]
     if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
-        _compile_together(absent)
+        _compile_together(absent, tell)
     for one in ones:
         live_batch(one, 0, [0], backend)
     return time.perf_counter() - began
@@ -59,18 +68,29 @@ def _shortest(experiment: BaseExperiment) -> BaseExperiment:
     return experiment.replace(evolution={"generations": 2}, **short)
 
 
-def _compile_together(experiments: list[Experiment]) -> None:
+def _compile_together(experiments: list[Experiment], tell: Callable[[str], None]) -> None:
     """Fill the cache, with as many processes at a time as there are cores; this one compiles what breeds, and the last of them.
 
     What fails here fails again, and is told, where it is lived.
     """
-    waiting, busy = experiments[:-1], list[subprocess.Popen[bytes]]()
+    others, busy, done = experiments[:-1], list[tuple[subprocess.Popen[bytes], int]](), 1
+    size = min(MOST_TOGETHER, math.ceil(len(others) / available_cores()))
+    waiting = [others[first : first + size] for first in range(0, len(others), size)]
+    long = len(waiting) > available_cores()
+    if long:
+        tell(
+            f"compiling {len(experiments)} combinations of parts, {available_cores()} at a time; they are kept for the next start"
+        )
     while waiting and len(busy) < available_cores():
         busy.append(_compile_elsewhere(waiting.pop(0)))
     _breed(experiments[-1])
     live_batch(experiments[-1], 0, [0])
     while busy:
-        busy.pop(0).wait()
+        process, count = busy.pop(0)
+        process.wait()
+        done += count
+        if long:
+            tell(f"compiled: {done} of {len(experiments)}")
         if waiting:
             busy.append(_compile_elsewhere(waiting.pop(0)))
 
@@ -80,24 +100,26 @@ def _breed(experiment: Experiment) -> None:
     next_genome(experiment, Moment(0, 0, 1), genome, fitness(experiment, nothing, nothing))
 
 
-def _compile_elsewhere(experiment: Experiment) -> subprocess.Popen[bytes]:
-    """A process that compiles the lives of an experiment."""
+def _compile_elsewhere(experiments: list[Experiment]) -> tuple[subprocess.Popen[bytes], int]:
+    """A process that compiles the lives of some experiments, and how many they are."""
     here = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": here}}
     process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
     assert process.stdin is not None
-    order = {"experiment": experiment.to_dict(), "parts": [source.text for source in sources_of([experiment])]}
+    texts = [source.text for source in sources_of(experiments)]
+    order = {"experiments": [experiment.to_dict() for experiment in experiments], "parts": texts}
     process.stdin.write(json.dumps(order).encode())
     process.stdin.close()
-    return process
+    return process, len(experiments)
 
 
 def _main() -> None:
     order = json.loads(sys.stdin.read())
     for text, file in order["parts"]:
         load_text(text, Path(file))  # by the name of its file, which is in that of compiled code
-    cpu.compile_lives(validate(order["experiment"]))
+    for experiment in order["experiments"]:
+        cpu.compile_lives(validate(experiment))
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def test_all_that_is_lived_has_been_compiled_beforehand(tmp_path: Path, monkeypa
         lived.add(cpu.code_of(experiment))
         begin(self, experiment, seed, runs)
 
-    def warm_up(experiments: Iterable[Experiment]) -> float:
+    def warm_up(experiments: Iterable[Experiment], **options: Any) -> float:
         ready.update(map(cpu.code_of, experiments))
         return 0.0
 

@@ -9,6 +9,7 @@ from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.lab import frames
 from baldwinlab.lab.inside import look_inside
 from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, arrays, refusal
@@ -142,3 +143,14 @@ def test_the_action_is_the_one_that_was_done_also_where_it_was_noise() -> None:
 def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int) -> None:
     sentence = refusal(lab_server.address, "inside", 404, **SMALL, agent=agent)
     assert sentence == f"evo+self-taught/A has no agent {agent}: its agents are 0 to 19"
+
+
+def test_of_a_network_that_grew_the_links_are_told_between_units() -> None:
+    experiment = small("evo/A").replace(
+        network={"kind": "growing", "hidden": [40]}, evolution={"variation": "neat", "selection": "species"}
+    )
+    founders = draw_genome(experiment, Moment(5, 0, 0))
+    network = experiment.part("network.kind")
+    found = network.links(experiment, founders[0, 0])
+    assert [(source, target) for source, target, _ in found] == [(a, 43 + b) for a in (0, 1, 2, -1) for b in range(3)]
+    assert load("evo/A").part("network.kind").links(experiment, founders[0, 0]) == [], "layers"

@@ -25,12 +25,28 @@ DRAWN = """async ({ net }) => {
 }"""
 
 
+GRAPH = """async ({ net }) => {
+    const { drawGraph } = await import("/network.js");
+    const pen = document.createElement("canvas").getContext("2d");
+    const [words, lines, dots] = [[], [], []];
+    pen.fillText = (text) => words.push(text);
+    pen.lineTo = (x, y) => lines.push([x, y]);
+    pen.arc = (x, y) => dots.push([Math.round(x), Math.round(y)]);
+    drawGraph(pen, { left: 0, top: 0, width: 400, height: 150 }, { ...net, links: new Float32Array(net.links) });
+    return { words, lines: lines.length, columns: [...new Set(dots.map(([x]) => x))].sort((a, b) => a - b), dots: dots.length };
+}"""
+
+
 @pytest.fixture(scope="module")
 def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     root = tmp_path_factory.mktemp("minds")
     kinds: dict[str, dict[str, Any]] = {
         "follower": {"learning": {"rule": "imitation"}},
         "gated": {"learning": {"rule": "modulated"}},
+        "grown": {
+            "network": {"kind": "growing", "hidden": [40]},
+            "evolution": {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}},
+        },
     }
     with pytest.MonkeyPatch.context() as patched:  # in plain Python, as two combinations of parts take longer to compile
         compile_nothing(patched)
@@ -78,3 +94,20 @@ def test_a_gate_is_no_teacher_whose_error_is_shown(guest: Page) -> None:
     expect(guest.get_by_test_id("networks")).to_be_visible()
     expect(guest.get_by_text("weights, from birth on")).to_be_visible()
     expect(guest.get_by_text("error between the modules")).to_be_hidden()
+
+
+def test_a_network_whose_links_evolved_is_drawn_by_depth(page: Page) -> None:
+    """Two units one behind the other, of which the first hears the input, and the second the bias and the first."""
+    page.goto("/")
+    links = [[0, 2, 1.0], [2, 3, -1.0], [-1, 3, 0.5], [3, 5, 2.0], [0, 5, 0.5]]
+    net = {"inputs": ["front", "left"], "actions": ["forward"], "activations": [0] * 6, "action": 0}
+    found = page.evaluate(GRAPH, {"net": net | {"links": [each for link in links for each in link]}})
+    assert found["words"] == ["front", "left", "bias", "forward"]
+    assert (found["lines"], len(found["columns"]), found["dots"]) == (len(links), 4, 6)
+
+
+def test_what_grew_inside_an_agent_is_looked_at(guest: Page) -> None:
+    with guest.expect_response(lambda answer: "/api/inside" in answer.url) as answered:
+        guest.goto("/#/world?study=small&condition=grown&run=0&generation=2&agent=3")
+    assert answered.value.ok
+    expect(guest.get_by_test_id("kin")).to_contain_text("parents")
