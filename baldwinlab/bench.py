@@ -14,7 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numba
 import numpy as np
@@ -31,6 +31,7 @@ from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.store import create
 from baldwinlab.studies.study import agent_steps_of_run, available_cores, missing_runs, run_study
 
+LIVES: Final = 5  # of a world: they take a tenth of a second
 CROWDS = (20, 1000, 10_000)  # agents in one world, at the paper's density
 
 
@@ -137,6 +138,7 @@ def _condition(backend: Backend, experiment: Experiment, generations: int) -> tu
 
 def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
     """Agent-steps and seconds of one batch of runs, on one thread."""
+    simulate_batch(experiment.replace(evolution={"generations": 1}), 0, [0], backend)  # loads what a first run loads
     began = time.perf_counter()
     simulate_batch(experiment, 0, range(backend.worlds), backend)
     return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began
@@ -152,16 +154,19 @@ def crowded(agents: int, steps: int) -> Experiment:
 
 
 def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
-    """The life of one large world, on one thread; of a small one, of as many as make up a batch."""
+    """The life of one large world, on one thread; of a small one, of as many as make up a batch: the fastest of some."""
     steps *= 10_000 // agents
     worlds = backend.worlds if agents == CROWDS[0] else 1
     experiment = crowded(agents, steps // worlds if backend is CPU else steps)
     batch = backend.batch(experiment, 0, range(worlds))
-    batch.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]))
-    began = time.perf_counter()
-    batch.live(0, experiment.lifetime.steps)
-    batch.eaten_in_life()  # waits until it is lived
-    return worlds * agents * experiment.lifetime.steps, time.perf_counter() - began, 1
+    genomes, least = np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]), math.inf
+    for _ in range(LIVES):
+        batch.begin(0, genomes)
+        began = time.perf_counter()
+        batch.live(0, experiment.lifetime.steps)
+        batch.eaten_in_life()  # waits until it is lived
+        least = min(least, time.perf_counter() - began)
+    return worlds * agents * experiment.lifetime.steps, least, 1
 
 
 def machine() -> dict[str, Any]:

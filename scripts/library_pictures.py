@@ -13,6 +13,7 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.papers.verdicts import evaluate
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
+BREEDING: Final = ("standard", "expected-offspring", "best-copies", "elite", "steady-state", "gaussian", "one-point-crossover")
 WORLDS: Final = ("C", "D", "worth", "drifting", "in-turn", "scarce")
 LAST: Final = 10  # generations
 
@@ -29,11 +30,15 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
         grown = figures.fitness_curves(bl.open_study(Path(folder) / "xor"))
+        bred = [bl.load("evo/A", reading).replace(name=reading) for reading in BREEDING]
+        bl.run(bred, runs=20, out=Path(folder) / "breeding")
+        breeding = figures.fitness_boxes(bl.open_study(Path(folder) / "breeding"), [], LAST)
     drawn = {
         "worlds-and-minds": figures.overview(standings),
         "worlds": figures.world_maps(worlds, 20, looks),
         "senses": figures.agent_senses(look(rays).to_dict()),
         "neat": grown,
+        "breeding": breeding,
     }
     for name, figure in drawn.items():
         with TemporaryDirectory() as folder:
