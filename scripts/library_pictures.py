@@ -34,7 +34,7 @@ def main() -> None:
         bl.run(bred, runs=20, out=Path(folder) / "breeding")
         breeding = figures.fitness_boxes(bl.open_study(Path(folder) / "breeding"), [], LAST)
     drawn = {
-        "worlds-and-minds": figures.overview(standings),
+        "worlds-and-minds": figures.overview({"": standings}),
         "worlds": figures.world_maps(worlds, 20, looks),
         "senses": figures.agent_senses(look(rays).to_dict()),
         "neat": grown,
