@@ -57,6 +57,7 @@ class Naive:
     height: float
     visual_radius: float
     seed: int  # of the run, which is run 0; the generation is 0
+    kinds: tuple[str, ...] = ()  # of items, by their numbers
 
     def drawn(self, agent: Any, purpose: int) -> list[float]:
         """The four numbers in [0, 1) that an agent draws for a purpose in its step, as `philox` gives them."""

@@ -51,9 +51,8 @@ def the_oracle_agrees(subject: Subject) -> str:
 
 def naive_of(experiment: Any, seed: int = 0) -> Naive:
     world = experiment.world
-    return Naive(
-        experiment.layer_sizes, experiment.network.biases, world.width, world.height, experiment.senses.visual_radius, seed
-    )
+    sizes, biases, radius = experiment.layer_sizes, experiment.network.biases, experiment.senses.visual_radius
+    return Naive(sizes, biases, world.width, world.height, radius, seed, tuple(item_kinds(experiment)))
 
 
 def steps_of(subject: Subject, part: Any) -> Iterator[Step]:

@@ -127,7 +127,9 @@ class Nearest(_OfItems, name="nearest"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        food = [item for item in items if item.kind == part.of and naive.distance(agent, item) <= naive.visual_radius]
+        food = [
+            item for item in items if item.kind == naive.kinds[part.number] and naive.distance(agent, item) <= naive.visual_radius
+        ]
         if not food:
             return [0, 1]
         nearest = min(food, key=lambda item: naive.distance(agent, item))
@@ -187,7 +189,9 @@ class Smell(_OfItems, name="smell"):
             nostril = copy(agent)
             nostril.heading = agent.heading + side
             naive.advance(nostril, float(part.spread))
-            shares = [naive.distance(nostril, item) / float(part.reach) for item in items if item.kind == part.of]
+            shares = [
+                naive.distance(nostril, item) / float(part.reach) for item in items if item.kind == naive.kinds[part.number]
+            ]
             strength = sum((1 - share**2) ** 2 for share in shares if share < 1)
             smells.append(strength / (1 + strength))
         return smells
@@ -261,7 +265,7 @@ class Rays(_OfItems, name="rays"):
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         def closeness(ray: float) -> float:
             met = []
-            for item in (item for item in items if item.kind == part.of):
+            for item in (item for item in items if item.kind == naive.kinds[part.number]):
                 way, aside = naive.distance(agent, item), math.radians(naive.bearing(agent, item) - ray)
                 if abs(way * math.sin(aside)) <= part.radius and (math.cos(aside) >= 0 or way <= part.radius):
                     met.append(way)

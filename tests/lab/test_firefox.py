@@ -35,7 +35,9 @@ def test_worlds_have_room_in_comparison_and_beside_the_inside_of_an_agent(
     browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
     for control, worlds in ((None, 1), ("compare", 2), ("agents", 2), ("agent-3", 2)):
         if control:
-            browser.ask(f"""document.querySelector('[data-testid="{control}"]').click()""")
+            there = f"""document.querySelector('[data-testid="{control}"]')"""
+            browser.wait_for(f"{there} !== null")
+            browser.ask(f"{there}.click()")
         browser.wait_for(f"document.querySelectorAll('[data-ready]').length === {worlds}")
         require_room_in(browser.ask(f"({MEASURE})('/world.js')"), worlds)
     browser.wait_for("document.querySelector('.inside table') !== null")
