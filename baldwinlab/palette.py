@@ -87,7 +87,7 @@ MOVIE: Final[Mapping[str, str]] = {
     "hungry": "#ffffff",
     "outline": "#56616e",
     "trail": "#9cc3e0",
-    "meal": "#f5d48a",
+    "meal": "#8ac0b0",
     "line": "#c3cbd5",
     "text": DARK_GREY,
 }

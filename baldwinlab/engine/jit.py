@@ -70,11 +70,11 @@ def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...
 def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
     made = numba.njit(no_cfunc_wrapper=True, **OPTIONS)(_python(function))
     directory = cache.cache_directory(fingerprint([function, *with_these]))
-    if directory is not None and hasattr(made, "signatures"):
+    plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
+    if directory is not None and not plain:
         made._cache = cache.Store(directory)
 
     known: dict[tuple[Any, ...], Callable[..., Any]] = {}
-    plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
 
     def call(*arguments: Any) -> Any:
         if plain:

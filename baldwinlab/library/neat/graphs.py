@@ -27,6 +27,7 @@ GENE: Final = 5
 
 Graph = npt.NDArray[np.float32]  # [entry]
 ZERO, ONE = np.float32(0), np.float32(1)
+UNKNOWN = np.float32(-1)  # what no node answers
 
 
 def entries(links: int) -> int:
@@ -116,19 +117,6 @@ def node_of(graph: Graph, place: int) -> Any:
 
 
 @compiled
-def place_of(graph: Graph, name: Any) -> int:
-    """The place of the node of a name, as `node_of` has it."""
-    fixed = int(graph[INPUTS]) + int(graph[OUTPUTS])
-    place, hidden = int(name), fixed
-    for link in range(links_of(graph)):
-        if makes_a_node(graph, link):
-            if graph[gene_at(link) + TARGET] == name:
-                place = hidden
-            hidden += 1
-    return place
-
-
-@compiled
 def leads_to(graph: Graph, source: Any, target: Any, marks: Any) -> bool:
     """Whether links, enabled or not, lead from one node to another, or they are the same. `marks` [link] is scratch."""
     links = links_of(graph)
@@ -155,22 +143,51 @@ def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) ->
 
 
 @compiled
-def activate(graph: Graph, steepness: Any, places: Any, values: Any, totals: Any) -> None:
-    """Fill `values` [place], of which the inputs are given, with sigmoid(steepness x total) of every other node; no loops.
+def answer(graph: Graph, inputs: int, outputs: int, steepness: Any, values: Any) -> None:
+    """Fill `values` [unit], of which the inputs are given: each node as soon as all that it hears have answered; no loops.
 
-    `places` int64 [link, 2] and `totals` float32 [place] are scratch, with room for as many as there can be.
+    The rows are the inputs, without the bias; one for each link that there is room for, which is that of the hidden node
+    that the link once made (0 where it made none); and the outputs. A node answers sigmoid(steepness x total).
     """
-    inputs, nodes, links = int(graph[INPUTS]), nodes_of(graph), links_of(graph)
+    first_output = values.size - outputs
+    links = min(links_of(graph), first_output - inputs)
+    for row in range(inputs, values.size):
+        there = row >= first_output or (row - inputs < links and makes_a_node(graph, row - inputs))
+        values[row] = UNKNOWN if there else ZERO
+    more = True
+    while more:
+        more = False
+        for row in range(inputs, values.size):
+            if values[row] == UNKNOWN:
+                heard, total = _total(graph, inputs, outputs, links, values, row)
+                if heard:
+                    values[row], more = sigmoid(steepness * total), True
+
+
+@compiled
+def _total(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row: int) -> Any:
+    """Whether all have answered that the node of a row hears, and what they come to, in the order of the links."""
+    heard, total = True, ZERO
     for link in range(links):
-        places[link, 0] = place_of(graph, graph[gene_at(link) + SOURCE])
-        places[link, 1] = place_of(graph, graph[gene_at(link) + TARGET])
-    for node in range(inputs, nodes):
-        values[node] = ZERO
-    for _ in range(nodes - inputs):  # a signal has reached every node after so many steps as there are nodes on its way
-        for node in range(inputs, nodes):
-            totals[node] = ZERO
-        for link in range(links):
-            if graph[gene_at(link) + ENABLED] > ZERO:
-                totals[places[link, 1]] += graph[gene_at(link) + WEIGHT] * values[places[link, 0]]
-        for node in range(inputs, nodes):
-            values[node] = sigmoid(steepness * totals[node])
+        gene = gene_at(link)
+        if graph[gene + ENABLED] > ZERO and row_of(graph, inputs, outputs, links, graph[gene + TARGET], values.size) == row:
+            source = row_of(graph, inputs, outputs, links, graph[gene + SOURCE], values.size)
+            value = ONE if source < 0 else values[source]
+            heard = heard and (source < inputs or value != UNKNOWN)  # an input may be what no node answers
+            total += graph[gene + WEIGHT] * value
+    return heard, total
+
+
+@compiled
+def row_of(graph: Graph, inputs: int, outputs: int, links: int, name: Any, units: int) -> Any:
+    """The row of the node of a name; -1 for the bias."""
+    node = int(name)
+    if node <= inputs:
+        return node if node < inputs else -1
+    if node <= inputs + outputs:
+        return units - outputs + node - inputs - 1
+    row = -1
+    for link in range(links):
+        if graph[gene_at(link)] == name:
+            row = inputs + link
+    return row

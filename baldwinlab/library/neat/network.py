@@ -10,31 +10,14 @@ Source: Stanley and Miikkulainen 2002, section 3; that a node answers when all t
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, ClassVar
 
-import numpy as np
-
-from baldwinlab.engine.arithmetic import sigmoid
-from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, first_lane, lanes_of
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import (
-    ENABLED,
-    ONE,
-    SOURCE,
-    TARGET,
-    WEIGHT,
-    ZERO,
-    Graph,
-    entries,
-    gene_at,
-    links_of,
-    makes_a_node,
-)
+from baldwinlab.library.neat.graphs import ENABLED, SOURCE, TARGET, WEIGHT, answer, entries, gene_at, links_of, row_of
 from baldwinlab.parts import Field, Network
 from baldwinlab.parts.kinds import compiled_values
-
-UNKNOWN = np.float32(-1)  # what no node answers
 
 
 def links_with_room(weights: int, hidden: int) -> int:
@@ -85,62 +68,16 @@ class Growing(Network, name="growing"):
         part, units = compiled_values(self, experiment, lambda array: None), sum(experiment.layer_sizes)
         count = min(links_of(weights), part.room)
         genes = [weights[gene_at(link) : gene_at(link + 1)] for link in range(count)]
-        ends = [[row_of(part, weights, count, gene[end], units) for end in (SOURCE, TARGET)] for gene in genes]
-        return [(*pair, float(gene[WEIGHT])) for pair, gene in zip(ends, genes, strict=True) if gene[ENABLED] > ZERO]
+        row = partial(row_of, weights, part.inputs, part.outputs, count)
+        ends = [[row(gene[end], units) for end in (SOURCE, TARGET)] for gene in genes]
+        return [(*pair, float(gene[WEIGHT])) for pair, gene in zip(ends, genes, strict=True) if gene[ENABLED] > 0]
 
     @staticmethod
     def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
         for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
-            answer(part, weights[:, one], activations[:, one])
+            answer(weights[:, one], part.inputs, part.outputs, part.steepness, activations[:, one])
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
         graph = [float(entry) for entry in naive.weights(agent.action_module)][: entries(int(part.room))]
         return oracle.activate(graph, float(part.steepness), [*agent.inputs, 1.0])
-
-
-@compiled
-def answer(part: Any, graph: Graph, values: Any) -> None:
-    """Fill `values` [unit], of which the inputs are given: each node as soon as all that it hears have answered."""
-    first_output = values.size - part.outputs
-    links = min(links_of(graph), part.room)
-    for row in range(part.inputs, values.size):
-        there = row >= first_output or (row - part.inputs < links and makes_a_node(graph, row - part.inputs))
-        values[row] = UNKNOWN if there else ZERO
-    more = True
-    while more:
-        more = False
-        for row in range(part.inputs, values.size):
-            if values[row] == UNKNOWN:
-                heard, total = _total(part, graph, links, values, row)
-                if heard:
-                    values[row], more = sigmoid(part.steepness * total), True
-
-
-@compiled
-def _total(part: Any, graph: Graph, links: int, values: Any, row: int) -> Any:
-    """Whether all have answered that the node of a row hears, and what they come to, in the order of the links."""
-    heard, total = True, ZERO
-    for link in range(links):
-        gene = gene_at(link)
-        if graph[gene + ENABLED] > ZERO and row_of(part, graph, links, graph[gene + TARGET], values.size) == row:
-            source = row_of(part, graph, links, graph[gene + SOURCE], values.size)
-            value = ONE if source < 0 else values[source]
-            heard = heard and value != UNKNOWN
-            total += graph[gene + WEIGHT] * value
-    return heard, total
-
-
-@compiled
-def row_of(part: Any, graph: Graph, links: int, name: Any, units: int) -> Any:
-    """The row of the node of a name; -1 for the bias."""
-    node = int(name)
-    if node <= part.inputs:
-        return node if node < part.inputs else -1
-    if node <= part.inputs + part.outputs:
-        return units - part.outputs + node - part.inputs - 1
-    row = -1
-    for link in range(links):
-        if graph[gene_at(link)] == name:
-            row = part.inputs + link
-    return row

@@ -19,10 +19,10 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET, activate, entries, minimal
+from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET, answer, entries, minimal
 from baldwinlab.parts import FOUNDER, Field, Lives, Model, Variable
 
-QUESTIONS: Final = ((0, 0, 1), (0, 1, 1), (1, 0, 1), (1, 1, 1))  # the last is the bias
+QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 ANSWERS: Final = (0, 1, 1, 0)
 _OF_AGENT = ("generation", "agent")
 
@@ -54,16 +54,15 @@ class NeatXor(Model, name="neat-xor"):
         return entries(self.links)
 
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        inputs = len(QUESTIONS[0])
+        inputs = len(QUESTIONS[0]) + 1  # and the bias
         draws = moment.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
         return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = np.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
-        nodes = len(QUESTIONS[0]) + 1 + self.links
-        scratch = np.empty((self.links, 2), np.int64), np.empty(nodes, np.float32), np.empty(nodes, np.float32)
-        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), *scratch, answers)
+        units = np.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
+        ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), units, answers)
         wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
         genes = graphs[:, :, HEAD:].reshape(*graphs.shape[:2], -1, GENE)
         there = genes[..., NUMBER] > 0
@@ -78,17 +77,17 @@ class NeatXor(Model, name="neat-xor"):
 
     def oracle(self, graph: Any) -> float:
         """The fitness of one network, [entry]."""
-        answers = [oracle.activate(graph, self.steepness, question)[0] for question in QUESTIONS]
+        answers = [oracle.activate(graph, self.steepness, (*question, 1))[0] for question in QUESTIONS]
         return float((4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True))) ** 2)
 
 
 @entry
-def ask(graphs: Any, questions: Any, steepness: Any, places: Any, values: Any, totals: Any, answers: Any) -> None:
-    """Fill `answers` [run, agent, question] with what the first output says."""
+def ask(graphs: Any, questions: Any, steepness: Any, units: Any, answers: Any) -> None:
+    """Fill `answers` [run, agent, question] with what the output says. `units` is scratch, with room as `answer` has it."""
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
             for question in range(questions.shape[0]):
                 for number in range(questions.shape[1]):
-                    values[number] = questions[question, number]
-                activate(graphs[run, agent], steepness, places, values, totals)
-                answers[run, agent, question] = values[questions.shape[1]]
+                    units[number] = questions[question, number]
+                answer(graphs[run, agent], questions.shape[1], 1, steepness, units)
+                answers[run, agent, question] = units[units.size - 1]

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import activate, leads_to, links_of, node_of, nodes_of, place_of
+from baldwinlab.library.neat.graphs import answer, leads_to, links_of, node_of, nodes_of, room, row_of
 from tests.library.neat.grown import ROOM, evolved, first_network, genes, network
 
 NESTED = network((4, 0, 3, 0.5, 0), (5, 1, 3, -1.0, 1), (6, 2, 3, 0.25, 1), (9, 0, 9, 1.0, 1), (10, 9, 3, 0.5, 1))
 
 
 def answers(graph: np.ndarray, inputs: list[float], steepness: float = 4.9) -> float:
-    places, values, totals = np.zeros((60, 2), np.int64), np.zeros(64, np.float32), np.zeros(64, np.float32)
-    values[:3] = inputs
-    activate(graph, np.float32(steepness), places, values, totals)
-    return float(values[3])
+    units = np.zeros(2 + room(graph) + 1, np.float32)
+    units[:2] = inputs
+    answer(graph, 2, 1, np.float32(steepness), units)
+    return float(units[-1])
 
 
 def test_a_first_network_links_every_input_with_the_output() -> None:
@@ -29,7 +29,8 @@ def test_a_first_network_links_every_input_with_the_output() -> None:
 def test_a_hidden_node_has_the_number_of_the_link_that_led_to_it() -> None:
     assert nodes_of(NESTED) == 5
     assert [node_of(NESTED, place) for place in range(5)] == [0, 1, 2, 3, 9]
-    assert [place_of(NESTED, np.float32(node)) for node in (0, 1, 2, 3, 9)] == [0, 1, 2, 3, 4]
+    rows = [row_of(NESTED, 2, 1, links_of(NESTED), np.float32(node), 2 + ROOM + 1) for node in (0, 1, 2, 3, 9)]
+    assert rows == [0, 1, -1, 2 + ROOM, 2 + 3], "inputs, the bias, the output, and the hidden node of the fourth link"
 
 
 def test_links_lead_on_whether_enabled_or_not() -> None:
@@ -39,20 +40,20 @@ def test_links_lead_on_whether_enabled_or_not() -> None:
 
 
 def test_a_network_without_hidden_nodes_is_one_logistic_unit() -> None:
-    total = 0.1 * 1 + 0.2 * 0.5 + 0.3 * -1
-    assert answers(first_network(), [1, 0.5, -1], 2.0) == pytest.approx(1 / (1 + np.exp(-2 * total)), abs=1e-6)
+    total = 0.1 * -1 + 0.2 * 0.5 + 0.3
+    assert answers(first_network(), [-1, 0.5], 2.0) == pytest.approx(1 / (1 + np.exp(-2 * total)), abs=1e-6)
 
 
 def test_a_disabled_link_says_nothing_and_a_hidden_node_speaks_in_its_place() -> None:
     hidden = 1 / (1 + np.exp(-4.9))
     expected = 1 / (1 + np.exp(-4.9 * (0.5 * hidden - 1.0 + 0.25)))
-    assert answers(NESTED, [1, 1, 1]) == pytest.approx(expected, abs=1e-6)
+    assert answers(NESTED, [1, 1]) == pytest.approx(expected, abs=1e-6)
 
 
 def test_grown_networks_answer_as_plain_python_does() -> None:
     for graph in evolved(25)[:, 0]:
-        for inputs in ([0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.3, -0.7, 1.0]):
-            assert answers(graph, inputs) == pytest.approx(oracle.activate(graph.tolist(), 4.9, inputs)[0], abs=2e-5)
+        for inputs in ([0.0, 0.0], [1.0, 0.0], [0.3, -0.7]):
+            assert answers(graph, inputs) == pytest.approx(oracle.activate(graph.tolist(), 4.9, [*inputs, 1.0])[0], abs=2e-5)
 
 
 def test_however_they_grow_networks_are_in_order_and_without_loops() -> None:

@@ -14,8 +14,8 @@ from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import HEAD, entries, links_of, makes_a_node, nodes_of
-from baldwinlab.library.neat.network import Growing, answer
+from baldwinlab.library.neat.graphs import HEAD, answer, entries, links_of, makes_a_node, nodes_of
+from baldwinlab.library.neat.network import Growing
 from baldwinlab.parts.kinds import compiled_values
 from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate_batch
@@ -40,7 +40,7 @@ def answers(graph: npt.NDArray[np.float32], inputs: list[float]) -> npt.NDArray[
     values = compiled_values(experiment.part("network.kind"), experiment, lambda array: None)
     units = np.zeros(sum(experiment.layer_sizes), np.float32)
     units[:3] = inputs
-    answer(values, graph, units)
+    answer(graph, values.inputs, values.outputs, values.steepness, units)
     return units
 
 

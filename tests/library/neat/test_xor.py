@@ -37,7 +37,8 @@ def lives(graph: npt.NDArray[np.float32], **fields: Any) -> Any:
 def test_no_network_without_hidden_nodes_can_know_the_exclusive_or() -> None:
     """Its four answers are four linear inequalities in its weights, which contradict each other."""
     signs = np.where(np.array(ANSWERS) == 1, -1.0, 1.0)
-    found = linprog(np.zeros(3), A_ub=signs[:, None] * np.array(QUESTIONS), b_ub=-np.full(4, 1e-6), bounds=(None, None))
+    asked = np.array([(*question, 1) for question in QUESTIONS])  # the last is the bias
+    found = linprog(np.zeros(3), A_ub=signs[:, None] * asked, b_ub=-np.full(4, 1e-6), bounds=(None, None))
     assert found.status == 2, "infeasible"
 
 
