@@ -77,27 +77,37 @@ def backpropagate(
     for unit in range(sizes[layers]):
         y = get(activations, target + unit, lane)
         put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
-    for layer in range(layers - 1, 0 if blind(biases, sizes[0], activations, lane) else -1, -1):
+    lowest = 1 if blind(biases, sizes[0], activations, lane) else 0
+    for layer in range(layers - 1, lowest - 1, -1):
         inputs, outputs = sizes[layer], sizes[layer + 1]
         source = target - inputs
         weight -= (inputs + int(biases)) * outputs
+        if layer > lowest:
+            _blame(inputs, outputs, source, weight, weights, activations, errors, lane)
         for i in range(inputs):
             a = get(activations, source + i, lane)
-            error = get(errors, target, lane) * get(weights, weight + i * outputs, lane)
-            put(weights, weight + i * outputs, lane, get(weights, weight + i * outputs, lane) - get(errors, target, lane) * a)
-            for unit in range(1, outputs):
+            for unit in range(outputs):
                 w = weight + i * outputs + unit
-                change = get(errors, target + unit, lane)
-                old = get(weights, w, lane)
-                error = error + change * old
-                put(weights, w, lane, old - change * a)
-            if layer > 0:
-                put(errors, source + i, lane, error * a * (ONE - a))
+                put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane) * a)
         if biases:
             for unit in range(outputs):
                 w = weight + inputs * outputs + unit
                 put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane))
         target = source
+
+
+@compiled
+def _blame(
+    inputs: int, outputs: int, source: int, weight: int, weights: Rows, activations: Rows, errors: Rows, lane: Lane
+) -> None:
+    """Fill the errors of a layer's input units, the first of which is `source`, from those of its outputs, which follow them."""
+    target = source + inputs
+    for i in range(inputs):
+        a = get(activations, source + i, lane)
+        error = get(errors, target, lane) * get(weights, weight + i * outputs, lane)
+        for unit in range(1, outputs):
+            error = error + get(errors, target + unit, lane) * get(weights, weight + i * outputs + unit, lane)
+        put(errors, source + i, lane, error * a * (ONE - a))
 
 
 class FeedForward(Network, name="feed-forward"):
