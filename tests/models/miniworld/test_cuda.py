@@ -100,7 +100,9 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
         batch.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
         batch.live(0, 4)
         batch.live(4, STEPS)
-    return named_arrays(batch.state, *shape[:2]) | {
+    arrays = named_arrays(batch.state, *shape[:2])
+    del arrays["errors"]  # scratch: those of a layer that rests are not asked for, and a bundle rests as one
+    return arrays | {
         "eaten": batch.eaten_in_life(),
         "items": batch.items(),
         "weights": batch.weights(),
