@@ -44,7 +44,7 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
-    "model": {"neat-xor": f"{_LIBRARY}.neat.xor:NeatXor"},
+    "model": {"hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan", "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor"},
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",
         "energy": f"{_LIBRARY}.measures:Energy",
@@ -99,6 +99,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "copy": f"{_LIBRARY}.breeding:Copy",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",
+        "one-point-alleles": f"{_LIBRARY}.needle:OnePointOfAlleles",
         "one-point-crossover": f"{_LIBRARY}.breeding:OnePointCrossover",
     },
     "inheritance": {"social-heredity": f"{_LIBRARY}.heredity:SocialHeredity"},

@@ -4,6 +4,7 @@ from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.networks import Kind, networks
 from baldwinlab.figures.overview import overview, standings
+from baldwinlab.figures.records import clocks, shares
 from baldwinlab.figures.style import save, svg
 from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
@@ -11,6 +12,7 @@ __all__ = [
     "Kind",
     "Look",
     "agent_senses",
+    "clocks",
     "emergence",
     "fitness_boxes",
     "fitness_curves",
@@ -18,6 +20,7 @@ __all__ = [
     "overview",
     "save",
     "sectors",
+    "shares",
     "standings",
     "svg",
     "trajectories",

@@ -12,8 +12,8 @@ from baldwinlab.papers.files import Declared, PaperError, declared, read
 
 FIRST = "first"  # in place of a condition: the same one, in its first generations
 
-Measure = Literal["best", "mean", "share", "most"]
-Rule = Literal["greater", "lower", "zero", "at_least"]
+Rule = Literal["greater", "lower", "zero", "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least"]
+OF_ALL = ("best", "mean", "share", "most")  # what can be measured of any model; a model has `measures` of its own
 
 RULES: Mapping[Rule, str] = {
     "greater": "Holds if every comparison has a corrected p below 0.05 and the first condition is the higher, in the median and "
@@ -21,19 +21,29 @@ RULES: Mapping[Rule, str] = {
     "lower": "Holds if every comparison has a corrected p below 0.05 and the first condition is the lower, in the median and in "
     "A12; does not hold if in any comparison it is significantly the higher; else undecided.",
     "zero": "Holds if no agent ate a single item in any run and any generation; else does not hold.",
-    "at_least": "Holds if the 95 % interval of the median over runs lies at or above {bound:g}; does not hold if it lies wholly "
+    "at_least": "Holds if the 95 % interval of the median over runs lies at or above {bound}; does not hold if it lies wholly "
     "below; else undecided.",
+    "within": "Holds if the 95 % interval of the median over runs lies in {bound}; does not hold if it lies wholly outside; else "
+    "undecided.",
+    "mean_within": "Holds if the mean over runs lies in {bound}; else does not hold.",
+    "mean_at_most": "Holds if the mean over runs is at most {bound}; else does not hold.",
+    "every_at_most": "Holds if it is at most {bound} in every run; else does not hold.",
+    "every_at_least": "Holds if it is at least {bound} in every run; else does not hold.",
 }
+
+
+_BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
+_BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
 
 
 class Comparison(Declared):
     """What is held against what. Without `b`, `a` is held against `bound`."""
 
     a: str
-    measure: Measure
+    measure: str  # one of `OF_ALL`, or of the measures of the condition's model
     rule: Rule
     b: str = ""
-    bound: float | None = None
+    bound: float | tuple[float, float] | None = None
 
     @model_validator(mode="after")
     def _can_be_decided(self) -> Self:
@@ -41,18 +51,21 @@ class Comparison(Declared):
             "greater": (bool(self.b), "b beside a"),
             "lower": (bool(self.b), "b beside a"),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
-            "at_least": (self.bound is not None and not self.b, "a bound, and no b"),
         }
+        needs |= dict.fromkeys(_BETWEEN, (isinstance(self.bound, tuple) and not self.b, "a bound of two numbers, and no b"))
+        needs |= dict.fromkeys(_BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b"))
         met, what = needs[self.rule]
         if not met:
             raise ValueError(f"the rule {self.rule!r} needs {what}")
-        if self.b == FIRST and self.measure == "most":
-            raise ValueError("the measure 'most' is over all generations, so b cannot be 'first'")
+        if self.b == FIRST and self.measure not in ("best", "mean", "share"):
+            raise ValueError(f"the measure {self.measure!r} is of a whole run, so b cannot be 'first'")
         return self
 
     @property
     def other(self) -> str:
         """What `a` is held against, in words."""
+        if isinstance(self.bound, tuple):
+            return f"{self.bound[0]:g} to {self.bound[1]:g}"
         if not self.b:
             return f"{self.bound or 0:g}"
         return f"{self.a}, first generations" if self.b == FIRST else self.b
@@ -99,7 +112,7 @@ class Claim(Declared):
     @property
     def rule(self) -> str:
         """What decides it, in words."""
-        used = {comparison.rule: comparison.bound for comparison in self.comparisons}
+        used = {comparison.rule: comparison.other for comparison in self.comparisons}
         return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in used.items())
 
     @property

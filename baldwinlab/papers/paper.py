@@ -11,7 +11,7 @@ out. Nothing in the folder is code.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -24,7 +24,7 @@ from pydantic import Field
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.factors import Factors
-from baldwinlab.papers.claims import Claim, read_claims
+from baldwinlab.papers.claims import OF_ALL, Claim, read_claims
 from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
 
@@ -142,6 +142,11 @@ class Paper:
             files = " with ".join(f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind))
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
 
+    def measures(self, name: str) -> Mapping[str, Any]:
+        """What claims can be about beside `OF_ALL`, by the model of one of its experiments."""
+        experiment = self.experiment(name)
+        return {} if experiment.model == "miniworld" else experiment.of_model.measures
+
     def own(self) -> list[str]:
         """Of the experiments it can name, those that it runs, in its order."""
         conditions = self.about.conditions or self.names("conditions")
@@ -178,6 +183,9 @@ def check(paper: Paper) -> Paper:
     for claim in paper.claims:
         where = f"{paper.folder / 'claims.toml'}: {claim.id}"
         _require(sorted(claim.conditions), known, f"{where} names a condition")
+        for comparison in claim.comparisons:
+            for name in comparison.conditions:
+                _require([comparison.measure], [*OF_ALL, *paper.measures(name)], f"{where}: a measure of {name}")
         for choice in claim.choices:
             _require_field(choice.field, experiments, f"{where}, choice {choice.id}")
     paper.words  # noqa: B018 (reading them is the check)

@@ -19,9 +19,9 @@ import xarray as xr
 from baldwinlab import statistics
 from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper, load
-from baldwinlab.papers.claims import FIRST, Claim, Comparison
+from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
 from baldwinlab.statistics import fitness
-from baldwinlab.statistics.rules import RULES, VERDICTS, Verdict, conjunction
+from baldwinlab.statistics.rules import OVER_RUNS, RULES, VERDICTS, Verdict, conjunction
 from baldwinlab.statistics.summary import SUMMARY_COLUMNS, by_condition
 from baldwinlab.statistics.tables import finite, to_csv
 
@@ -34,6 +34,7 @@ class Finding:
     numbers: statistics.Comparison
     p_holm: float
     verdict: Verdict
+    meaning: str = ""  # of a model's own measure, in words
 
     def record(self) -> dict[str, Any]:
         """For JSON: null where a number does not exist."""
@@ -92,8 +93,8 @@ def evaluate(study: xr.Dataset, last: int = 10, paper: Paper | None = None) -> l
     `study` has the dimensions (condition, run, generation, agent). A claim about a condition of which there is no run is not
     evaluated and says what is missing. Raises ValueError unless `last` is at least 1.
     """
-    claims = (paper or load()).claims
-    samples = _Samples(study, last)
+    paper = paper or load()
+    claims, samples = paper.claims, _Samples(study, last, paper)
     missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
     numbers = {
         comparison: _measure(comparison, samples) for claim in claims if not missing[claim] for comparison in claim.comparisons
@@ -103,41 +104,59 @@ def evaluate(study: xr.Dataset, last: int = 10, paper: Paper | None = None) -> l
     return [
         ClaimResult(
             claim,
-            tuple(_decide(comparison, numbers[comparison], corrected) for comparison in claim.comparisons if not missing[claim]),
+            tuple(
+                _decide(comparison, numbers[comparison], corrected, samples.meaning(comparison))
+                for comparison in claim.comparisons
+                if not missing[claim]
+            ),
             tuple(missing[claim]),
         )
         for claim in claims
     ]
 
 
-def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dict[Comparison, float]) -> Finding:
+def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dict[Comparison, float], meaning: str) -> Finding:
     p_holm = float(corrected.get(comparison, nan))
-    return Finding(comparison, found, p_holm, RULES[comparison.rule](found, p_holm, comparison.bound))
+    return Finding(comparison, found, p_holm, RULES[comparison.rule](found, p_holm, comparison.bound), meaning)
 
 
 class _Samples:
-    """One value a run: what a measure comes to in a condition's last generations, or its first."""
+    """One value a run: what a measure comes to in a condition's last generations, or its first; or a model's own measure."""
 
-    def __init__(self, study: xr.Dataset, last: int) -> None:
+    def __init__(self, study: xr.Dataset, last: int, paper: Paper) -> None:
+        self._study, self._paper = study, paper
         self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
         self._last["most"] = fitness.most(study)
         self._first = {measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES}
         runs = self._last["best"].notnull().any("run")
         self.present = {str(name) for name in study["condition"].values[runs.values]}
 
+    def meaning(self, comparison: Comparison) -> str:
+        own = self._paper.measures(comparison.a)
+        return own[comparison.measure].meaning if comparison.measure in own else ""
+
     def get(self, condition: str, measure: str, first: bool = False) -> statistics.Sample:
+        if measure not in OF_ALL:
+            lived = self._study.sel(condition=condition).dropna("run", how="all", subset=["energy"])
+            lived = lived.dropna("generation", how="all", subset=["energy"]).dropna("agent", how="all", subset=["energy"])
+            found = self._paper.measures(condition)[measure].of(lived)
+            return np.asarray(found.dropna("run").values, np.float64)
         table = self._first if first else self._last
         return np.asarray(table[measure].sel(condition=condition).dropna("run").values, np.float64)
 
 
 def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison:
     a = samples.get(comparison.a, comparison.measure)
+    other = comparison.a if comparison.b == FIRST else comparison.b
+    b = samples.get(other, comparison.measure, first=comparison.b == FIRST) if comparison.b else a
+    if not (a.size and b.size):  # a model's own measure may be of no run
+        return statistics.Comparison(a.size, b.size if comparison.b else 0, *[nan] * 8)
     if comparison.b:
-        b = comparison.a if comparison.b == FIRST else comparison.b
-        return statistics.compare(a, samples.get(b, comparison.measure, first=comparison.b == FIRST))
+        return statistics.compare(a, b)
     median = float(np.median(a))
-    if comparison.measure == "most":
-        return statistics.Comparison(a.size, 0, median, nan, float(a.max()), nan, nan, nan, nan, nan)
+    if comparison.measure == "most" or comparison.rule in OVER_RUNS:
+        found = float(OVER_RUNS.get(comparison.rule, np.max)(a))
+        return statistics.Comparison(a.size, 0, median, nan, found, nan, nan, nan, nan, nan)
     return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a), nan, nan, nan)
 
 

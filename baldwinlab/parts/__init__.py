@@ -28,7 +28,7 @@ from baldwinlab.parts.kinds import (
     backward,
     forward,
 )
-from baldwinlab.parts.models import Lives, Model
+from baldwinlab.parts.models import Lives, Measure, Model
 from baldwinlab.variables import Variable
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "ItemRegion",
     "LearningRule",
     "Lives",
+    "Measure",
     "Model",
     "Network",
     "Part",

@@ -7,11 +7,12 @@ those of all.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
 from baldwinlab.parts.kinds import Part
 from baldwinlab.variables import Variable
@@ -26,6 +27,15 @@ class Lives(NamedTuple):
     records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
 
 
+class Measure(NamedTuple):
+    """A number that sums up one run, which a paper's claims can be about."""
+
+    meaning: str  # in words, with its unit
+    of: Callable[
+        [xr.Dataset], xr.DataArray
+    ]  # from runs (run, generation, agent), as they are stored, to (run); NaN where there is none
+
+
 class Model(Part):
     """A kind of life."""
 
@@ -33,6 +43,8 @@ class Model(Part):
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
+    measures: ClassVar[Mapping[str, Measure]] = {}  # by name: what sums up a run, beside best, mean and share
+    clock: ClassVar[str] = ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
 
     @property

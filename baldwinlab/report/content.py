@@ -34,6 +34,22 @@ def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
     return {name: experiment for name, experiment in conditions.items() if isinstance(experiment, Experiment)}
 
 
+def recorded_shares(conditions: Mapping[str, BaseExperiment]) -> dict[str, str]:
+    """The shares that all conditions record of each agent, and what they mean: of models that are not MiniWorld."""
+    found = [
+        {name: one.meaning for name, one in experiment.of_model.records.items() if one.unit == "1"}
+        for experiment in conditions.values()
+        if not isinstance(experiment, Experiment)
+    ]
+    return found[0] if len(found) == len(conditions) and all(each == found[0] for each in found) else {}
+
+
+def clock(conditions: Mapping[str, BaseExperiment]) -> str:
+    """The record by which all conditions count how often an agent asked its world; "" where they do not."""
+    found = {"" if isinstance(each, Experiment) else each.of_model.clock for each in conditions.values()}
+    return found.pop() if len(found) == 1 else ""
+
+
 def run_counts(study: xr.Dataset) -> dict[str, int]:
     """The finished runs of each condition."""
     finished = study["energy"].notnull().any(("generation", "agent")).sum("run")

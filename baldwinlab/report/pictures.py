@@ -17,6 +17,7 @@ from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.papers.words import Figure
+from baldwinlab.report import content
 from baldwinlab.report.content import Experiments, foragers, worlds
 from baldwinlab.report.words import number
 from baldwinlab.statistics import fitness
@@ -48,7 +49,9 @@ def pictures(
 ) -> Iterator[Picture]:
     """Those that the paper has, in its order, as far as there is something to draw: traces, foragers, and how they look."""
     foraging = foragers(conditions)
+    meanings, clock = content.recorded_shares(conditions), content.clock(conditions)
     there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
+    there |= {"shares": bool(meanings), "clocks": bool(clock)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "overview": lambda: _overview(study, results, last),
         "fitness": lambda: _fitness(study, last),
@@ -57,11 +60,13 @@ def pictures(
         "networks": lambda: _networks(study, foraging, looks, paper),
         "maps": lambda: _maps(study, foraging, looks),
         "senses": lambda: _senses(looks),
+        "shares": lambda: _shares(study, meanings),
+        "clocks": lambda: _clocks(study, clock),
     }
     for name in paper.about.figures:
         if there.get(name, True):
             picture = draw[name]()
-            beside = paper.words.captions.get(name) if foraging else None
+            beside = paper.words.captions.get(name) if foraging or name in ("shares", "clocks") else None
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
@@ -133,6 +138,35 @@ def _final_of_runs(study: xr.Dataset, last: int) -> list[dict[str, Any]]:
     """A row a condition and run that was lived."""
     numbers = xr.Dataset({measure: fitness.final(study, measure, last) for measure in ("best", "mean")})
     return [*numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index().to_dict("records")]
+
+
+def _shares(study: xr.Dataset, meanings: Mapping[str, str]) -> Picture:
+    said = "; ".join(f"{name}: {meaning}" for name, meaning in meanings.items())
+    rows = [
+        {"condition": str(condition), "share": name, "generation": int(generation), "mean": float(value)}
+        for name in meanings
+        for condition, values in study[name].mean(("run", "agent")).groupby("condition")
+        for generation, value in zip(study["generation"].values, values.values.ravel(), strict=True)
+    ]
+    return Picture(
+        "shares",
+        "What generations are made of",
+        f"Mean over agents and runs, and the 95 % interval of the mean over runs (Student's t) as a band. {said}.",
+        f"Curves by generation for each condition: {said}.",
+        figures.shares(study, meanings),
+        rows,
+    )
+
+
+def _clocks(study: xr.Dataset, used: str) -> Picture:
+    return Picture(
+        "clocks",
+        "Two clocks",
+        "Fitness of the average agent, mean over runs: by generation, and by how often all agents of a run had asked their world "
+        "until then. Learning asks often within one generation.",
+        f"The same curves of fitness, once by generations and once by evaluations. {final_medians(study, 1)}",
+        figures.clocks(study, used),
+    )
 
 
 def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:

@@ -17,6 +17,14 @@ MEASURES = {
 }
 
 
+OVER_RUNS = {
+    "mean_within": ", mean over runs",
+    "mean_at_most": ", mean over runs",
+    "every_at_most": ", largest of all runs",
+    "every_at_least": ", least of all runs",
+}
+
+
 def measures(food: bool) -> dict[str, str]:
     """What each measure is called: where there is no food, nobody eats."""
     if food:
@@ -68,13 +76,16 @@ def effect(finding: Finding) -> str:
     return signed(value) if finding.comparison.b else number(value)
 
 
+def measure(finding: Finding) -> str:
+    return finding.meaning or MEASURES[finding.comparison.measure]
+
+
 def compared(finding: Finding) -> str:
     """What was held against what, with the medians."""
     comparison, numbers = finding.comparison, finding.numbers
-    measure = MEASURES[comparison.measure]
     if comparison.b:
-        return f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure})"
-    return f"{comparison.a}, {measure}; the bound is {comparison.other}"
+        return f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)})"
+    return f"{comparison.a}, {measure(finding)}{OVER_RUNS.get(comparison.rule, '')}; the bound is {comparison.other}"
 
 
 def sentence(finding: Finding) -> str:
@@ -82,10 +93,14 @@ def sentence(finding: Finding) -> str:
     comparison, numbers = finding.comparison, finding.numbers
     if comparison.measure == "most":
         return f"the most that any agent of {comparison.a} ever ate is {number(numbers.effect)}"
+    if finding.meaning and not comparison.b:
+        return (
+            f"{comparison.a}: {measure(finding)}{OVER_RUNS.get(comparison.rule, ', median over runs')}: {number(numbers.effect)}"
+        )
     if not comparison.b:
         return f"at last, {number(numbers.effect)} of the agents of {comparison.a} eat in their life"
     medians = f"{number(numbers.median_a)} in {comparison.a}, {number(numbers.median_b)} in {comparison.other}"
-    return f"{MEASURES[comparison.measure]}, median over runs: {medians}"
+    return f"{measure(finding)}, median over runs: {medians}"
 
 
 def from_paper(result: ClaimResult) -> str:

@@ -5,8 +5,11 @@ A paper's claims name them; `papers.claims.RULES` says in words what they do.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from baldwinlab.statistics import Comparison
 
@@ -22,11 +25,14 @@ MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_
 SIGNIFICANT = 0.05
 
 
-def greater(found: Comparison, p_holm: float, bound: float | None) -> Verdict:
+Bound = Any  # a number, or for `within` two, or None for rules that ask for none
+
+
+def greater(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[_direction(found, p_holm)]
 
 
-def lower(found: Comparison, p_holm: float, bound: float | None) -> Verdict:
+def lower(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[_direction(found, p_holm)]
 
 
@@ -39,23 +45,56 @@ def _direction(found: Comparison, p_holm: float) -> int:
     return -1 if found.effect < 0 and found.a12 < 0.5 else 0
 
 
-def zero(found: Comparison, p_holm: float, bound: float | None) -> Verdict:
+def zero(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     return HOLDS if found.effect == 0 else FAILS
 
 
-def at_least(found: Comparison, p_holm: float, bound: float | None) -> Verdict:
+def at_least(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    return within(found, p_holm, (bound, math.inf))
+
+
+def within(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     """A single run has no interval and decides nothing."""
-    if bound is not None and found.low >= bound:
+    lowest, highest = bound
+    if found.low >= lowest and found.high <= highest:
         return HOLDS
-    return FAILS if bound is not None and found.high < bound else UNDECIDED
+    return FAILS if found.high < lowest or found.low > highest else UNDECIDED
 
 
-RULES: Mapping[str, Callable[[Comparison, float, float | None], Verdict]] = {
+def is_within(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Of a number that is what it is: the mean of all runs, or the least or the greatest of them. None decides nothing."""
+    lowest, highest = bound
+    if math.isnan(found.effect):
+        return UNDECIDED
+    return HOLDS if lowest <= found.effect <= highest else FAILS
+
+
+def at_most(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    return is_within(found, p_holm, (-math.inf, bound))
+
+
+def no_less(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    return is_within(found, p_holm, (bound, math.inf))
+
+
+RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "greater": greater,
     "lower": lower,
     "zero": zero,
     "at_least": at_least,
+    "within": within,
+    "mean_within": is_within,
+    "mean_at_most": at_most,
+    "every_at_most": at_most,
+    "every_at_least": no_less,
 }
+OVER_RUNS: Mapping[str, Callable[[Any], Any]] = {
+    "mean_within": np.mean,
+    "mean_at_most": np.mean,
+    "every_at_most": np.max,
+    "every_at_least": np.min,
+}
+"""What a rule asks of all runs together, in place of their median."""
 
 
 def conjunction(verdicts: list[Verdict]) -> Verdict:

@@ -13,7 +13,7 @@ from baldwinlab import papers, presets
 from baldwinlab.assays.analysis import criteria
 from baldwinlab.papers import PaperError
 from baldwinlab.papers.claims import RULES as RULES_IN_WORDS
-from baldwinlab.papers.claims import Measure
+from baldwinlab.papers.claims import OF_ALL
 from baldwinlab.papers.paper import KINDS, check
 from baldwinlab.papers.words import Assay, Inference
 from baldwinlab.statistics.fitness import MEASURES
@@ -90,7 +90,7 @@ def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
 
 def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None:
     assert RULES_IN_WORDS.keys() == RULES.keys()
-    assert set(get_args(Measure)) == {*MEASURES, "most"}
+    assert set(OF_ALL) == {*MEASURES, "most"}
     assert get_args(Assay) == tuple(ASSAYS)
     assert set(get_args(Inference.model_fields["question"].annotation)) == {criterion.id for criterion in criteria()}
 

@@ -1,0 +1,161 @@
+"""A needle in a haystack, which learning turns into a hill: strings of 0, 1 and ?, which guess in life what a ? should be.
+
+    baldwinlab reproduce hinton-nowlan-1987
+
+Right is 1 at every locus (which allele is right at which locus makes no difference). In every trial of its life an agent sets
+each ? to 0 or 1 by a coin, keeps nothing of trials that fail, and stops at the first in which all are right; what trials remain
+then are worth up to 19. In a genome, 0.5 stands for ?.
+
+Source: G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, Variation, uniforms
+
+UNSET: Final = 0.5  # the allele ?
+MOST: Final = 19.0  # that can be gained above the 1 that everybody has
+
+_OF_AGENT = ("generation", "agent")
+
+
+def _at_last(allele: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    return lambda runs: runs[allele].isel(generation=-1).mean("agent")
+
+
+def _take_off(runs: xr.Dataset) -> xr.DataArray:
+    """The first generation in which half of the agents succeed."""
+    taken = runs["succeeded"].mean("agent") >= 0.5
+    return taken.argmax("generation").where(taken.any("generation"))
+
+
+def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
+    when = _take_off(runs)
+    found = runs["unset"].mean("agent").isel(generation=when.fillna(0).astype(int))
+    return found.where(when.notnull())
+
+
+class HintonNowlan(Model, name="hinton-nowlan"):
+    """Strings that guess what is not set."""
+
+    loci: int = Field(20, ge=1, le=60, description="length of a string")
+    trials: int = Field(1000, ge=1, le=100_000, description="for which a life has time")
+    guessing: bool = Field(True, description="whether a ? is guessed in life; if not, it is never right")
+    unset: float = Field(0.5, ge=0, le=1, description="share of ? among the founders' alleles; the rest are 0 and 1 alike")
+    counts_success: bool = Field(True, description="whether the trial that succeeds is one of those used up")
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "ones": Variable(_OF_AGENT, np.float32, "1", "share of alleles that are 1, the right one"),
+        "unset": Variable(_OF_AGENT, np.float32, "1", "share of alleles that are ?"),
+        "zeros": Variable(_OF_AGENT, np.float32, "1", "share of alleles that are 0"),
+        "succeeded": Variable(_OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"),
+        "used": Variable(_OF_AGENT, np.int32, "trials", "trials of the agent's life"),
+    }
+    clock: ClassVar[str] = "used"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "ones": Measure("share of 1 in the last generation", _at_last("ones")),
+        "unset": Measure("share of ? in the last generation", _at_last("unset")),
+        "zeros": Measure("share of 0 in the last generation", _at_last("zeros")),
+        "take-off": Measure("generation in which half of the agents succeed", _take_off),
+        "unset-at-take-off": Measure("share of ? when half of the agents succeed", _unset_at_take_off),
+        "fall": Measure("share of ? then, less that at last", lambda runs: _unset_at_take_off(runs) - _at_last("unset")(runs)),
+        "taken-off": Measure("1 where half of the agents ever succeed, else 0", lambda runs: _take_off(runs).notnull() * 1.0),
+        "hit": Measure(
+            "1 where anybody ever succeeds, else 0", lambda runs: runs["succeeded"].max(("generation", "agent")).astype(float)
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.guessing
+
+    @property
+    def steps(self) -> int:
+        return self.trials
+
+    def without_learner(self) -> HintonNowlan:
+        return self.model_copy(update={"guessing": False})
+
+    def weights(self) -> int:
+        return self.loci
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        draws = moment.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
+        half = (1 - self.unset) / 2
+        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(np.float32)
+
+    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        genomes = genomes[:, :, 0]
+        luck = np.stack([uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs])
+        unset = (genomes == UNSET).sum(axis=-1)
+        able = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
+        first = self._first_success(unset, luck)
+        succeeded = able & (first <= self.trials)
+        remaining = np.clip(self.trials - first + (0 if self.counts_success else 1), 0, None)
+        energy = np.where(succeeded, 1 + MOST * remaining / self.trials, 1.0)
+        records = {
+            "ones": (genomes == 1).mean(axis=-1, dtype=np.float32),
+            "unset": (unset / self.loci).astype(np.float32),
+            "zeros": (genomes == 0).mean(axis=-1, dtype=np.float32),
+            "succeeded": succeeded.astype(np.int32),
+            "used": np.where(succeeded, first, self.trials if self.guessing else 1).astype(np.int32),
+        }
+        learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
+        return Lives(energy, np.zeros_like(energy), learned, records)
+
+    def _first_success(self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+        """The trial in which so many coins first fall right, [run, agent]; trials + 1 where they do not in a life.
+
+        A trial fails with chance 1 - 2^-unset, so the first t all do with its power t: that of the last before the success
+        is just above the agent's luck. Products alone, no logarithm, so that the bits are those of any machine.
+        """
+        first = np.empty(unset.shape, np.int64)
+        for count in np.unique(unset):
+            fail = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
+            first[unset == count] = 1 + np.searchsorted(-fail, -luck[unset == count])
+        return first
+
+    def oracle(self, genome: Sequence[float], luck: float) -> float:
+        """The fitness of one string, trial by trial: it fails so many times in a row as its luck, in (0, 1), is small."""
+        unset, fail = sum(allele == UNSET for allele in genome), 1.0
+        for trial in range(1, self.trials + 1):
+            fail *= 1 - 1 / 2**unset
+            if 0 not in genome and fail <= luck and (self.guessing or not unset):
+                return 1 + MOST * (self.trials - trial + (not self.counts_success)) / self.trials
+        return 1.0
+
+
+class OnePointOfAlleles(Variation, name="one-point-alleles"):
+    """One parent's alleles up to a cut, the other's from there; then each may mutate, to 0, 1 or ? alike."""
+
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        cut = 1 + int(gate * (child.shape[1] - 1))  # uniform over the places between two loci
+        for locus in range(child.shape[1]):
+            of_fitter = (locus < cut) == (draws[0, 0] < 0.5)  # whose alleles come first is left to a coin
+            child[0, locus] = fitter[0, locus] if of_fitter else other[0, locus]
+            if draws[locus, 1] < part.rate:
+                child[0, locus] = np.float32(int(3.0 * draws[locus, 2])) * np.float32(0.5)
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        cut = 1 + int(gate * (len(fitter[0]) - 1))
+        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
+        child = [*one[:cut], *two[cut:]]
+        anew = [(0.0, 0.5, 1.0)[int(3 * draw[2])] for draw in draws]
+        return [[new if draw[1] < part.rate else old for old, new, draw in zip(child, anew, draws, strict=True)]]
