@@ -65,7 +65,7 @@ def _unknown(name: str) -> ExperimentError:
     known = factors()
     learner, slash, place = name.rpartition("/")
     for half, asked in (("condition", learner), ("map", place)):
-        there = sorted({of.learner if half == "condition" else of.map for of in known.values()})
+        there = sorted({of.learner if half == "condition" else of.map for of in known.values() if of.map})
         if slash and asked not in there:
             return ExperimentError(f"there is no {half} {asked!r}{nearest(asked, there)}; there are {', '.join(there)}")
     near = nearest(name, list(known))

@@ -33,6 +33,9 @@ FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
+STRINGS = study({name: [3, 4] for name in ("guessing", "fixed", "unset", "other")}).assign(
+    {name: study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})["energy"] / 5 for name in ("ones", "unset", "used")}
+)
 STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
 
 
@@ -54,6 +57,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "maps": lambda: figures.world_maps(MAPS, 20),
     "senses": lambda: figures.agent_senses(look(load("evo/A")).to_dict()),
     "networks": lambda: figures.networks([kind("evo", 1), kind("taught", 2)]),
+    "shares": lambda: figures.shares(STRINGS, {"ones": "share of 1", "unset": "share of ?"}),
+    "clocks": lambda: figures.clocks(STRINGS, "used"),
     "readings": lambda: readings(MULTIVERSE),
     "readings-shares": lambda: readings_shares(MULTIVERSE),
 }

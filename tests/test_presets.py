@@ -52,7 +52,8 @@ def test_every_alternative_of_the_open_choices_has_a_reading() -> None:
 
 
 def test_every_part_of_the_library_is_in_a_preset() -> None:
-    everything = [load(name) for name in factors()] + [load("evo/C", reading) for reading in names("readings")]
+    everything = [load(name) for name in factors()]
+    everything += [one.experiment(one.own()[0], name) for one in papers.built_in().values() for name in one.names("readings")]
     chosen = {part for experiment in [*everything, load("neat-xor")] for part in added_choices(experiment)}
     assert chosen >= {(kind, name) for kind, parts in LIBRARY.items() for name in parts}
 

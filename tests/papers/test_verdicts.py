@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import shutil
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,9 +13,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
+from baldwinlab.papers.paper import open_paper
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
 from baldwinlab.presets import paper
 from baldwinlab.statistics.rules import RULES, Verdict, conjunction
@@ -154,6 +157,73 @@ def test_the_claims_name_only_what_there_is() -> None:
         for choice in claim.choices:
             part, field = choice.field.split(".")
             assert field in fields[part]
+
+
+def strings(**unset: Sequence[float]) -> xr.Dataset:
+    """Runs of strings whose share of ? at last is that of each run; half succeed in the generation before, where it was 0.9."""
+    conditions = []
+    for name, values in unset.items():
+        share = np.stack([np.full((len(values), 4), 0.9), np.tile(np.array(values)[:, None], (1, 4))], axis=1)
+        dims = ("run", "generation", "agent")
+        found = {"energy": share + 1, "unset": share, "ones": 1 - share, "zeros": 0 * share, "succeeded": np.ones_like(share)}
+        conditions.append(xr.Dataset({each: (dims, array) for each, array in found.items()}).expand_dims(condition=[name]))
+    return xr.concat(conditions, "condition", join="outer")
+
+
+def of_strings(tmp_path: Path, comparison: str, **unset: Sequence[float]) -> ClaimResult:
+    claims = f"""[choices]
+[[claims]]
+id = "S"
+title = "S"
+claim = "S"
+paper = "S"
+comparisons = [{{ a = "guessing", {comparison} }}]
+"""
+    paper = load("hinton-nowlan-1987")
+    shutil.copytree(paper.folder, tmp_path / "strings")
+    (tmp_path / "strings" / "claims.toml").write_text(claims)
+    (result,) = evaluate(strings(**unset), paper=open_paper(tmp_path / "strings"))
+    return result
+
+
+SPREAD = [0.40, 0.42, 0.44, 0.46, 0.48, 0.50]
+
+
+@pytest.mark.parametrize(
+    ("comparison", "verdict"),
+    [
+        ('measure = "unset", rule = "within", bound = [0.3, 0.6]', "holds"),
+        ('measure = "unset", rule = "within", bound = [0.45, 0.6]', "undecided"),
+        ('measure = "unset", rule = "within", bound = [0.6, 0.7]', "does not hold"),
+        ('measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', "holds"),
+        ('measure = "unset", rule = "mean_within", bound = [0.46, 0.48]', "does not hold"),
+        ('measure = "unset", rule = "mean_at_most", bound = 0.451', "holds"),
+        ('measure = "unset", rule = "every_at_most", bound = 0.49', "does not hold"),
+        ('measure = "unset", rule = "every_at_most", bound = 0.50', "holds"),
+        ('measure = "fall", rule = "every_at_least", bound = 0.399', "holds"),
+        ('measure = "fall", rule = "every_at_least", bound = 0.41', "does not hold"),
+        ('measure = "take-off", rule = "within", bound = [0, 0]', "holds"),
+    ],
+)
+def test_a_model_s_own_measure_is_held_to_bounds(tmp_path: Path, comparison: str, verdict: Verdict) -> None:
+    assert of_strings(tmp_path, comparison, guessing=SPREAD).verdict == verdict
+
+
+def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
+    comparison, less = 'b = "fixed", measure = "ones", rule = "lower"', [share / 2 for share in SPREAD]
+    result = of_strings(tmp_path, comparison, guessing=SPREAD, fixed=less)
+    assert result.verdict == "holds" and result.deciding is not None
+    assert result.deciding.numbers.effect == pytest.approx(-0.225) and result.deciding.meaning == "share of 1 in the last generation"
+
+
+@pytest.mark.parametrize("rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "fixed"'])
+def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: str) -> None:
+    """As of runs in which nobody ever succeeds, so that nothing takes off."""
+    never = strings(guessing=SPREAD, fixed=SPREAD).assign(succeeded=lambda runs: 0 * runs["succeeded"])
+    comparison = f'measure = "take-off", rule = {rule}'
+    of_strings(tmp_path, comparison, guessing=SPREAD, fixed=SPREAD)
+    (result,) = evaluate(never, paper=open_paper(tmp_path / "strings"))
+    assert result.verdict == "undecided"
 
 
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
