@@ -58,8 +58,9 @@ def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | 
 def _call(experiment: Any, batch: Batch, state: Any, genes: npt.NDArray[Any], part: Any, name: str) -> Any:
     """Call a phase, as the plain Python that it is, for one agent."""
     numbers = {"world": 0, "agent": AGENT, "lane": AGENT, "step": STEPS, "first": 0, "rate": state.rate[0, AGENT]}
-    values = values_of(experiment, part, state)
-    known = {**state._asdict(), **numbers, "model": batch.model, "state": state, "genes": genes, "part": values}
+    values, found = values_of(experiment, part, state), np.empty((len(state.weights), 3), np.float32)
+    asked = {"units": len(state.activations), "found": found}
+    known = {**state._asdict(), **numbers, **asked, "model": batch.model, "state": state, "genes": genes, "part": values}
     function = getattr(part, name)
     with np.errstate(all="ignore"):
         try:

@@ -64,8 +64,8 @@ def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
         return {name: numba.typeof(value) for name, value in arguments.items()}
     state = make_state(subject.experiment, 1)
     single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
-    whole = dict.fromkeys(("world", "agent", "lane", "step", "first"), types.int64)
+    whole = dict.fromkeys(("world", "agent", "lane", "step", "first", "units"), types.int64)
     arrays = {name: numba.typeof(getattr(state, name)) for name in ("weights", "activations", "errors", "targets")}
-    arrays["genes"] = arrays["weights"]
+    arrays["genes"] = arrays["found"] = arrays["weights"]
     own = {"part": numba.typeof(values_of(subject.experiment, part, state)), "state": numba.typeof(state)}
     return {**single, **whole, **arrays, **own, "model": numba.typeof(make_model(subject.experiment, 1))}

@@ -221,6 +221,4 @@ def _look(experiment: Experiment) -> dict[str, Any]:
         start | around | {"width": side, "height": side},
         *seen["marks"][regions + 1 :],
     ]
-    network = experiment.part("network.kind")
-    layers = type(network).links is Network.links  # of other networks a page shows the units alone
-    return seen | {"remembers": not network.memoryless, "layers": layers, "lessons": False}  # which a page does not tell
+    return seen | {"remembers": not experiment.part("network.kind").memoryless}

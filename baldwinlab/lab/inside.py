@@ -18,7 +18,7 @@ from baldwinlab.lab.query import number
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.models.miniworld.recall import AskTeacher, Reflex, Teacher, kind_of_recall
-from baldwinlab.parts.kinds import forward
+from baldwinlab.parts.kinds import forward, links
 from baldwinlab.runs.recorder import Series, follow
 from baldwinlab.runs.reevaluate import born, lived
 
@@ -61,8 +61,8 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     if few and experiment.part("network.kind").memoryless:
         arrays["responses"] = _responses(experiment, batch, arrays["weights"])
     _ask_modules(experiment, batch, past.genome[agent, :, : experiment.weight_count], arrays)
-    if links := experiment.part("network.kind").links(experiment, arrays["weights"][0]):
-        arrays["links"] = np.array(links, np.float32)
+    if (linked := _links(batch, arrays["weights"][0])).size:
+        arrays["links"] = linked
     energy = lived(experiment, batch, past.genome[None]).energy[0]
     header = {
         "kind": "inside",
@@ -134,6 +134,12 @@ def _answers(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
     for lane in range(len(different)):
         forward(batch.state.network, of_lane, activations, lane)
     return np.ascontiguousarray(activations.T[which.ravel()])
+
+
+def _links(batch: Batch, weights: Floats) -> Floats:
+    """[link, (from unit, to unit, weight)], of a network that is no layers."""
+    found = np.empty((len(weights), 3), np.float32)
+    return found[: links(batch.state.network, weights[:, None], len(batch.state.activations), 0, found)]
 
 
 def _kin(life: Life, past: Past, energy: npt.NDArray[np.float64], agent: int) -> dict[str, Any]:

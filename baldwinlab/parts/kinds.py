@@ -149,6 +149,15 @@ def backward(part: Any, rate: Value, weights: Any, activations: Any, errors: Any
 
 
 @phase
+def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
+    """Per agent, of a network that is no layers, for whoever draws: fill `found`, and say how many links there are.
+
+    It is [link, (from unit, to unit, weight)], with room for as many as there are weights; a unit that is always 1 is -1.
+    """
+    return 0
+
+
+@phase
 def inherit(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> None:
     """Per agent, at birth and before `hatch`: keep what life needs of the genome's modules beside the action module.
 
@@ -240,12 +249,9 @@ class Network(Part):
         """Units that remember, for whoever draws: pairs of a unit, and of the one that remembers what it was a step before."""
         return ()
 
-    def links(self, experiment: Any, weights: Any) -> list[tuple[int, int, float]]:
-        """Of a network that is no layers, for whoever draws: from which unit (-1: one that is always 1), to which, how strong."""
-        return []
-
     forward: ClassVar[Any] = staticmethod(forward.default)
     backward: ClassVar[Any] = staticmethod(backward.default)
+    links: ClassVar[Any] = staticmethod(links.default)
 
 
 class LearningRule(Part):

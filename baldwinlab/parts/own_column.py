@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from baldwinlab.errors import PartError
 
-PER_AGENT: Final = ("sense", "measure", "decide", "move", "forward", "backward", "inherit", "hatch", "learn")
+PER_AGENT: Final = ("sense", "measure", "decide", "move", "forward", "backward", "links", "inherit", "hatch", "learn")
 OWN: Final = ("weights", "activations", "errors", "targets", "genes")  # arguments that are agents' arrays
 OF_ALL: Final = (
     "generation",

@@ -69,6 +69,14 @@ def offline(browser: Browser, height: int) -> Iterator[tuple[Page, list[str]]]:
 
 
 @pytest.fixture
+def lonely(browser: Browser) -> Iterator[Page]:
+    """A page with no network; its test fails if it asks for anything but what it holds, or has a fault."""
+    with offline(browser, 900) as (page, asked):
+        yield page
+    assert not [url for url in asked if not url.startswith(("data:", "blob:", "file:"))]
+
+
+@pytest.fixture
 def page(newcomer: Page) -> Page:
     """A page that is not yet opened, of a reader who has closed what explains the tabs."""
     closed = ("world", "live", "results")

@@ -131,6 +131,13 @@ def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(monkey
     assert "const" not in social["least"]
 
 
+@pytest.mark.parametrize(("rule", "place"), [("imitation", "state.rule.whom"), ("hebb", "")])
+def test_a_plan_says_where_it_stands_from_whom_each_learns(rule: str, place: str) -> None:
+    plan = Habitat(load("evo/A").replace(learning={"rule": rule})).plan()
+    assert plan["learns from"] == place
+    assert not place or place.removeprefix("state.") in plan["tuples"]["state"]["leaves"]
+
+
 @pytest.mark.nightly  # a module of one's own takes a minute to be compiled
 def test_parts_of_one_s_own_have_python_s_bits(tmp_path: Path) -> None:
     for path in EXAMPLES.glob("*.py"):

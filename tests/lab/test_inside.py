@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from baldwinlab.evolution import Moment, draw_genome
+from baldwinlab.experiment import Experiment
 from baldwinlab.lab import frames
 from baldwinlab.lab.inside import look_inside
 from baldwinlab.lab.lives import Life, Past, Span
-from baldwinlab.presets import load
+from baldwinlab.models.miniworld.make import make_state
+from baldwinlab.parts.kinds import links
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, arrays, refusal
@@ -149,8 +151,13 @@ def test_of_a_network_that_grew_the_links_are_told_between_units() -> None:
     experiment = small("evo/A").replace(
         network={"kind": "growing", "hidden": [40]}, evolution={"variation": "neat", "selection": "species"}
     )
+    assert ends_of_links(experiment) == [[a, 43 + b] for a in (0, 1, 2, -1) for b in range(3)]
+    assert ends_of_links(small("evo/A")) == [], "layers"
+
+
+def ends_of_links(experiment: Experiment) -> list[list[int]]:
+    """From which unit to which the first founder has links."""
+    state, found = make_state(experiment, 1), np.empty((experiment.weight_count, 3), np.float32)
     founders = draw_genome(experiment, Moment(5, 0, 0))
-    network = experiment.part("network.kind")
-    found = network.links(experiment, founders[0, 0])
-    assert [(source, target) for source, target, _ in found] == [(a, 43 + b) for a in (0, 1, 2, -1) for b in range(3)]
-    assert load("evo/A").part("network.kind").links(experiment, founders[0, 0]) == [], "layers"
+    count = links(state.network, founders[0, 0][:, None], len(state.activations), 0, found)
+    return [[int(source), int(target)] for source, target, _ in found[:count]]

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Error, Page, expect
+from playwright.sync_api import Error, Page, expect
 
 from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment
@@ -18,7 +17,6 @@ from baldwinlab.lab.export import live_page
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.runs.simulate import simulate
 from tests.axe import barriers
-from tests.lab.conftest import offline
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
 SIMULATE = """async (wanted) => {
@@ -50,14 +48,6 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("export") / "laboratory.html"
     path.write_bytes(live_page([quick(presets.load("evo+self-taught/A"))]))
     return path
-
-
-@pytest.fixture
-def lonely(browser: Browser) -> Iterator[Page]:
-    """A page with no network; its test fails if it asks for anything but what it holds, or has a fault."""
-    with offline(browser, 900) as (page, asked):
-        yield page
-    assert not [url for url in asked if not url.startswith(("data:", "blob:", "file:"))]
 
 
 @pytest.fixture

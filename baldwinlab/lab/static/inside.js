@@ -226,7 +226,7 @@ export class Inspector {
   drawNets(active, row, units) {
     const { header, arrays } = this.data;
     const { inputs, actions, answers, memory, modules } = header.look;
-    const nets = [{ weights: header.look.layers === false ? null : this.live, activations: active, actions, action: arrays.action[row] }];
+    const nets = [{ weights: this.live, activations: active, actions, action: arrays.action[row] }];
     if (arrays.teacher) {
       const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
       const action = arrays.error ? strongest(activations, actions.length) : null; // where it says how to act

@@ -6,7 +6,7 @@ const MOST_BYTES = 64_000_000; // of one recording
 
 /** The part of a life that one recording holds from `first` on: all of it, where that is not too much. */
 export function partOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
-  return { first, last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (16 * size))), steps) };
+  return { first, last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (20 * size))), steps) };
 }
 
 /**
@@ -15,6 +15,7 @@ export function partOf({ lifetime: { steps }, population: { size } }, first = 0,
  * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
  */
 export function record(run, { generation, first, last, look }) {
+  const { engine } = run;
   const [agents, inputs, steps] = [run.experiment.population.size, look.inputs.length, last - first];
   const inputBytes = Math.ceil(inputs / 8);
   const numbers = look.real.some(Boolean); // inputs as they are, and not as bits
@@ -22,7 +23,9 @@ export function record(run, { generation, first, last, look }) {
     x: new Float32Array(steps * agents), y: new Float32Array(steps * agents), heading: new Uint8Array(steps * agents),
     sensor: numbers ? new Float32Array(steps * agents * inputs) : new Uint8Array(steps * agents * inputBytes), action: new Uint8Array(steps * agents), eaten_in_life: new Uint32Array(steps * agents),
   };
-  const now = views(run.engine, ["places", "heading", "activations", "action", "eaten_in_life", "item_x", "item_y", "touched"]);
+  const now = views(engine, ["places", "heading", "activations", "action", "eaten_in_life", "item_x", "item_y", "touched"]);
+  const taughtBy = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
+  if (taughtBy) arrays.teacher = new Uint32Array(steps * agents); // whichever whole numbers a rule keeps
   const [lanes, regions] = [now.heading.length, now.eaten_in_life.length / now.heading.length];
   const moves = { step: [], item: [], x: [], y: [] };
   run.bear(generation);
@@ -36,6 +39,7 @@ export function record(run, { generation, first, last, look }) {
     arrays.heading.set(now.heading.subarray(0, agents), row);
     run.live(step, step + 1);
     arrays.action.set(now.action.subarray(0, agents), row);
+    arrays.teacher?.set(Uint32Array.from(taughtBy.subarray(0, agents), Number), row);
     for (let agent = 0; agent < agents; agent++) {
       for (let region = 0; region < regions; region++) arrays.eaten_in_life[row + agent] += now.eaten_in_life[region * lanes + agent];
       for (let input = 0; input < inputs; input++) {
@@ -89,6 +93,8 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   const answers = (of) => activations.map((one) => answer(engine, of, one.subarray(0, inputs)));
   const units = memoryless && !learns(engine) ? answers(module(0)) : activations;
   const found = { sample_step: Uint32Array.from(samples), weights: flat(weights), activations: flat(units), action: Uint16Array.from(action), eaten_in_life: Uint32Array.from(eaten) };
+  const linked = links(engine, weights[0]);
+  if (linked.length) found.links = linked;
   if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
   if (engine.plan.taught) {
     const taught = teacher ? asked : answers(module(1));
@@ -109,6 +115,13 @@ function answer(engine, weights, inputs) {
   units.set(inputs);
   engine.call("ask");
   return units.slice();
+}
+
+/** Between which units a module that is no layers has links, [link, (from unit, to unit, weight)]; none of one that is. */
+function links(engine, weights) {
+  engine.array("population.asked_weights").set(weights);
+  engine.call("link");
+  return engine.array("population.asked_links").slice(0, 3 * Number(engine.array("population.asked_count")[0]));
 }
 
 /** What the action module would have the agent do, [sample, code]: the action of its largest output. */

@@ -179,6 +179,20 @@ def _total(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row
 
 
 @compiled
+def list_links(graph: Graph, inputs: int, outputs: int, units: int, found: Any) -> int:
+    """Fill `found` [link, (from row, to row, weight)] with the links that are enabled, of which it says how many there are."""
+    links, count = min(links_of(graph), units - inputs - outputs), 0
+    for link in range(links):
+        gene = gene_at(link)
+        if graph[gene + ENABLED] > ZERO:
+            found[count, 0] = row_of(graph, inputs, outputs, links, graph[gene + SOURCE], units)
+            found[count, 1] = row_of(graph, inputs, outputs, links, graph[gene + TARGET], units)
+            found[count, 2] = graph[gene + WEIGHT]
+            count += 1
+    return count
+
+
+@compiled
 def row_of(graph: Graph, inputs: int, outputs: int, links: int, name: Any, units: int) -> Any:
     """The row of the node of a name; -1 for the bias."""
     node = int(name)

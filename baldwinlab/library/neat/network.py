@@ -10,14 +10,12 @@ Source: Stanley and Miikkulainen 2002, section 3; that a node answers when all t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Any, ClassVar
 
 from baldwinlab.engine.lanes import Lane, first_lane, lanes_of
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import ENABLED, SOURCE, TARGET, WEIGHT, answer, entries, gene_at, links_of, row_of
+from baldwinlab.library.neat.graphs import answer, entries, list_links
 from baldwinlab.parts import Field, Network
-from baldwinlab.parts.kinds import compiled_values
 
 
 def links_with_room(weights: int, hidden: int) -> int:
@@ -64,18 +62,14 @@ class Growing(Network, name="growing"):
                 "network.hidden must be one number, the links that there shall be room for, such as [40]"
             )
 
-    def links(self, experiment: Any, weights: Any) -> list[tuple[int, int, float]]:
-        part, units = compiled_values(self, experiment, lambda array: None), sum(experiment.layer_sizes)
-        count = min(links_of(weights), part.room)
-        genes = [weights[gene_at(link) : gene_at(link + 1)] for link in range(count)]
-        row = partial(row_of, weights, part.inputs, part.outputs, count)
-        ends = [[row(gene[end], units) for end in (SOURCE, TARGET)] for gene in genes]
-        return [(*pair, float(gene[WEIGHT])) for pair, gene in zip(ends, genes, strict=True) if gene[ENABLED] > 0]
-
     @staticmethod
     def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
         for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
             answer(weights[:, one], part.inputs, part.outputs, part.steepness, activations[:, one])
+
+    @staticmethod
+    def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
+        return list_links(weights[:, lane], part.inputs, part.outputs, units, found)
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:

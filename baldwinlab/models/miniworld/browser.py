@@ -2,8 +2,8 @@
 
 Each takes addresses of named tuples. A page lays them out as `plan` says: it calls `measure` to learn how large arrays are,
 `furnish` once they are there, `found`, and then for every generation `begin`, `live` (as often as it likes to look), `reckon`
-and `breed`; it may `ask` a module something. They are made of the kernels that Python calls, in the order of runs/simulate.py;
-tests hold them to its bits.
+and `breed`; it may `ask` a module something, and between which units it has a `link`. They are made of the kernels that Python
+calls, in the order of runs/simulate.py; tests hold them to its bits.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from baldwinlab.models.miniworld.recall import MOST_INPUTS
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
 from baldwinlab.parts.evolution import evaluate, pass_on, teach
 from baldwinlab.parts.evolution import found as make_founders
-from baldwinlab.parts.kinds import forward
+from baldwinlab.parts.kinds import forward, links
 
 FOUND: Final = (
     "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends", "units", "weights", "answers", "lanes",
@@ -104,6 +104,8 @@ class Population(NamedTuple):
     order: Any  # int64 [agent], scratch
     asked_weights: Any  # float32 [weight, 1], those of a module that is asked something
     asked_units: Any  # float32 [unit, 1], its inputs first, and what it answers
+    asked_links: Any  # float32 [link, (from unit, to unit, weight)], where it is no layers
+    asked_count: Any  # int64 [1], of those links
     schemes: Any
     variation: Any
     inheritance: Any
@@ -213,6 +215,12 @@ def live_in_turn(model: Any, state: Any, population: Population) -> None:
 def ask(state: Any, population: Population) -> None:
     """What a module answers to some inputs, whoever has it."""
     forward(taken(state).network, population.asked_weights, population.asked_units, 0)
+
+
+def link(state: Any, population: Population) -> None:
+    """Between which units a module has links, where it is no layers, whoever has it."""
+    units, found = population.asked_units.shape[0], population.asked_links
+    population.asked_count[0] = links(taken(state).network, population.asked_weights, units, 0, found)
 
 
 def reckon(model: Any, state: Any, population: Population) -> None:

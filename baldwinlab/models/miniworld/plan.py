@@ -108,6 +108,8 @@ ARRAYS_OF_POPULATION: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "order": ("i8", ("agents",)),
     "asked_weights": ("f4", ("weights", 1)),
     "asked_units": ("f4", ("units", 1)),
+    "asked_links": ("f4", ("weights", 3)),
+    "asked_count": ("i8", (1,)),
 }
 DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the function that says how
     FeedForward.derived["biases"]: field("network.biases"),
@@ -154,6 +156,7 @@ class Habitat:
             "begin": (browser.begin, (model, state, population)),
             "live": (live, (model, state, population)),
             "ask": (browser.ask, (state, population)),
+            "link": (browser.link, (state, population)),
             "reckon": (browser.reckon, (model, state, population)),
             "breed": (browser.breed, (population,)),
         }
@@ -167,6 +170,7 @@ class Habitat:
     def plan(self) -> dict[str, Any]:
         """As above; "tuples" by name, in the order in which entry points take them."""
         experiment, found = self.experiment, list(browser.FOUND)
+        taught_by = experiment.part("learning.rule").learns_from
         leaves = {"setting": self._setting(), "model": self._model(), "state": self._state(), "population": self._population()}
         tuples = {}
         for name, sources in leaves.items():
@@ -184,6 +188,7 @@ class Habitat:
                 "item kinds": len(item_kinds(experiment)),
             },
             "taught": "reinforcement" in experiment.modules,
+            "learns from": taught_by and f"state.rule.{taught_by}",
             "takes": {name: [_name_of(self, each) for each in types] for name, (_, types) in self.entries().items()},
         }
 

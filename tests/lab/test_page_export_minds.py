@@ -1,0 +1,92 @@
+"""What a live laboratory draws of minds: the links of a network that grew, and from whom each learns; both are Python's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from playwright.sync_api import Page, expect
+
+from baldwinlab import presets
+from baldwinlab.evolution import Moment
+from baldwinlab.experiment import Experiment
+from baldwinlab.lab import frames
+from baldwinlab.lab.export import live_page
+from baldwinlab.lab.inside import look_inside
+from baldwinlab.lab.lives import Life, Past, Span
+from baldwinlab.lab.recording import record
+from baldwinlab.palette import shade
+from baldwinlab.runs.simulate import simulate
+from tests.lab.test_page_export import quick, start
+
+pytestmark = pytest.mark.nightly  # a module of such parts takes half a minute to be compiled, and a linker
+LAST, AGENT = 2, 4
+WATCHED = """
+    window.told = {};  // by workers: the last array of each name
+    window.drawn = { words: [], shades: [] };
+    window.Worker = class extends Worker {
+        constructor(...given) {
+            super(...given);
+            this.addEventListener("message", ({ data }) => Object.assign(told, data.answer?.arrays));
+        }
+    };
+    const { fillText, stroke } = CanvasRenderingContext2D.prototype;
+    CanvasRenderingContext2D.prototype.fillText = function (...given) {
+        drawn.words.push(given[0]);
+        fillText.apply(this, given);
+    };
+    CanvasRenderingContext2D.prototype.stroke = function () {
+        if (this.getLineDash().length) drawn.shades.push(this.strokeStyle);
+        stroke.apply(this);
+    };
+"""
+
+
+def opened(page: Page, experiment: Experiment, folder: Path) -> None:
+    """Live a run of the experiment on a page of its own, to the end, and go on to where something has been eaten."""
+    path = folder / "laboratory.html"
+    path.write_bytes(live_page([experiment]))
+    page.add_init_script(WATCHED)
+    page.goto(path.as_uri())
+    start(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    expect(page.get_by_test_id("live-caption")).to_have_text(f"Generation {LAST}")
+    for _ in range(15):
+        page.get_by_test_id("live-canvas").press("Shift+ArrowRight")
+    eaten = simulate(experiment, seed=0).food_eaten[LAST]
+    expect(page.get_by_test_id("live-canvas-count")).to_contain_text(f"{int(eaten.sum())} eaten")
+
+
+def last_life(experiment: Experiment) -> tuple[Life, Span]:
+    run = simulate(experiment, seed=0)
+    past = Past(run.genome.values[LAST], run.energy)
+    return Life(experiment, Moment(0, 0, LAST), lambda: past), Span(0, experiment.lifetime.steps)
+
+
+def told(page: Page, name: str) -> npt.NDArray[Any]:
+    return np.array(page.evaluate("name => Array.from(told[name] ?? [])", name))
+
+
+def test_a_network_that_grew_is_drawn_with_its_links(lonely: Page, tmp_path: Path) -> None:
+    grows = {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}}
+    growing = quick(presets.load("evo/A"), network={"kind": "growing", "hidden": [40]}, evolution=grows)
+    opened(lonely, growing, tmp_path)
+    lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
+    expect(lonely.get_by_test_id("kin")).to_contain_text("parents, in generation 1")
+    links = frames.unpack(look_inside(*last_life(growing), AGENT))[1]["links"]
+    assert 3 <= links[:, 1].min() < 43 <= links[:, 1].max(), "hidden units and outputs"
+    assert np.array_equal(told(lonely, "links").reshape(-1, 3), links)
+    assert "bias" in lonely.evaluate("drawn.words")
+
+
+def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(lonely: Page, tmp_path: Path) -> None:
+    social = quick(presets.load("evo/A"), learning={"rule": "imitation"})
+    opened(lonely, social, tmp_path)
+    expect(lonely.get_by_test_id("legend").get_by_text("learns from")).to_be_visible()
+    teacher = frames.unpack(record(*last_life(social), {}))[1]["teacher"]
+    assert (teacher != np.arange(20)).any(), "somebody learns"
+    assert np.array_equal(told(lonely, "teacher").reshape(-1, 20), teacher)
+    assert shade("lesson") in lonely.evaluate("drawn.shades")
