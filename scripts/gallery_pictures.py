@@ -18,7 +18,8 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
         study = bl.open_study(Path(folder) / "study")
-        figures.save(figures.shares(study, recorded_shares({one.name: one for one in experiments})), Path(folder), "hinton-nowlan")
+        shares = figures.shares(study, recorded_shares({one.name: one for one in experiments}))
+        figures.save(shares, Path(folder), "hinton-nowlan")
         (PICTURES / "hinton-nowlan.png").write_bytes((Path(folder) / "hinton-nowlan.png").read_bytes())
 
 

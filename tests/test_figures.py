@@ -33,9 +33,8 @@ FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
-STRINGS = study({name: [3, 4] for name in ("guessing", "fixed", "unset", "other")}).assign(
-    {name: study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})["energy"] / 5 for name in ("ones", "unset", "used")}
-)
+STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
+STRINGS = STRINGS.assign(dict.fromkeys(("ones", "unset", "used"), STRINGS["energy"] / 5))
 STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
 
 

@@ -164,7 +164,8 @@ def _schema(experiment: Experiment) -> Any:
 
 def _settled(experiment: Experiment) -> Iterator[str]:
     """The fields that a foreign part has made something of which compiled code takes as it is."""
-    if type(experiment.part("network.kind")).layers is not Network.layers:
+    network = type(experiment.part("network.kind"))
+    if network.layers is not Network.layers or network.graphs:  # a graph's room is bounded by what its part alone checks
         yield "network.hidden"
     for path, kind, _ in choosing_fields(type(experiment)):
         for part in experiment.parts(path):

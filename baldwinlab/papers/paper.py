@@ -184,7 +184,7 @@ def check(paper: Paper) -> Paper:
         where = f"{paper.folder / 'claims.toml'}: {claim.id}"
         _require(sorted(claim.conditions), known, f"{where} names a condition")
         for comparison in claim.comparisons:
-            for name in comparison.conditions:
+            for name in sorted(comparison.conditions):
                 _require([comparison.measure], [*OF_ALL, *paper.measures(name)], f"{where}: a measure of {name}")
         for choice in claim.choices:
             _require_field(choice.field, experiments, f"{where}, choice {choice.id}")

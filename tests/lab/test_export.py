@@ -131,6 +131,12 @@ def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(monkey
     assert "const" not in social["least"]
 
 
+def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("baldwinlab.lab.export.module_of", lambda experiment: b"")
+    tables = laboratory([load("worlds-and-minds:evo/A", "neat")])["schemas"][0]["$defs"]
+    assert "const" in next(table for name, table in tables.items() if name.startswith("Network"))["properties"]["hidden"]
+
+
 @pytest.mark.parametrize(("rule", "place"), [("imitation", "state.rule.whom"), ("hebb", "")])
 def test_a_plan_says_where_it_stands_from_whom_each_learns(rule: str, place: str) -> None:
     plan = Habitat(load("evo/A").replace(learning={"rule": rule})).plan()

@@ -42,7 +42,7 @@ def lives(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
 
 @pytest.mark.parametrize("fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}])
 def test_a_life_is_worth_what_it_is_trial_by_trial(fields: dict[str, Any]) -> None:
-    genomes = np.random.default_rng(1).choice(np.float32([0, 0.5, 1, 1, 1, 1]), (1, 300, 1, 6))
+    genomes = np.random.default_rng(1).choice(np.array([0, 0.5, 1, 1, 1, 1], np.float32), (1, 300, 1, 6))
     found = lives(genomes, loci=6, **fields).energy[0]
     luck = uniforms(7, 0, 3, LIFE, (300, 1))[:, 0, 0]
     model = HintonNowlan(loci=6, **fields)
@@ -90,7 +90,8 @@ def exact_step(shares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     of_q = np.array([comb(LOCI, int(k)) for k in q]) * unset**q * ones ** (LOCI - q)
     gain = of_q * (expected_fitness(q) - 1)
     mean = 1 + gain.sum()
-    return np.array([ones + (gain * (LOCI - q) / LOCI).sum(), zeros, unset + (gain * q / LOCI).sum()]) / mean
+    after = [ones + (gain * (LOCI - q) / LOCI).sum(), zeros, unset + (gain * q / LOCI).sum()]
+    return np.array([share / mean for share in after])
 
 
 def test_the_exact_recursion_has_the_values_of_the_specification() -> None:
@@ -108,7 +109,7 @@ def test_a_generation_of_free_recombination_follows_the_exact_recursion() -> Non
     """From shares at which learning pays, so that the change is many times its error."""
     experiment = assign(bl.load("guessing"), ["evolution.variation=crossover", "population.size=20000"])
     before, generator = np.array([0.6, 0.02, 0.38]), np.random.default_rng(5)
-    genome = generator.choice(np.float32([1, 0, 0.5]), (20_000, 1, LOCI), p=before)
+    genome = generator.choice(np.array([1, 0, 0.5], np.float32), (20_000, 1, LOCI), p=before)
     energy = lives(genome[None]).energy[0]
     children, _ = breed(experiment, genome, energy, Moment(0, 0, 1))
     found = np.array([(children == allele).mean() for allele in (1, 0, 0.5)])

@@ -155,7 +155,7 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"claims": CLAIMS.replace('"mean"', '"weight"')},
-            "claims.toml: T1: a measure of taught/near 'weight', which there is not; there are best, mean, share, most",
+            "claims.toml: T1: a measure of plain/near 'weight', which there is not; there are best, mean, share, most",
         ),
         (
             (),

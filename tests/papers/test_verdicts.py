@@ -213,7 +213,8 @@ def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) ->
     comparison, less = 'b = "fixed", measure = "ones", rule = "lower"', [share / 2 for share in SPREAD]
     result = of_strings(tmp_path, comparison, guessing=SPREAD, fixed=less)
     assert result.verdict == "holds" and result.deciding is not None
-    assert result.deciding.numbers.effect == pytest.approx(-0.225) and result.deciding.meaning == "share of 1 in the last generation"
+    assert result.deciding.numbers.effect == pytest.approx(-0.225)
+    assert result.deciding.meaning == "share of 1 in the last generation"
 
 
 @pytest.mark.parametrize("rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "fixed"'])
