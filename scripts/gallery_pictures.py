@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+import xarray as xr
+from matplotlib.figure import Figure
 
 import baldwinlab as bl
 from baldwinlab import figures, papers
 from baldwinlab.report.content import recorded_shares
 
-PICTURES = Path(__file__).parents[1] / "docs" / "pictures"
+PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
+
+
+def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    return figures.shares(study, recorded_shares({one.name: one for one in experiments}))
+
+
+def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    return figures.fitness_curves(study)
+
+
+DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
+    "hinton-nowlan-1987": _shares,
+    "nolfi-parisi-1993": _curves,
+    "nolfi-elman-parisi-1994": _curves,
+}
 
 
 def main() -> None:
-    paper = papers.load("hinton-nowlan-1987")
-    experiments = paper.experiments()
-    with TemporaryDirectory() as folder:
-        bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
-        study = bl.open_study(Path(folder) / "study")
-        shares = figures.shares(study, recorded_shares({one.name: one for one in experiments}))
-        figures.save(shares, Path(folder), "hinton-nowlan")
-        (PICTURES / "hinton-nowlan.png").write_bytes((Path(folder) / "hinton-nowlan.png").read_bytes())
+    for name, draw in DRAWN.items():
+        paper = papers.load(name)
+        experiments = paper.experiments()
+        with TemporaryDirectory() as folder:
+            bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
+            figures.save(draw(bl.open_study(Path(folder) / "study"), experiments), Path(folder), name)
+            (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
 
 
 if __name__ == "__main__":

@@ -21,6 +21,15 @@ def learned_in(experiment: Experiment, generation: int, seed: int) -> np.ndarray
     return weights
 
 
+def test_the_twin_that_learns_nothing_is_evolution_alone_to_the_bit() -> None:
+    """As every weight has a gate of its own, a second module that does nothing takes no mutation from the first."""
+    evo, twin = (simulate(small(name, learning=given), seed=2) for name, given in (("evo", {}), ("evo+self-taught", {"rate": 0})))
+    assert evo["food_eaten"].sum() > 0
+    for name in ("food_eaten", "energy", "parents"):
+        np.testing.assert_array_equal(twin[name], evo[name])
+    np.testing.assert_array_equal(twin["genome"][:, :, 0], evo["genome"][:, :, 0])
+
+
 @pytest.mark.parametrize("share", [0.3, 1.0])
 def test_lamarck_without_learning_is_darwin(share: float) -> None:
     still = small("evo+self-taught", learning={"rate": 0})

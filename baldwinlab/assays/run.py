@@ -83,10 +83,11 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
             return "the assay neutral is of what selection builds, and where nothing is inherited it builds nothing"
         drawn = experiment.evolution.selection == "neutral"
         return "the assay neutral is of what selection builds, and parents at random are their own neutral twin" if drawn else ""
+    if name == "modules":  # and this through the genome's
+        there = "reinforcement" in experiment.modules
+        return "" if there else "the assay modules is of agents with a reinforcement module"
     if not isinstance(experiment, Experiment):
         return f"the assay {name} is of foragers and what they eat, so the model {experiment.model} has none"
-    if name == "modules" and "reinforcement" not in experiment.modules:
-        return "the assay modules is of agents with a reinforcement module"
     return ""
 
 

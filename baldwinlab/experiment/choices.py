@@ -44,7 +44,11 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
-    "model": {"hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan", "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor"},
+    "model": {
+        "cell-foragers": f"{_LIBRARY}.cells:CellForagers",
+        "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
+        "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
+    },
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",
         "energy": f"{_LIBRARY}.measures:Energy",
@@ -97,6 +101,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "variation": {
         "copy": f"{_LIBRARY}.breeding:Copy",
+        "few-mutations": f"{_LIBRARY}.cells:FewMutations",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",
         "one-point-alleles": f"{_LIBRARY}.needle:OnePointOfAlleles",

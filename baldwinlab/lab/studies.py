@@ -14,7 +14,8 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers, presets
-from baldwinlab.experiment import Experiment, choices
+from baldwinlab.experiment import BaseExperiment, Experiment, choices
+from baldwinlab.factors import Factors
 from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.query import parsed, text
@@ -161,7 +162,7 @@ def _presets() -> list[dict[str, Any]]:
             "name": name,
             "learner": of.learner,
             "map": of.map,
-            "description": f"{presets.describe(_kind(of.learner), of.learner)}; {presets.describe('maps', of.map)}",
+            "description": "; ".join(_described(of)),
             "shown": name == papers.load().about.emergence,
             "world": _length(presets.load(name)),  # which can be watched
         }
@@ -178,8 +179,16 @@ def _kind(learner: str) -> str:
     return "conditions" if learner in presets.names("conditions") else "controls"
 
 
-def _length(experiment: Experiment) -> dict[str, int]:
-    """How much there is to watch."""
+def _described(of: Factors) -> Iterator[str]:
+    yield presets.describe(_kind(of.learner), of.learner)
+    if of.map:
+        yield presets.describe("maps", of.map)
+
+
+def _length(experiment: BaseExperiment) -> dict[str, int] | None:
+    """How much there is to watch; None where there is nothing."""
+    if not isinstance(experiment, Experiment):
+        return None
     agents, steps = experiment.population.size, experiment.lifetime.steps
     return {"generations": experiment.evolution.generations, "agents": agents, "steps": steps}
 

@@ -81,7 +81,13 @@ def folder(place: Path, *without: str, **changed: str) -> Path:
 
 def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
     paper = check(papers.load())
-    assert list(papers.built_in()) == ["le-2019", "hinton-nowlan-1987", "worlds-and-minds"]
+    assert list(papers.built_in()) == [papers.DEFAULT, *sorted({*papers.built_in()} - {papers.DEFAULT})]
+        "le-2019",
+        "hinton-nowlan-1987",
+        "nolfi-elman-parisi-1994",
+        "nolfi-parisi-1993",
+        "worlds-and-minds",
+    ]
     assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
     assert paper.experiments("literal") == presets.paper("literal")
     assert "arXiv 1906.08854" in paper.about.citation and (paper.folder / "README.md").exists()
@@ -193,7 +199,7 @@ def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command:
     done = command("reproduce", "le-2091")
     said = (
         "there is no paper 'le-2091' (did you mean 'le-2019'?); "
-        "there are le-2019, hinton-nowlan-1987, worlds-and-minds, and any folder with a paper.toml"
+        f"there are {', '.join(papers.built_in())}, and any folder with a paper.toml"
     )
     assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
     done = command("reproduce", str(folder(tmp_path / "tiny")), "--reading", "literal")
@@ -204,7 +210,7 @@ def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command:
 def test_papers_lists_each_with_what_it_is(command: Command) -> None:
     done = command("papers")
     assert done.code == 0
-    assert "le-2019            Nam Le, Evolving Self-taught" in done.out and "conditions: 6, claims: 9, https://" in done.out
+    assert "le-2019                 Nam Le, Evolving Self-taught" in done.out and "conditions: 6, claims: 9, https://" in done.out
     assert "claims: 76\n" in done.out, "where there is no link, no comma waits for one"
 
 

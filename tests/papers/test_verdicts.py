@@ -166,7 +166,8 @@ def strings(**unset: Sequence[float]) -> xr.Dataset:
         share = np.stack([np.full((len(values), 4), 0.9), np.tile(np.array(values)[:, None], (1, 4))], axis=1)
         dims = ("run", "generation", "agent")
         found = {"energy": share + 1, "unset": share, "ones": 1 - share, "zeros": 0 * share, "succeeded": np.ones_like(share)}
-        conditions.append(xr.Dataset({each: (dims, array) for each, array in found.items()}).expand_dims(condition=[name]))
+        runs = xr.Dataset({each: (dims, array) for each, array in found.items()})
+        conditions.append(runs.expand_dims(condition=[name.replace("_", "-")]))
     return xr.concat(conditions, "condition", join="outer")
 
 
@@ -210,19 +211,19 @@ def test_a_model_s_own_measure_is_held_to_bounds(tmp_path: Path, comparison: str
 
 
 def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
-    comparison, less = 'b = "fixed", measure = "ones", rule = "lower"', [share / 2 for share in SPREAD]
-    result = of_strings(tmp_path, comparison, guessing=SPREAD, fixed=less)
+    comparison, less = 'b = "all-set", measure = "ones", rule = "lower"', [share / 2 for share in SPREAD]
+    result = of_strings(tmp_path, comparison, guessing=SPREAD, all_set=less)
     assert result.verdict == "holds" and result.deciding is not None
     assert result.deciding.numbers.effect == pytest.approx(-0.225)
     assert result.deciding.meaning == "share of 1 in the last generation"
 
 
-@pytest.mark.parametrize("rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "fixed"'])
+@pytest.mark.parametrize("rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "all-set"'])
 def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: str) -> None:
     """As of runs in which nobody ever succeeds, so that nothing takes off."""
-    never = strings(guessing=SPREAD, fixed=SPREAD).assign(succeeded=lambda runs: 0 * runs["succeeded"])
+    never = strings(guessing=SPREAD, all_set=SPREAD).assign(succeeded=lambda runs: 0 * runs["succeeded"])
     comparison = f'measure = "take-off", rule = {rule}'
-    of_strings(tmp_path, comparison, guessing=SPREAD, fixed=SPREAD)
+    of_strings(tmp_path, comparison, guessing=SPREAD, all_set=SPREAD)
     (result,) = evaluate(never, paper=open_paper(tmp_path / "strings"))
     assert result.verdict == "undecided"
 
