@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers, presets
-from baldwinlab.experiment import BaseExperiment, Experiment, choices
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices
 from baldwinlab.factors import Factors
 from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
@@ -134,11 +134,23 @@ def _summary(study: Study, name: str) -> dict[str, Any]:
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
             "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,  # of a life that can be watched
+            "alleles": list(alleles_of(experiment)),  # of genomes that can be looked at locus by locus
         }
         for experiment in study.experiments.values()
     ]
     report = (study.directory / "report.html").is_file()
     return {"id": name, "seed": study.seed, "conditions": conditions, "report": report, "problem": None}
+
+
+def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
+    """The alleles of a condition's genomes, as its model declares them: none where it does not, or is not here."""
+    if isinstance(experiment, Experiment):
+        return {}
+    try:
+        declared: Mapping[str, float] = experiment.of_model.alleles
+    except ExperimentError:
+        return {}
+    return declared
 
 
 def _shown(study: Study) -> str:

@@ -44,7 +44,11 @@ def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
 
 
 class HintonNowlan(Model, name="hinton-nowlan"):
-    """Strings that guess what is not set."""
+    """Strings that guess what is not set.
+
+    Right is 1 at every locus. In every trial of its life an agent sets each ? to 0 or 1 by a coin, and keeps nothing of trials
+    that fail; the sooner all are right in one, the fitter it is.
+    """
 
     loci: int = Field(20, ge=1, le=60, description="length of a string")
     trials: int = Field(1000, ge=1, le=100_000, description="for which a life has time")
@@ -63,6 +67,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         "succeeded": Variable(_OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"),
         "used": Variable(_OF_AGENT, np.int32, "trials", "trials of the agent's life"),
     }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
         "ones": Measure("share of 1 in the last generation", _at_last("ones")),

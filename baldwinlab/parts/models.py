@@ -44,6 +44,7 @@ class Model(Part):
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
     measures: ClassVar[Mapping[str, Measure]] = {}  # by name: what sums up a run, beside best, mean and share
+    alleles: ClassVar[Mapping[str, float]] = {}  # by name, in the order of drawing: what stands for it in a genome
     clock: ClassVar[str] = ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
 

@@ -6,14 +6,14 @@ compared agent by agent, whatever their genomes and whatever their circumstances
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.evolution import Genome, Moment, fitness
+from baldwinlab.evolution import Genome, Moment, fitness, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.cpu import Batch
@@ -63,3 +63,16 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
         return kept
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     return genome_at(experiment, Moment(seed, run, generation), record.energy)
+
+
+def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
+    """Those of every generation of a stored run, one after the other: as `stored_genome`, but each bred of the one before it."""
+    seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
+    learned = experiment.part("evolution.inheritance").wants_learned(experiment)
+    genome: Genome = record.genome.values[0]  # the founders are kept in any case
+    for generation, kept in enumerate(record.genome.values):
+        if np.isnan(kept).any() and not learned:
+            genome, _ = next_genome(experiment, Moment(seed, run, generation), genome, record.energy.values[generation - 1])
+        else:
+            genome = stored_genome(experiment, record, generation)
+        yield genome

@@ -15,7 +15,8 @@ from playwright.sync_api import Browser, Page
 from baldwinlab.cli.lab import listening
 from baldwinlab.lab.clients import server_of
 from baldwinlab.lab.server import make_app
-from tests.small import small_study
+from baldwinlab.presets import load
+from tests.small import small, small_study
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,20 @@ def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[La
 def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     root = tmp_path_factory.mktemp("lab")
     small_study(root / "small", runs=2)
+    with serving(root) as server:
+        yield server
+
+
+@pytest.fixture(scope="package")
+def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """A server over a study of worlds, called `small`, and one of `strings`, which keeps all genomes of one condition only."""
+    root = tmp_path_factory.mktemp("strings")
+    small_study(root / "small", [small("evo/A")], runs=2)
+    guessing = load("guessing").replace(
+        population={"size": 40}, evolution={"generations": 5}, hinton_nowlan={"loci": 6, "trials": 10}
+    )
+    sparse = guessing.replace(name="sparse", record={"genome_every": 3})
+    small_study(root / "strings", [guessing, sparse], runs=2)
     with serving(root) as server:
         yield server
 

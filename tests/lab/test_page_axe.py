@@ -47,6 +47,13 @@ def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_o
     assert barriers(shaded) == []
 
 
+def test_the_world_tab_of_a_model_without_worlds_has_none(shaded: Page, strings_server: LabServer) -> None:
+    shaded.goto(f"{strings_server.address}/#/world?study=strings&condition=guessing&run=1&generation=3&guide=open")
+    expect(shaded.get_by_test_id("alleles")).to_be_visible()
+    expect(shaded.get_by_test_id("guide")).to_contain_text("The bars")
+    assert barriers(shaded) == []
+
+
 def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
     changes = '{"lifetime.steps":300,"evolution.generations":2}'
     shaded.goto(f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'pace': 0, 'set': changes})}")

@@ -82,12 +82,6 @@ def folder(place: Path, *without: str, **changed: str) -> Path:
 def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
     paper = check(papers.load())
     assert list(papers.built_in()) == [papers.DEFAULT, *sorted({*papers.built_in()} - {papers.DEFAULT})]
-        "le-2019",
-        "hinton-nowlan-1987",
-        "nolfi-elman-parisi-1994",
-        "nolfi-parisi-1993",
-        "worlds-and-minds",
-    ]
     assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
     assert paper.experiments("literal") == presets.paper("literal")
     assert "arXiv 1906.08854" in paper.about.citation and (paper.folder / "README.md").exists()

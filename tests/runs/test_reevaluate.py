@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.runs.reevaluate import reevaluate, stored_genome
+from baldwinlab.runs.reevaluate import reevaluate, stored_genome, stored_genomes
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
@@ -45,8 +45,10 @@ def test_agents_with_one_module_use_the_first() -> None:
     assert np.array_equal(lives.weights, genomes[:, :, 0])
 
 
-def test_genomes_that_were_not_kept_are_bred_again() -> None:
-    whole = small("evo+self-taught", evolution={"generations": 6})
+@pytest.mark.parametrize("inherited", [0.0, 0.5], ids=["as they were born", "as they had learned"])
+def test_genomes_that_were_not_kept_are_bred_again(inherited: float) -> None:
+    whole = small("evo+self-taught", evolution={"generations": 6, "lamarckian_share": inherited})
     every, some = simulate(whole, seed=3, run=1), simulate(whole.replace(record={"genome_every": 4}), seed=3, run=1)
     for generation in range(6):
         assert np.array_equal(stored_genome(whole, some, generation), every.genome[generation])
+    assert np.array_equal(list(stored_genomes(whole, some)), every.genome)

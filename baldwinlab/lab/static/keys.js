@@ -18,9 +18,9 @@ const KEYS = {
 
 /** Does what a key means. @param {KeyboardEvent} event @param {import("./view_world.js").WorldTab} view */
 export function steer(event, view) {
-  if (event.ctrlKey || event.metaKey || event.altKey || view.transport?.help.open || hasKeys(event, view)) return;
+  if (view.transport?.help.open || !view.panels.length) return;
   const { player } = view;
-  const acts = {
+  act(event, view.timeline.slider, {
     " ": () => player.toggle(),
     ArrowLeft: () => player.step(event.shiftKey ? -100 : -1),
     ArrowRight: () => player.step(event.shiftKey ? 100 : 1),
@@ -38,18 +38,30 @@ export function steer(event, view) {
     c: () => view.toggleBeside(),
     a: () => view.set({ listing: !view.listing }),
     Escape: () => view.pick(view.side, null),
-  };
-  const act = acts[event.key];
-  if (!act || !view.panels.length) return;
+  });
+}
+
+/** The same where generations are all there is. @param {KeyboardEvent} event @param {import("./view_alleles.js").AllelesTab} view */
+export function steerGenerations(event, view) {
+  act(event, null, {
+    "[": () => view.goOn(-1),
+    "]": () => view.goOn(1),
+    g: () => view.tour.toggle(),
+  });
+}
+
+/** @param {HTMLElement|null} own the slider whose keys are those of the whole view @param {Object<string, () => void>} acts by key */
+function act(event, own, acts) {
+  if (event.ctrlKey || event.metaKey || event.altKey || !Object.hasOwn(acts, event.key) || hasKeys(event, own)) return;
   event.preventDefault();
-  act();
+  acts[event.key]();
 }
 
 /** Whether what has the focus has this key for itself. */
-function hasKeys({ target, key }, { timeline }) {
+function hasKeys({ target, key }, own) {
   if (target.matches?.("select, textarea, input:not([type=range], [type=checkbox])")) return true;
   if (target.matches?.("button, a, input[type=checkbox]")) return key === " ";
-  return target.matches?.("input[type=range]") && target !== timeline.slider && /^(Arrow|Home|End|Page)/.test(key);
+  return target.matches?.("input[type=range]") && target !== own && /^(Arrow|Home|End|Page)/.test(key);
 }
 
 /** The dialog that lists them. */

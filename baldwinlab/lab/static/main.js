@@ -7,7 +7,7 @@ import { PRESETS } from "./sources.js";
 import { KEEPING, LIVE, RESULTS } from "./topics.js";
 
 const VIEWS = {
-  world: { title: "World", lives: true, load: () => import("./view_world.js"), about: [] }, // what it shows is in the recording's own words
+  world: { title: "World", lives: true, load: () => import("./view_lives.js"), about: [] }, // what it shows is in the recording's own words
   live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: [...LIVE, KEEPING] },
   results: { title: "Results", load: () => import("./view_results.js"), about: RESULTS },
 };

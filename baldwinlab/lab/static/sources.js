@@ -12,6 +12,22 @@ export function query({ live, study, condition, run, generation }) {
   return new URLSearchParams({ ...from, run, generation });
 }
 
+/** The address of a lifetime in the World tab. @param {Source} life */
+export function lifeAddress(life) {
+  return `#/world?${new URLSearchParams(life)}`;
+}
+
+/** Whether the World tab has something to show of a condition: a world or, where its lives have none, the alleles of its genomes. */
+export function canBeShown({ steps, alleles }) {
+  return Boolean(steps || alleles?.length);
+}
+
+/** Whether the life nearest to what is wanted has a world. */
+export function hasWorld(studies, wanted) {
+  const { study, condition } = nearest(studies, wanted);
+  return Boolean(studies.find(({ id }) => id === study).conditions.find(({ name }) => name === condition).steps);
+}
+
 /** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
 export function nearest(studies, { study, condition, run, generation }, strict = false) {
   const found = studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
@@ -48,7 +64,7 @@ export async function withTypicalRun(studies, state) {
 /** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
 export function rival({ source, conditions }) {
   const own = conditions.find(({ name }) => name === source.condition);
-  const there = conditions.filter(({ map, reading }) => map === own?.map && reading === own?.reading);
+  const there = conditions.filter(({ map, reading, steps }) => steps && map === own?.map && reading === own?.reading);
   const first = conditions.find(({ shown }) => shown)?.learner;
   const other = there
     .filter(({ learner }) => learner === first)
@@ -56,25 +72,25 @@ export function rival({ source, conditions }) {
     .find((one) => one !== own && one.runs.includes(source.run) && one.generations > source.generation);
   return other
     ? { ...source, condition: other.name }
-    : { ...source, generation: source.generation === 0 ? (conditions[0]?.generations ?? 1) - 1 : 0 };
+    : { ...source, generation: source.generation === 0 ? (own?.generations ?? 1) - 1 : 0 };
 }
 
 /**
- * The studies with the conditions whose lives can be watched, or in place of all, those that come with baldwinlab; which stored
- * conditions have no world; and what is wrong with studies, a sentence each.
+ * The studies with the conditions that can be shown, or in place of all, those that come with baldwinlab; which stored conditions
+ * cannot; and what is wrong with studies, a sentence each.
  */
 export async function watchable() {
   const { studies } = await getJSON("api/studies");
   const problems = studies.flatMap(({ problem }) => problem ?? []);
-  const worldless = studies.flatMap(({ id, conditions }) => conditions.filter(({ steps }) => !steps).map(({ name }) => ({ study: id, condition: name })));
+  const worldless = studies.flatMap(({ id, conditions }) => conditions.filter((one) => !canBeShown(one)).map(({ name }) => ({ study: id, condition: name })));
   const stored = studies
-    .map((study) => ({ ...study, conditions: study.conditions.filter(({ runs, steps }) => runs.length && steps) }))
+    .map((study) => ({ ...study, conditions: study.conditions.filter((one) => one.runs.length && canBeShown(one)) }))
     .filter(({ conditions }) => conditions.length);
   return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
 }
 
-/** Raises an Error with a sentence where what an address names has no world. */
-export function requireWorld({ studies, worldless }, state) {
+/** Raises an Error with a sentence where what an address names cannot be shown. */
+export function requireShown({ studies, worldless }, state) {
   const found = worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
   if (found && (state.condition || studies.every(({ id }) => id !== state.study)))
     throw new Error(`${found.condition} of ${state.study} is of a model whose lives have no world to watch.`);

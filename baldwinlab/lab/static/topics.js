@@ -12,6 +12,15 @@ export const LIVE = [
 /** Where there is a server. @type {Topic} */
 export const KEEPING = { title: "To go on", text: "Sweep a field, and see what it does. What is worth keeping can be kept as a study." };
 
+/** Of the slider of the generations of a stored run. */
+export const CURVE = "The curve of the generations is this run's: its line is the best agent, its area the average one.";
+
+/** Of genomes without a world. @type {Topic[]} */
+export const ALLELES = [
+  { title: "The bars", text: "Each bar is a locus of the genomes with which a generation is born, and each part of it the share of agents that have this allele there. Lives have no world to watch here; what selection makes of genomes can be watched." },
+  { title: "What to look for", text: "Play the generations. Where does one allele take over, and when? What happens to the curve at that time? Where a bar no longer changes, all agents have the same allele." },
+];
+
 /** @type {Topic[]} */
 export const RESULTS = [
   { title: "The curves", text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. Each run can be shown as a thin line beside it. A click on a line shows the life behind it." },

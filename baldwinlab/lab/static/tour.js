@@ -3,9 +3,12 @@
 const STOPS = [0, 5, 20]; // early on much changes, and then little; the last generation comes as well
 
 export class Tour {
-  /** @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void, changed: (on: boolean) => void}} tell */
-  constructor(tell) {
-    this.tell = tell;
+  /**
+   * @param {{now: () => {generation: number, last: number}, visit: (generation: number) => void, changed: (on: boolean) => void}} tell
+   * @param {(last: number) => number[]} stops the generations that are shown, up to the last
+   */
+  constructor(tell, stops = (last) => [...STOPS, last]) {
+    Object.assign(this, { tell, stops });
     this.on = false;
   }
 
@@ -18,7 +21,7 @@ export class Tour {
   next() {
     if (!this.on) return;
     const { generation, last } = this.tell.now();
-    const stop = [...STOPS, last].find((each) => each > generation && each <= last);
+    const stop = this.stops(last).find((each) => each > generation && each <= last);
     if (stop === undefined) this.set(false);
     else this.tell.visit(stop);
   }

@@ -7,6 +7,7 @@ import { reactionNorms } from "./reaction_norms.js";
 import { arranged, factorChoices, forgotten, together } from "./results_factors.js";
 import { runTable } from "./results_runs.js";
 import { chartSaves, csv, saveButton } from "./saving.js";
+import { canBeShown, lifeAddress } from "./sources.js";
 
 const WITHOUT_FOOD = {
   best: { name: "Best agent", axis: "fitness", title: "Fitness of the best agent" },
@@ -20,11 +21,6 @@ const MEASURES = { // of foragers, whose fitness is the energy of the items that
 };
 const FEW = 8; // curves beside which the lines of their runs can still be told apart
 const measures = (results) => (results.food ? MEASURES : WITHOUT_FOOD);
-
-/** The address of a lifetime in the World tab. */
-export function lifeAddress(life) {
-  return `#/world?${new URLSearchParams(life)}`;
-}
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
 export function mount(root, state, navigate) {
@@ -123,7 +119,7 @@ function draw(page, given, remember) {
 
 function explained(given) {
   if (!given.alone) return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
-  const click = !watched(given) ? "" : given.lines ? "Click a line to replay that generation of its run. " : "Click a curve to replay that generation of its typical run. ";
+  const click = !watched(given) ? "" : given.lines ? "Click a line to see that generation of its run. " : "Click a curve to see that generation of its typical run. ";
   return `${click}Shaded: 95 % bands over runs.`;
 }
 
@@ -142,9 +138,9 @@ function runRows(generations, series) {
     generations.map((generation, place) => ({ curve: label, run, generation, value: values[place] })).filter(({ value }) => value !== null)));
 }
 
-/** Whether lives of a condition, or of any, can be watched. */
+/** Whether lives of a condition, or of any, lead to the World tab. */
 function watched({ study }, label) {
-  return study.conditions.some(({ name, steps }) => steps && (label === undefined || name === label));
+  return study.conditions.some((condition) => canBeShown(condition) && (label === undefined || condition.name === label));
 }
 
 function heading({ study, listed, choose }) {
@@ -228,7 +224,7 @@ function drawBoxes(root, { study, results, groups }, kind) {
       values: points.map(({ value }) => value),
       color: look(number).color,
       describe: (index) => `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
-      ...(seen && { leads: "Replay its last generation.", href: (index) => lifeAddress({ study: study.id, condition: points[index].name, run: points[index].run, generation: last(points[index].name) }) }),
+      ...(seen && { leads: "See its last generation.", href: (index) => lifeAddress({ study: study.id, condition: points[index].name, run: points[index].run, generation: last(points[index].name) }) }),
     };
   });
   const plot = el("div");

@@ -1,4 +1,4 @@
-/** The World tab: one world or two in step, the controls of time, and the inspector. */
+/** The World tab of worlds: one or two in step, the controls of time, and the inspector. */
 
 import { el, message } from "./common.js";
 import { Inspector } from "./inside.js";
@@ -8,23 +8,17 @@ import { Panel } from "./panel.js";
 import { Player, usualSpeed } from "./player.js";
 import { Population } from "./population.js";
 import { mountShare } from "./share.js";
-import { PRESETS, nearest, query, requireWorld, rival, titled, watchable, withTypicalRun } from "./sources.js";
+import { PRESETS, nearest, query, requireShown, rival, titled, withTypicalRun } from "./sources.js";
 import { Timeline } from "./timeline.js";
+import { CURVE } from "./topics.js";
 import { Tour } from "./tour.js";
 import { Transport } from "./transport.js";
 import { WHOLE, besides, optionsIn, written } from "./world_address.js";
 
-const CURVE = "The curve of the generations is this run's: its line is the best agent, its area the average one.";
-
-export function mount(root, state, navigate, guide) {
-  const view = new WorldTab(root, navigate, guide);
-  view.start(state);
-  return { update: (given) => view.come(given), unmount: () => view.close() };
-}
-
 export class WorldTab {
-  constructor(root, navigate, guide) {
-    Object.assign(this, { root, navigate, guide, panels: [], agent: null, side: "a", turn: 0, closed: false });
+  /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
+  constructor(root, navigate, guide, { studies, worldless }) {
+    Object.assign(this, { root, navigate, guide, studies, worldless, panels: [], agent: null, side: "a", turn: 0, closed: false });
     Object.assign(this, { trails: "recent", sight: true, listing: false });
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.showTime();
@@ -48,23 +42,13 @@ export class WorldTab {
   }
 
   async start(state) {
-    this.asked = state;
-    const { studies, worldless, problems } = await watchable();
-    for (const problem of problems) message(problem, "error");
-    if (this.closed) return;
-    Object.assign(this, { studies, worldless });
-    const why = worldless.length ? "The studies here are of models whose lives have no world to watch." : "No study is stored here yet.";
-    if (studies[0].id === PRESETS) message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
     this.build();
-    const begins = this.asked.step === undefined;
-    await this.come(this.asked);
-    if (begins && !this.closed) this.player.begin();
+    await this.come(state);
+    if (state.step === undefined && !this.closed) this.player.begin();
   }
 
   /** Show what an address says, in the run to look at first where it names none. */
   async come(state) {
-    this.asked = state;
-    if (!this.transport) return; // `start` comes to it
     const mine = ++this.turn;
     const whole = await withTypicalRun(this.studies, state);
     if (mine === this.turn && !this.closed) this.apply(whole);
@@ -90,7 +74,7 @@ export class WorldTab {
   /** Show what an address says; what it leaves out is as at the beginning. */
   apply(state) {
     try {
-      requireWorld(this, state);
+      requireShown(this, state);
       const first = nearest(this.studies, state, true);
       this.ensurePanel(0).choose(first);
       const second = besides(state, first);
@@ -98,7 +82,7 @@ export class WorldTab {
       else this.dropBeside();
     } catch (fault) {
       message(fault.message, "error");
-      if (!this.panels[0]?.source) this.ensurePanel(0).choose(nearest(this.studies, {}));
+      if (!this.panels[0]?.source) this.ensurePanel(0).choose(nearest(this.studies, { study: state.study, condition: state.condition }));
     }
     this.usual = usualSpeed(this.panels[0].condition.steps);
     const { speed, camera, step, descent, ...options } = optionsIn(state, this.usual);

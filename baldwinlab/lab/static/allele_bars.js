@@ -1,0 +1,89 @@
+/** A bar for each locus, whose parts are the shares of its alleles; the same as a table for those who do not see it. */
+
+import { el, format } from "./common.js";
+import { Tip } from "./tip.js";
+
+const COLOURS = ["blue", "orange", "green", "purple", "sky", "vermilion"]; // of the alleles, in their order
+const FEW = 12; // loci that are all numbered; of more, every fifth
+
+export class AlleleBars {
+  constructor() {
+    this.heading = el("h2", { "data-testid": "alleles-heading" });
+    this.legend = el("div", { class: "legend", role: "group", "aria-label": "Legend, from below", "data-testid": "alleles-legend" });
+    this.plot = el("div", { class: "allele-plot", "data-testid": "alleles" });
+    const scale = el("div", { class: "allele-scale number" }, ["100 %", "50 %", "0 %"].map((text) => el("span", {}, text)));
+    this.chart = el("div", { class: "allele-chart", "aria-hidden": "true" }, scale, this.plot, el("span", { class: "allele-axis" }, "locus"));
+    this.table = el("table", { "data-testid": "alleles-table" });
+    this.root = el("div", { class: "alleles" },
+      el("div", { class: "row" }, this.heading, this.legend), this.chart, el("div", { class: "visually-hidden" }, this.table));
+    this.tip = new Tip(this.plot);
+    this.plot.addEventListener("pointermove", (event) => this.point(event));
+    this.plot.addEventListener("pointerleave", () => this.tip.show(null));
+    this.clear();
+  }
+
+  /** Nothing is shown. */
+  clear() {
+    this.loci = [];
+    this.heading.textContent = "";
+    this.plot.replaceChildren(this.tip.element);
+    this.tip.show(null);
+    this.chart.hidden = this.table.hidden = this.legend.hidden = true;
+  }
+
+  /** Other genomes come. @param {string[]} alleles their names, in the order in which they are stacked @param {number} count of loci */
+  begin(alleles, count) {
+    this.clear();
+    this.chart.hidden = this.table.hidden = this.legend.hidden = false;
+    this.alleles = alleles;
+    this.loci = Array.from({ length: count }, (_, locus) => this.locus(locus, count));
+    this.plot.prepend(...this.loci.map(({ bar }) => bar));
+    const entry = (name, number) => el("span", { class: "entry" }, el("i", { class: "allele", style: colours(number) }), name);
+    this.legend.replaceChildren("from below:", ...alleles.map(entry));
+    this.caption = el("caption");
+    const head = ["locus", ...alleles].map((name) => el("th", { scope: "col" }, name));
+    this.table.replaceChildren(this.caption, el("thead", {}, el("tr", {}, head)), el("tbody", {}, this.loci.map(({ line }) => line)));
+  }
+
+  locus(locus, count) {
+    const parts = this.alleles.map((name, number) => el("i", { class: "allele", style: colours(number) }, el("span", {}, name)));
+    const cells = this.alleles.map(() => el("td"));
+    const number = count <= FEW || locus % 5 === 0 ? locus : "";
+    return {
+      parts,
+      cells,
+      bar: el("div", { class: "allele-locus", "data-locus": locus }, el("div", { class: "allele-bar" }, parts), el("span", { class: "number" }, number)),
+      line: el("tr", {}, el("th", { scope: "row" }, locus), cells),
+    };
+  }
+
+  /** @param {number} generation @param {Float32Array} shares [generation, locus, allele] */
+  show(generation, shares) {
+    this.heading.textContent = this.caption.textContent = `Alleles by locus, generation ${generation}`;
+    const kinds = this.alleles.length;
+    this.loci.forEach(({ parts, cells }, locus) => {
+      const first = (generation * this.loci.length + locus) * kinds;
+      parts.forEach((part, kind) => {
+        part.style.flexGrow = shares[first + kind];
+        cells[kind].textContent = `${format(100 * shares[first + kind])} %`;
+      });
+    });
+  }
+
+  /** Tell what lies under the pointer. */
+  point({ target, clientX, clientY }) {
+    const place = target.closest("[data-locus]");
+    const { left, top } = this.plot.getBoundingClientRect();
+    this.tip.show(place && this.told(Number(place.dataset.locus)), clientX - left, clientY - top);
+  }
+
+  told(locus) {
+    return `locus ${locus}: ${this.alleles.map((name, kind) => `${name} in ${this.loci[locus].cells[kind].textContent}`).join(", ")}`;
+  }
+}
+
+/** Those of the allele of this number, and of its name on it. */
+function colours(number) {
+  const colour = COLOURS[number % COLOURS.length];
+  return `background: var(--${colour}); color: var(--${colour === "blue" ? "accent-text" : "on-orange"})`;
+}

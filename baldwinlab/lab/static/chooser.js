@@ -1,0 +1,126 @@
+/** Which life is shown, and the controls that choose it: study, condition and run from lists, the generation on the curve of its run. */
+
+import { el, icon } from "./common.js";
+import { RunCurve } from "./run_curve.js";
+import { PRESETS, hasWorld, lifeAddress, nearest, query } from "./sources.js";
+
+const TOUR = "Play one generation after the other (g)";
+
+export class Chooser {
+  /**
+   * @param {string} name "a" or "b"
+   * @param {object[]} studies as /api/studies lists them, without those that cannot be read
+   * @param {{invalidate: () => void, chosen: () => void, toured: () => void}} tell
+   */
+  constructor(name, studies, tell) {
+    Object.assign(this, { name, studies, tell, source: null });
+    this.pickers = this.makePickers();
+  }
+
+  makePickers() {
+    const select = (label, key) =>
+      el("select", { "aria-label": label, "data-testid": `${key}-${this.name}`, onchange: () => this.pickedFromLists(key) });
+    this.lists = { study: select("Study", "study"), condition: select("Condition", "condition"), run: select("Run", "run") };
+    const titled = this.studies.map(({ id }) =>
+      el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id),
+    );
+    this.lists.study.append(...titled);
+    this.number = el("input", {
+      type: "number",
+      min: 0,
+      step: 1,
+      "aria-label": "Generation",
+      class: "generation-number",
+      "data-testid": `generation-${this.name}`,
+      onchange: () => this.goTo(Number(this.number.value)),
+    });
+    const { invalidate, chosen: settled } = this.tell;
+    this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
+    const by = (way, path, label) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "quiet square",
+          "aria-label": label,
+          title: label,
+          onclick: () => this.goTo(this.source.generation + way),
+        },
+        icon(path),
+      );
+    const touring = { type: "button", class: "quiet square", "data-testid": `tour-${this.name}`, "aria-pressed": "false", onclick: this.tell.toured };
+    this.tour = el("button", { ...touring, title: TOUR, "aria-label": TOUR }, icon("M3 5l6 5-6 5zM10 5l6 5-6 5z"));
+    return el(
+      "div",
+      { class: "pickers" },
+      this.lists.study,
+      this.lists.condition,
+      el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
+      el(
+        "div",
+        { class: "generation" },
+        el("span", { class: "soft" }, "generation"),
+        by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
+        this.number,
+        by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
+        this.tour,
+        this.curve.root,
+      ),
+    );
+  }
+
+  get conditions() {
+    return this.studies.find(({ id }) => id === this.source?.study)?.conditions ?? [];
+  }
+
+  get condition() {
+    return this.conditions.find(({ name }) => name === this.source.condition);
+  }
+
+  /** Another study or condition keeps what of the rest is there in it as well. What is shown in another way comes by its address. */
+  pickedFromLists(changed) {
+    const wanted = { ...this.source, study: this.lists.study.value };
+    if (changed !== "study") wanted.condition = this.lists.condition.value;
+    if (changed === "run") wanted.run = Number(this.lists.run.value);
+    const source = nearest(this.studies, wanted);
+    if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source)) return void (location.hash = lifeAddress(source));
+    this.choose(source);
+    this.tell.chosen();
+  }
+
+  goTo(generation) {
+    const last = (this.condition?.generations ?? 1) - 1;
+    const within = Math.min(Math.max(0, Math.round(generation) || 0), last);
+    if (within === this.source.generation) return this.showSource();
+    this.choose({ ...this.source, generation: within });
+    this.tell.chosen();
+  }
+
+  /** @param {import("./sources.js").Source} source @returns {boolean} whether it is another one than before */
+  choose(source) {
+    if (this.source && String(query(source)) === String(query(this.source))) return false;
+    this.source = source;
+    this.showSource();
+    return true;
+  }
+
+  showSource() {
+    const { study, condition, run, generation } = this.source;
+    const options = (list, values) => {
+      const same = list.options.length === values.length && values.every((value, at) => list.options[at].value === String(value));
+      if (!same) list.replaceChildren(...values.map((value) => el("option", { value }, value)));
+    };
+    this.lists.study.hidden = this.studies.length < 2;
+    options(
+      this.lists.condition,
+      this.conditions.map(({ name }) => name),
+    );
+    options(this.lists.run, this.condition?.runs ?? []);
+    Object.assign(this.lists.study, { value: study });
+    Object.assign(this.lists.condition, { value: condition });
+    Object.assign(this.lists.run, { value: String(run) });
+    const last = (this.condition?.generations ?? 1) - 1;
+    Object.assign(this.number, { max: last, value: generation });
+    this.curve.follow(this.source, last);
+  }
+}

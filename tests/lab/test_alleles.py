@@ -1,0 +1,56 @@
+"""How frequent each allele is at each locus: what a study holds, whether its genomes are kept or bred again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.studies.store import Study
+from tests.lab.asking import arrays, data, refusal
+from tests.lab.conftest import LabServer
+
+RUN = {"study": "strings", "condition": "guessing", "run": 1}
+
+
+@pytest.mark.parametrize("condition", ["guessing", "sparse"])
+def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are_not_kept(
+    strings_server: LabServer, condition: str
+) -> None:
+    header, found = arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
+    assert header["alleles"] == ["0", "?", "1"] and "sets each ? to 0 or 1" in header["about"]
+    genomes = Study(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]  # whose seeds are the same
+    assert found["share"].shape == (5, 6, 3)
+    for allele, value in enumerate((0, 0.5, 1)):
+        assert np.allclose(found["share"][:, :, allele], (genomes == value).mean(axis=1))
+
+
+def test_over_all_loci_they_are_what_the_study_records(strings_server: LabServer) -> None:
+    _, found = arrays(strings_server.address, "alleles", **RUN)
+    recorded = bl.open_study(strings_server.root / "strings").sel(condition="guessing", run=1)
+    for allele, name in enumerate(("zeros", "unset", "ones")):
+        assert np.allclose(found["share"][:, :, allele].mean(axis=1), recorded[name].mean("agent"))
+
+
+def test_the_list_of_studies_says_which_conditions_have_alleles(strings_server: LabServer) -> None:
+    small, strings = data(strings_server.address, "studies")["studies"]
+    assert [condition["alleles"] for condition in small["conditions"]] == [[]]
+    assert [condition["alleles"] for condition in strings["conditions"]] == [["0", "?", "1"], ["0", "?", "1"]]
+
+
+def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServer) -> None:
+    address = strings_server.address
+    foragers = refusal(address, "alleles", 404, study="small", condition="evo/A", run=0)
+    assert foragers == "evo/A is of the model miniworld, which declares no alleles"
+    assert "has no condition 'x'" in refusal(address, "alleles", 404, **RUN | {"condition": "x"})
+    assert "has no run 7 of guessing" in refusal(address, "alleles", 404, **RUN | {"run": 7})
+    assert "must be a whole number" in refusal(address, "alleles", 400, **RUN | {"run": "x"})
+    assert refusal(address, "alleles", 400, study="strings") == "condition is missing from the request"
+    watched = refusal(address, "recording", 404, **RUN, generation=0)
+    assert watched == "guessing is of the model hinton-nowlan, whose lives have no world to watch"
+
+
+def test_more_than_one_answer_may_hold_is_refused(strings_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("baldwinlab.lab.alleles.MOST_BYTES", 4 * 5 * 6 * 3 - 1)
+    sentence = refusal(strings_server.address, "alleles", 400, **RUN)
+    assert sentence == "guessing has 5 generations of 6 loci, more than one answer may hold"
