@@ -29,6 +29,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _shares,
     "nolfi-parisi-1993": _curves,
     "nolfi-elman-parisi-1994": _curves,
+    "mayley-1996": _shares,
 }
 
 

@@ -48,6 +48,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "cell-foragers": f"{_LIBRARY}.cells:CellForagers",
         "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
         "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
+        "nk-climbers": f"{_LIBRARY}.landscapes:NKClimbers",
     },
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",
@@ -95,12 +96,14 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "walls": f"{_LIBRARY}.worlds:Walls",
     },
     "selection": {
+        "larger-tournament": f"{_LIBRARY}.breeding:LargerTournament",
         "best-copies": f"{_LIBRARY}.breeding:BestCopies",
         "expected-offspring": f"{_LIBRARY}.breeding:ExpectedOffspring",
         "species": f"{_LIBRARY}.neat.parts:Species",
     },
     "variation": {
         "copy": f"{_LIBRARY}.breeding:Copy",
+        "bit-flips": f"{_LIBRARY}.landscapes:BitFlips",
         "few-mutations": f"{_LIBRARY}.cells:FewMutations",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",

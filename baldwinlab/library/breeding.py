@@ -7,7 +7,9 @@ Sources: J. E. Baker, "Reducing bias and inefficiency in the selection algorithm
 Conference on Genetic Algorithms (1987), for `expected-offspring`; S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution
 in neural networks", Adaptive Behavior 3 (1994), for `best-copies`: there the best 20 of 100 have five children each, which
 differ from them by mutation alone (`copy`); H.-P. Schwefel, Numerical Optimization of Computer Models (1981), for normal
-mutations; J. H. Holland, Adaptation in Natural and Artificial Systems (1975), for crossover at one point.
+mutations; D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic algorithms", Foundations of
+Genetic Algorithms 1 (1991), for `larger-tournament`; J. H. Holland, Adaptation in Natural and Artificial Systems (1975), for
+crossover at one point.
 """
 
 from __future__ import annotations
@@ -79,6 +81,27 @@ class BestCopies(Selection, name="best-copies"):
         order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
         best = order[: max(1, int(part.share * len(fitness) + 0.5))]
         return [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
+
+
+class LargerTournament(Selection, name="larger-tournament"):
+    """The fittest one of several that are drawn; of equals the one drawn first."""
+
+    size: int = Field(3, ge=2, le=4, description="agents that are drawn for each parent")
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                best = int(uniforms[child, parent, 0] * fitness.size)
+                for draw in range(1, part.size):
+                    agent = int(uniforms[child, parent, draw] * fitness.size)
+                    best = agent if fitness[agent] > fitness[best] else best
+                parents[child, parent] = best
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        fought = [[[int(draw * len(fitness)) for draw in draws[: part.size]] for draws in of_child[:2]] for of_child in uniforms]
+        return [[max(each, key=lambda agent: fitness[agent]) for each in of_child] for of_child in fought]
 
 
 class Gaussian(Variation, name="gaussian"):

@@ -43,6 +43,7 @@ class Comparison(Declared):
     measure: str  # one of `OF_ALL`, or of the measures of the condition's model
     rule: Rule
     b: str = ""
+    paired: bool = False  # whether runs of the same number are held against each other: where they share a landscape, say
     bound: float | tuple[float, float] | None = None
 
     @model_validator(mode="after")
@@ -54,6 +55,8 @@ class Comparison(Declared):
         }
         needs |= dict.fromkeys(_BETWEEN, (isinstance(self.bound, tuple) and not self.b, "a bound of two numbers, and no b"))
         needs |= dict.fromkeys(_BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b"))
+        if self.paired and not self.b:
+            raise ValueError("paired runs need b beside a")
         met, what = needs[self.rule]
         if not met:
             raise ValueError(f"the rule {self.rule!r} needs {what}")

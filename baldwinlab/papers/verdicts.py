@@ -135,14 +135,15 @@ class _Samples:
         own = self._paper.measures(comparison.a)
         return own[comparison.measure].meaning if comparison.measure in own else ""
 
-    def get(self, condition: str, measure: str, first: bool = False) -> statistics.Sample:
+    def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
+        """By run."""
         if measure not in OF_ALL:
             lived = self._study.sel(condition=condition).dropna("run", how="all", subset=["energy"])
             lived = lived.dropna("generation", how="all", subset=["energy"]).dropna("agent", how="all", subset=["energy"])
-            found = self._paper.measures(condition)[measure].of(lived)
-            return np.asarray(found.dropna("run").values, np.float64)
+            found: xr.DataArray = self._paper.measures(condition)[measure].of(lived)
+            return found.dropna("run").astype(np.float64)
         table = self._first if first else self._last
-        return np.asarray(table[measure].sel(condition=condition).dropna("run").values, np.float64)
+        return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
 
 
 def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison:
@@ -152,12 +153,13 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
     if not (a.size and b.size):  # a model's own measure may be of no run
         return statistics.Comparison(a.size, b.size if comparison.b else 0, *[nan] * 8)
     if comparison.b:
-        return statistics.compare(a, b)
+        a, b = xr.align(a, b) if comparison.paired else (a, b)
+        return (statistics.paired if comparison.paired else statistics.compare)(a.values, b.values)
     median = float(np.median(a))
     if comparison.measure == "most" or comparison.rule in OVER_RUNS:
         found = float(OVER_RUNS.get(comparison.rule, np.max)(a))
         return statistics.Comparison(a.size, 0, median, nan, found, nan, nan, nan, nan, nan)
-    return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a), nan, nan, nan)
+    return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan)
 
 
 STATISTICS_COLUMNS = ("claim", "condition_a", "condition_b", "measure", *statistics.Comparison._fields[:-1], "p_holm", "a12")

@@ -72,6 +72,7 @@ def write_report(
         explaining=EXPLAINING,
         measures=measures("food_eaten" in study),
         last=last,
+        pairs=any(finding.comparison.paired for result in results for finding in result.findings),
         own_measures=any(finding.meaning for result in results for finding in result.findings),
         differing=differing,
         open_choices=content.open_choices(differing, conditions),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import xarray as xr
@@ -36,18 +37,22 @@ def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
 
 def recorded_shares(conditions: Mapping[str, BaseExperiment]) -> dict[str, str]:
     """The shares that all conditions record of each agent, and what they mean: of models that are not MiniWorld."""
-    found = [
-        {name: one.meaning for name, one in experiment.of_model.records.items() if one.unit == "1"}
-        for experiment in conditions.values()
-        if not isinstance(experiment, Experiment)
-    ]
+    found = [{name: one.meaning for name, one in model.records.items() if one.unit == "1"} for model in _other_models(conditions)]
     return found[0] if len(found) == len(conditions) and all(each == found[0] for each in found) else {}
 
 
 def clock(conditions: Mapping[str, BaseExperiment]) -> str:
     """The record by which all conditions count how often an agent asked its world; "" where they do not."""
-    found = {"" if isinstance(each, Experiment) else each.of_model.clock for each in conditions.values()}
-    return found.pop() if len(found) == 1 else ""
+    found = [model.clock for model in _other_models(conditions)]
+    return found[0] if len(found) == len(conditions) and len({*found}) == 1 else ""
+
+
+def _other_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
+    """Those that are not MiniWorld, as far as they are here: a report needs no part."""
+    for experiment in conditions.values():
+        if not isinstance(experiment, Experiment):
+            with suppress(ExperimentError):
+                yield experiment.of_model
 
 
 def run_counts(study: xr.Dataset) -> dict[str, int]:

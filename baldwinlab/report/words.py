@@ -84,7 +84,10 @@ def compared(finding: Finding) -> str:
     """What was held against what, with the medians."""
     comparison, numbers = finding.comparison, finding.numbers
     if comparison.b:
-        return f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)})"
+        how = "; runs in pairs" if comparison.paired else ""
+        return (
+            f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)}{how})"
+        )
     return f"{comparison.a}, {measure(finding)}{OVER_RUNS.get(comparison.rule, '')}; the bound is {comparison.other}"
 
 

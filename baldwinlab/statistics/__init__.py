@@ -97,6 +97,17 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     return Pairs(a.size, *medians, *median_interval(differences), p, above, below)
 
 
+def paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Comparison:
+    """As `compare`, of pairs: p is Wilcoxon's, the effect the median difference, A12 the share of pairs in which a is larger.
+
+    Pairs that are equal count half. There is no U. Raises ValueError as `compare_pairs` does.
+    """
+    found = compare_pairs(a, b)
+    share = (found.above + (found.n - found.above - found.below) / 2) / found.n
+    interval = found.effect, found.low, found.high
+    return Comparison(found.n, found.n, found.median_a, found.median_b, *interval, nan, found.p, share)
+
+
 def signed_rank(differences: Sample) -> float:
     """The two-sided p of Wilcoxon's signed-rank test; differences of 0 are left out, and one must be another.
 

@@ -50,6 +50,7 @@ def test_a_world_plays_by_itself_within_a_second_and_pauses_where_it_is(page: Pa
     expect(part(page, "step")).not_to_have_text("0 / 299")
     part(page, "play").click()
     expect(part(page, "play")).to_have_attribute("data-playing", "false")
+    page.evaluate("() => new Promise(requestAnimationFrame)")  # in which what was begun is drawn
     step = part(page, "step").text_content()
     page.wait_for_timeout(150)
     assert part(page, "step").text_content() == step

@@ -1,0 +1,152 @@
+"""NK landscapes: bit strings on rugged ground, which climb in life; how learning guides evolution there, and hides it.
+
+    baldwinlab reproduce mayley-1996
+
+The fitness of a string of N bits is the mean of N tables, each asked by its own bit and K others, drawn at random, scaled so
+that the worst string has 0 and the best 1. In each trial of a life one bit, drawn at random, is flipped, and stays so if that is
+better. What is learned is not inherited, and each bit in which an agent at death differs from its genome may cost it something.
+Each run has a landscape of its own, the same in all conditions, and begins with one random string for all.
+
+Sources: S. A. Kauffman, The Origins of Order (1993), for the landscape; G. Mayley, "Landscapes, learning costs, and genetic
+assimilation", Evolutionary Computation 4 (1996), and "Guiding or hiding", ECAL 97, for learning on it and its costs. His
+constants were not recovered: those here are readings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine.jit import entry
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import LIFE, Field, Lives, Measure, Model, Variable, Variation, uniforms
+
+BEFORE_LIFE: Final = 2**32 - 1  # the generation whose random numbers are the landscape's and the first string's
+LONGEST: Final = 16  # bits, as all strings are looked at, to scale the landscape
+
+_OF_AGENT = ("generation", "agent")
+
+
+@lru_cache(maxsize=64)
+def landscape(seed: int, run: int, bits: int, others: int) -> npt.NDArray[np.float64]:
+    """The fitness of every string of so many bits, [string as a number], from 0 of the worst to 1 of the best."""
+    draws = uniforms(seed, run, BEFORE_LIFE, LIFE, (bits, max(bits, 2 ** (others + 1))))
+    strings = np.arange(2**bits)
+    total = np.zeros(2**bits)
+    for bit in range(bits):
+        order = np.argsort(draws[bit, :bits, 1])
+        asked = [bit, *[int(other) for other in order if other != bit][:others]]
+        place = sum(((strings >> other) & 1) << power for power, other in enumerate(asked))
+        total += draws[bit, : 2 ** (others + 1), 0][place]
+    scaled: npt.NDArray[np.float64] = (total - total.min()) / (total.max() - total.min())
+    scaled.flags.writeable = False  # as it is kept
+    return scaled
+
+
+def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Of a generation, or of the last where there are not so many."""
+    return lambda runs: runs[name].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+
+
+class NKClimbers(Model, name="nk-climbers"):
+    """Bit strings that climb in life."""
+
+    bits: int = Field(16, ge=2, le=LONGEST, description="length of a string: N")
+    others: int = Field(0, ge=0, le=LONGEST - 1, description="bits beside its own that each table is asked by: K")
+    trials: int = Field(30, ge=0, le=10_000, description="in a life, each a flip of one bit; 0 is to learn nothing")
+    cost: float = Field(0.0, ge=0, le=1, description="of each bit in which an agent dies other than it was born, fitness")
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 100},
+        "evolution": {"generations": 151, "selection": "larger-tournament", "variation": "bit-flips", "mutation_rate": 1 / 32},
+        "record": {"genome_every": 50},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "innate": Variable(_OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"),
+        "learned": Variable(_OF_AGENT, np.float32, "1", "fitness of the string at death, without its cost, 0 to 1"),
+        "changed": Variable(_OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"),
+    }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "innate": Measure("innate fitness in generation 150", _mean("innate", 150)),
+        "changed": Measure("bits changed by learning in generation 150", _mean("changed", 150)),
+        "changed-at-first": Measure("bits changed by learning in generation 2", _mean("changed", 2)),
+        "changed-falls": Measure(
+            "bits changed by learning in generation 2, less those in 150",
+            lambda runs: _mean("changed", 2)(runs) - _mean("changed", 150)(runs),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.trials > 0
+
+    @property
+    def steps(self) -> int:
+        return max(1, self.trials)
+
+    def check(self, experiment: Any) -> None:
+        if self.others >= self.bits:
+            raise ValueError(f"nk_climbers.others = {self.others} must be less than nk_climbers.bits = {self.bits}")
+
+    def without_learner(self) -> NKClimbers:
+        return self.model_copy(update={"trials": 0})
+
+    def weights(self) -> int:
+        return self.bits
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        first = uniforms(moment.seed, moment.run, BEFORE_LIFE - 1, LIFE, (1, self.bits))[0, :, 0]
+        return np.broadcast_to((first < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
+
+    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        powers = 1 << np.arange(self.bits)
+        born = (genomes[:, :, 0] > 0.5).astype(np.int64) @ powers
+        died, innate, learned = born.copy(), np.empty(born.shape), np.empty(born.shape)
+        for place, run in enumerate(runs):
+            height = landscape(seed, run, self.bits, self.others)
+            chosen = uniforms(seed, run, generation, LIFE, (born.shape[1], self.trials))[:, :, 0]
+            innate[place] = height[born[place]]
+            climb(height, self.bits, chosen, died[place])
+            learned[place] = height[died[place]]
+        changed = ((born ^ died)[..., None] & powers > 0).sum(axis=-1)
+        at_death = ((died[..., None] & powers) > 0).astype(np.float32)
+        records = {
+            "innate": innate.astype(np.float32),
+            "learned": learned.astype(np.float32),
+            "changed": changed.astype(np.int32),
+        }
+        return Lives(learned, self.cost * changed, at_death, records)
+
+
+@entry
+def climb(height: Any, bits: int, chosen: Any, strings: Any) -> None:
+    """Let every string [agent] flip a bit in each trial, where that is better; `chosen` [agent, trial] are uniform numbers."""
+    for agent in range(strings.size):
+        for trial in range(chosen.shape[1]):
+            flipped = strings[agent] ^ (1 << int(chosen[agent, trial] * bits))
+            if height[flipped] > height[strings[agent]]:
+                strings[agent] = flipped
+
+
+class BitFlips(Variation, name="bit-flips"):
+    """A copy of one parent, by a coin, of which each bit may flip."""
+
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        for bit in range(child.shape[1]):
+            inherited = fitter[0, bit] if gate < 0.5 else other[0, bit]
+            child[0, bit] = np.float32(1) - inherited if draws[bit, 1] < part.rate else inherited
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        parent = (fitter if gate < 0.5 else other)[0]
+        return [[1 - bit if draw[1] < part.rate else bit for bit, draw in zip(parent, draws, strict=True)]]
