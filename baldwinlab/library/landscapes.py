@@ -64,7 +64,7 @@ class NKClimbers(Model, name="nk-climbers"):
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
         "evolution": {"generations": 151, "selection": "larger-tournament", "variation": "bit-flips", "mutation_rate": 1 / 32},
-        "record": {"genome_every": 50},
+        "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
         "innate": Variable(_OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"),

@@ -57,12 +57,18 @@ def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> 
 
 
 def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
-    """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again."""
-    kept: Genome = record.genome.values[generation]
-    if not np.isnan(kept).any():
-        return kept
+    """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again of the last that were."""
+    genomes, last = record.genome.values, generation
+    while np.isnan(genomes[last]).any():  # the founders are kept in any case
+        last -= 1
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
-    return genome_at(experiment, Moment(seed, run, generation), record.energy)
+    inheritance = experiment.part("evolution.inheritance")
+    if last < generation and (inheritance.afresh or inheritance.wants_learned(experiment)):
+        return genome_at(experiment, Moment(seed, run, generation), record.energy)
+    genome: Genome = genomes[last]
+    for earlier in range(last, generation):
+        genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, record.energy.values[earlier])
+    return genome
 
 
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:

@@ -1,0 +1,41 @@
+"""The classics: each is reproduced as its page says, and its page says what was found."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from baldwinlab import papers
+from tests.commands import Command
+
+FOUND = {
+    "hinton-nowlan-1987": {"H3": "does not hold"} | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
+    "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
+    "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
+    "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
+}
+
+
+@pytest.mark.nightly  # a minute each
+@pytest.mark.parametrize("name", FOUND)
+def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(command: Command, tmp_path: Path, name: str) -> None:
+    assert command("reproduce", name, "--out", str(tmp_path / "study")).code == 0
+    claims = json.loads((tmp_path / "study" / "claims.json").read_text())
+    assert {claim["id"]: claim["verdict"] for claim in claims} == FOUND[name]
+    assert (tmp_path / "study" / "baldwin.json").exists(), "and asked whether it is the Baldwin effect"
+
+
+@pytest.mark.parametrize("name", papers.built_in())
+def test_every_paper_has_a_page_with_its_command_and_its_findings(name: str) -> None:
+    page = (papers.load(name).folder / "README.md").read_text()
+    if name != papers.DEFAULT:
+        assert f"baldwinlab reproduce {name}" in page and "## Findings" in page
+
+
+def test_every_classic_is_short_enough_to_be_tried_small(command: Command, tmp_path: Path) -> None:
+    for name in FOUND:
+        small = ("--runs", "2", "--generations", "3", "--out", str(tmp_path / name))
+        assert command("reproduce", name, *small).code == 0
+        assert "In short" in (tmp_path / name / "report.html").read_text()
