@@ -165,7 +165,7 @@ def _schema(experiment: Experiment) -> Any:
 def _settled(experiment: Experiment) -> Iterator[str]:
     """The fields that a foreign part has made something of which compiled code takes as it is."""
     network = type(experiment.part("network.kind"))
-    if network.layers is not Network.layers or network.graphs:  # a graph's room is bounded by what its part alone checks
+    if network.layers is not Network.layers or getattr(network, "graphs", False):  # only its part checks a graph's room
         yield "network.hidden"
     for path, kind, _ in choosing_fields(type(experiment)):
         for part in experiment.parts(path):
