@@ -143,8 +143,11 @@ class Paper:
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
 
     def measures(self, name: str) -> Mapping[str, Any]:
-        """What claims can be about beside `OF_ALL`, by the model of one of its experiments."""
-        experiment = self.experiment(name)
+        """What claims can be about beside `OF_ALL`, by the model of one of its experiments; nothing where that is not here."""
+        try:
+            experiment = self.experiment(name)
+        except (ExperimentError, PaperError):
+            return {}
         return {} if experiment.model == "miniworld" else experiment.of_model.measures
 
     def own(self) -> list[str]:

@@ -132,15 +132,18 @@ class _Samples:
         self.present = {str(name) for name in study["condition"].values[runs.values]}
 
     def meaning(self, comparison: Comparison) -> str:
-        own = self._paper.measures(comparison.a)
+        own = {} if comparison.measure in OF_ALL else self._paper.measures(comparison.a)
         return own[comparison.measure].meaning if comparison.measure in own else ""
 
     def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
-        """By run."""
+        """By run; of none where the measure is that of a model which is not here."""
         if measure not in OF_ALL:
+            own = self._paper.measures(condition)
+            if measure not in own:
+                return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
             lived = self._study.sel(condition=condition).dropna("run", how="all", subset=["energy"])
             lived = lived.dropna("generation", how="all", subset=["energy"]).dropna("agent", how="all", subset=["energy"])
-            found: xr.DataArray = self._paper.measures(condition)[measure].of(lived)
+            found: xr.DataArray = own[measure].of(lived)
             return found.dropna("run").astype(np.float64)
         table = self._first if first else self._last
         return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
@@ -150,10 +153,11 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
     a = samples.get(comparison.a, comparison.measure)
     other = comparison.a if comparison.b == FIRST else comparison.b
     b = samples.get(other, comparison.measure, first=comparison.b == FIRST) if comparison.b else a
+    if comparison.paired:
+        a, b = xr.align(a, b)
     if not (a.size and b.size):  # a model's own measure may be of no run
         return statistics.Comparison(a.size, b.size if comparison.b else 0, *[nan] * 8)
     if comparison.b:
-        a, b = xr.align(a, b) if comparison.paired else (a, b)
         return (statistics.paired if comparison.paired else statistics.compare)(a.values, b.values)
     median = float(np.median(a))
     if comparison.measure == "most" or comparison.rule in OVER_RUNS:

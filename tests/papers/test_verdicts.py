@@ -228,6 +228,28 @@ def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: s
     assert result.verdict == "undecided"
 
 
+def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: Path) -> None:
+    """A report needs no part: what the model's own measure would say is left open."""
+    of_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0', guessing=SPREAD)
+    (tmp_path / "strings" / "conditions" / "guessing.toml").write_text('description = "gone"\nmodel = "gone"\n')
+    (result,) = evaluate(strings(guessing=SPREAD), paper=open_paper(tmp_path / "strings"))
+    assert result.verdict == "undecided"
+
+
+@pytest.mark.parametrize(("shared", "verdict"), [(0.01, "holds"), (0.0, "undecided")])
+def test_runs_in_pairs_tell_a_small_difference_that_all_share(tmp_path: Path, shared: float, verdict: Verdict) -> None:
+    more = [share + shared for share in SPREAD]
+    result = of_strings(
+        tmp_path, 'b = "all-set", measure = "unset", rule = "greater", paired = true', guessing=more, all_set=SPREAD
+    )
+    assert result.verdict == verdict and result.deciding is not None
+    assert result.deciding.numbers.effect == pytest.approx(shared, abs=1e-6)
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    apart = of_strings(alone, 'b = "all-set", measure = "unset", rule = "greater"', guessing=more, all_set=SPREAD)
+    assert apart.verdict == "undecided", "as runs differ by more among themselves"
+
+
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
     assert conjunction(["holds", "holds"]) == "holds"
     assert conjunction(["holds", "undecided"]) == "undecided"
