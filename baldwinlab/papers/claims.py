@@ -30,8 +30,6 @@ RULES: Mapping[Rule, str] = {
     "every_at_most": "Holds if it is at most {bound} in every run; else does not hold.",
     "every_at_least": "Holds if it is at least {bound} in every run; else does not hold.",
 }
-
-
 _BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
 _BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
 
@@ -53,7 +51,8 @@ class Comparison(Declared):
             "lower": (bool(self.b), "b beside a"),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
-        needs |= dict.fromkeys(_BETWEEN, (isinstance(self.bound, tuple) and not self.b, "a bound of two numbers, and no b"))
+        ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
+        needs |= dict.fromkeys(_BETWEEN, (ordered and not self.b, "a bound of two numbers, the lower first, and no b"))
         needs |= dict.fromkeys(_BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b"))
         if self.paired and not self.b:
             raise ValueError("paired runs need b beside a")

@@ -168,6 +168,21 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
             {"claims": CLAIMS.replace(", bound = 0.01", "")},
             "comparisons.0: the rule 'at_least' needs a bound",
         ),
+        (
+            (),
+            {"claims": CLAIMS.replace('rule = "at_least"', 'rule = "within"')},
+            "comparisons.0: the rule 'within' needs a bound of two numbers, the lower first, and no b",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace("bound = 0.01", "bound = [0.9, 0.1]").replace('rule = "at_least"', 'rule = "mean_within"')},
+            "comparisons.0: the rule 'mean_within' needs a bound of two numbers, the lower first, and no b",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace("bound = 0.01", "paired = true, bound = 0.01")},
+            "comparisons.0: paired runs need b beside a",
+        ),
         ((), {"claims": CLAIMS.replace('["T1"]', '["T9"]')}, "claims.0.choices: there is no choice 'T9'; there are T1"),
         (
             (),
