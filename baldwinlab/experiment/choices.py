@@ -96,14 +96,14 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "walls": f"{_LIBRARY}.worlds:Walls",
     },
     "selection": {
-        "larger-tournament": f"{_LIBRARY}.breeding:LargerTournament",
         "best-copies": f"{_LIBRARY}.breeding:BestCopies",
         "expected-offspring": f"{_LIBRARY}.breeding:ExpectedOffspring",
+        "larger-tournament": f"{_LIBRARY}.breeding:LargerTournament",
         "species": f"{_LIBRARY}.neat.parts:Species",
     },
     "variation": {
-        "copy": f"{_LIBRARY}.breeding:Copy",
         "bit-flips": f"{_LIBRARY}.landscapes:BitFlips",
+        "copy": f"{_LIBRARY}.breeding:Copy",
         "few-mutations": f"{_LIBRARY}.cells:FewMutations",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",

@@ -62,13 +62,9 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
     while np.isnan(genomes[last]).any():  # the founders are kept in any case
         last -= 1
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
-    inheritance = experiment.part("evolution.inheritance")
-    if last < generation and (inheritance.afresh or inheritance.wants_learned(experiment)):
-        return genome_at(experiment, Moment(seed, run, generation), record.energy)
-    genome: Genome = genomes[last]
-    for earlier in range(last, generation):
-        genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, record.energy.values[earlier])
-    return genome
+    if last == generation:
+        return np.asarray(genomes[last], np.float32)
+    return genome_at(experiment, Moment(seed, run, generation), record.energy, (last, genomes[last]))
 
 
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:

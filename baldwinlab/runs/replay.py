@@ -69,10 +69,13 @@ def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | 
     return simulate_batch(experiment.replace(**before), seed, [run])[0]["energy"]
 
 
-def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray | None) -> Genome:
+def genome_at(
+    experiment: BaseExperiment, moment: Moment, energy: xr.DataArray | None, known: tuple[int, Genome] | None = None
+) -> Genome:
     """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
 
-    What is learned cannot be known without living, so with Lamarckian inheritance `energy` is of no use.
+    They are bred of the founders, or of an earlier generation whose genomes are `known`. What is learned cannot be known
+    without living, so with Lamarckian inheritance neither that nor `energy` is of use.
     """
     seed, run, generation = moment
     inheritance = experiment.part("evolution.inheritance")
@@ -83,8 +86,8 @@ def genome_at(experiment: BaseExperiment, moment: Moment, energy: xr.DataArray |
         return np.asarray(simulate_batch(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
     if energy is None:
         energy = energy_before(experiment, moment)
-    genome = draw_genome(experiment, Moment(seed, run, 0))
-    for earlier in range(generation):
+    first, genome = known or (0, draw_genome(experiment, Moment(seed, run, 0)))
+    for earlier in range(first, generation):
         assert energy is not None
         genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
     return genome

@@ -11,6 +11,13 @@ from baldwinlab.lab import frames
 
 # Loads no certificates, as `httpx.get` does each time: that takes a tenth of a second, and a lab's own page needs none.
 CLIENT = httpx.Client(timeout=60, verify=False, limits=httpx.Limits(max_keepalive_connections=0))
+WINDOWS = {  # in which pages are tried: width, height, and dots of the screen for each of the page's
+    "desk": (1280, 800, 1),
+    "phone": (390, 844, 3),
+    "phone on its side": (844, 390, 3),
+    "a desk at 200 %": (640, 400, 2),
+    "the narrowest": (320, 568, 2),
+}
 SMALL = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
 
 

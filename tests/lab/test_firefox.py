@@ -11,11 +11,11 @@ import pytest
 from baldwinlab import presets
 from baldwinlab.lab.export import live_page
 from baldwinlab.runs.simulate import simulate
-from tests.lab.asking import ask
+from tests.lab.asking import WINDOWS, ask
 from tests.lab.conftest import LabServer
 from tests.lab.firefox import Firefox, firefox
 from tests.lab.test_page_export import SIMULATE, TYPES, quick
-from tests.lab.test_page_room import LIFE, MEASURE, WINDOWS, require_room_in
+from tests.lab.test_page_room import LIFE, MEASURE, require_room_in
 
 pytestmark = pytest.mark.nightly  # another browser, which `make nightly` installs
 

@@ -11,8 +11,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import Study
+from tests.lab.asking import WINDOWS
 from tests.lab.conftest import LabServer
-from tests.lab.test_page_room import LOW, MEASURE, WINDOWS, window
+from tests.lab.test_page_room import LOW, MEASURE, window
 
 RUN = "study=strings&condition=guessing&run=1"
 

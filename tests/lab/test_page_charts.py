@@ -18,7 +18,7 @@ from baldwinlab import results
 from baldwinlab.netcdf import sealed
 from tests.assays.assayed import reaction
 from tests.axe import barriers
-from tests.lab.asking import SMALL, data
+from tests.lab.asking import SMALL, WINDOWS, data
 from tests.lab.conftest import LabServer, serving
 from tests.lab.test_page_live import QUICK, begin, state_is
 from tests.lab.test_page_results import hash_of, open_results
@@ -184,15 +184,6 @@ def test_ticks_lie_between_the_limits_at_whole_generations(page: Page) -> None:
         }"""
     )
     assert found == [[0, 10, 20, 30], [-0.5, 0, 0.5, 1], [0, 1, 2], [0, 0.1, 0.2, 0.3]]
-
-
-WINDOWS = {
-    "desk": (1280, 800, 1),
-    "phone": (390, 844, 3),
-    "phone on its side": (844, 390, 3),
-    "a desk at 200 %": (640, 400, 2),
-    "the narrowest": (320, 568, 2),
-}
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)

@@ -12,17 +12,10 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
-from tests.lab.asking import ask
+from tests.lab.asking import WINDOWS, ask
 from tests.lab.conftest import LabServer
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
-WINDOWS = {
-    "desk": (1280, 800, 1),
-    "phone": (390, 844, 3),
-    "phone on its side": (844, 390, 3),
-    "a desk at 200 %": (640, 400, 2),
-    "the narrowest": (320, 568, 2),
-}
 LOW = [WINDOWS[name] for name in ("phone on its side", "a desk at 200 %", "the narrowest")]
 
 # The map's shorter edge in each world; how much wider the page is than its window; and the controls that no scrolling shows
