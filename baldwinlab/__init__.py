@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from baldwinlab.version import __version__
 
 if TYPE_CHECKING:
+    from baldwinlab.api.gallery import gallery
     from baldwinlab.api.installed import load
     from baldwinlab.api.records import experiment_of
     from baldwinlab.api.reproduce import reproduce
@@ -37,6 +38,7 @@ __all__ = [
     "__version__",
     "check_part",
     "experiment_of",
+    "gallery",
     "load",
     "open",
     "open_assay",
@@ -57,6 +59,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "check_part": "check",
     "StudyError": "studies.records",
     "experiment_of": "api.records",
+    "gallery": "api.gallery",
     "load": "api.installed",
     "open": "api.study",
     "open_assay": "assays",

@@ -21,7 +21,7 @@ import xarray as xr
 
 from baldwinlab import statistics
 from baldwinlab.assays.stored import Assays, Quantity, conditions, factors_of, quantities
-from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.factors import Factors
 from baldwinlab.files import write_atomically
@@ -190,15 +190,24 @@ def _evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -
 
 def _rival(name: str, experiments: Mapping[str, Experiment]) -> str:
     """The condition that differs from this one in its learning and in nothing else; empty where there is none."""
-    own, forager = experiments[name].to_dict(), isinstance(experiments[name], Experiment)
-    table = "learning" if forager else key_of(experiments[name].model)
-    for other, experiment in experiments.items():
-        there = experiment.to_dict()
-        if other == name or there | {"name": own["name"], table: own.get(table)} != own:
-            continue
-        if not experiment.learns if isinstance(experiment, Experiment) else _differ_in_one(there[table], own[table]):
+    own = experiments[name]
+    if not isinstance(own, Experiment):
+        return next((other for other, there in experiments.items() if other != name and _without_learner(own, there)), "")
+    for other, there in experiments.items():
+        tree = there.to_dict() | {"name": name, "learning": own.to_dict()["learning"]}
+        if other != name and not there.learns and tree == own.to_dict():
             return other
     return ""
+
+
+def _without_learner(own: BaseExperiment, other: BaseExperiment) -> bool:
+    """Whether `other` is `own` with nothing learned in life."""
+    try:
+        return bool(own.without_learner().to_dict() | {"name": other.name} == other.to_dict())
+    except ExperimentError:  # its model is not here
+        table = key_of(own.model)
+        one, two = own.to_dict(), other.to_dict()
+        return two | {"name": own.name, table: one[table]} == one and _differ_in_one(two[table], one[table])
 
 
 def _differ_in_one(one: Mapping[str, object], other: Mapping[str, object]) -> bool:

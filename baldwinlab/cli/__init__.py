@@ -16,6 +16,7 @@ COMMANDS = {  # module and function of each
     "bench": ("cli.measure", "bench"),
     "check": ("cli.check", "check"),
     "export": ("cli.export", "export"),
+    "gallery": ("gallery.command", "gallery"),
     "lab": ("cli.lab", "lab"),
     "multiverse": ("multiverse.command", "multiverse"),
     "papers": ("cli.papers", "papers"),

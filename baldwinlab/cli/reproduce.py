@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from baldwinlab.api import reproduce as papers
+from baldwinlab.api.gallery import ALL, reproduce_all
+from baldwinlab.api.reproduce import reproduce as reproduce_one
 from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Reading, Seed, Workers, load_parts
 from baldwinlab.papers import DEFAULT
 
 
 def reproduce(
-    paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")] = DEFAULT,
+    paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, the folder of your own, or all")] = DEFAULT,
     /,
     *,
     part: Parts = None,
@@ -28,19 +30,11 @@ def reproduce(
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Reproduce a whole paper: its conditions, statistics, assays, figures and report."""
+    """Reproduce a whole paper: its conditions, statistics, assays, figures and report; or all, and a page across them."""
     load_parts(part)
-    papers.reproduce(
-        paper,
-        runs=runs,
-        generations=generations,
-        steps=steps,
-        seed=seed,
-        reading=reading,
-        out=out,
-        last=last,
-        workers=workers,
-        backend=backend,
-        executor=executor,
-        force=force,
-    )
+    lengths: dict[str, Any] = {"runs": runs, "generations": generations, "steps": steps, "seed": seed, "last": last}
+    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
+    if paper == ALL:
+        reproduce_all(out or Path("results"), reading=reading, **lengths, **how)
+    else:
+        reproduce_one(paper, reading=reading, out=out, **lengths, **how)

@@ -95,7 +95,7 @@ class NKClimbers(Model, name="nk-climbers"):
             raise ValueError(f"nk_climbers.others = {self.others} must be less than nk_climbers.bits = {self.bits}")
 
     def without_learner(self) -> NKClimbers:
-        return self.model_copy(update={"trials": 0})
+        return self.model_copy(update={"trials": 0, "cost": 0.0})  # who changes no bit pays for none
 
     def weights(self) -> int:
         return self.bits

@@ -49,6 +49,7 @@ class About(Declared):
     figures: tuple[Figure, ...] = FIGURES
     assays: tuple[Assay, ...] = get_args(Assay)  # that are done when it is reproduced
     emergence: str = ""  # the experiment whose lives the figure of that name shows; the first unless given
+    compared: tuple[str, ...] = ()  # experiments that stand for it beside other papers; all that learn unless given
 
     @property
     def source(self) -> str:
@@ -182,7 +183,8 @@ def check(paper: Paper) -> Paper:
     experiments = [paper.experiment(name) for name in known]
     for reading in paper.names("readings"):
         paper.experiment(known[0], reading)
-    _require(filter(None, [paper.about.emergence]), known, f"{paper.folder / 'paper.toml'}: emergence")
+    for key, named in (("emergence", filter(None, [paper.about.emergence])), ("compared", paper.about.compared)):
+        _require(named, known, f"{paper.folder / 'paper.toml'}: {key}")
     for claim in paper.claims:
         where = f"{paper.folder / 'claims.toml'}: {claim.id}"
         _require(sorted(claim.conditions), known, f"{where} names a condition")

@@ -1,0 +1,45 @@
+"""All papers beside each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from baldwinlab import console, papers
+from baldwinlab.api.installed import load_installed
+from baldwinlab.api.reproduce import reproduce
+from baldwinlab.errors import require_positive
+from baldwinlab.gallery.publish import PAGE, lead, publish
+from baldwinlab.outputs import REPORT, require_writable
+
+ALL = "all"  # the word for every paper, where one could be named
+
+
+def gallery(folder: str | Path = "results", out: str | Path | None = None, *, last: int = 10, force: bool = False) -> Path:
+    """Write the page of all papers whose studies lie in a folder, with one table and one figure across them; gives its path.
+
+    `out` is gallery.html in the folder unless given; gallery.json and figures/ are written beside the studies. Raises
+    RefusedError where no study of a paper is there, or `out` would be written over what no report is.
+    """
+    require_positive("last", last)
+    load_installed()
+    page = Path(folder) / PAGE if out is None else Path(out)
+    if out is not None:
+        require_writable("--out", page, REPORT.encode(), force=force)
+    found = publish(Path(folder), page, last, console.say)
+    for sentence in lead(found):
+        console.say(sentence)
+    console.say(f"gallery: {page}")
+    return page
+
+
+def reproduce_all(folder: str | Path = "results", *, last: int = 10, **how: Any) -> Path:
+    """Reproduce every paper that comes with baldwinlab, each in a folder of `folder`, and write the gallery; gives its page.
+
+    `how` is as in `reproduce`. What is stored is not run again. Raises as `reproduce` does.
+    """
+    load_installed()
+    for number, name in enumerate(papers.built_in(), 1):
+        console.say(f"{name}, paper {number} of {len(papers.built_in())}")
+        reproduce(name, out=Path(folder) / ("paper" if name == papers.DEFAULT else name), last=last, **how)
+    return gallery(folder, last=last)

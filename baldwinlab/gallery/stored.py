@@ -1,0 +1,81 @@
+"""What is stored of the papers: studies in a folder, each with its claims and its systems."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from baldwinlab.assays import stored
+from baldwinlab.errors import RefusedError
+from baldwinlab.factors import CONDITIONS
+from baldwinlab.files import text_of
+from baldwinlab.gallery.analysis import System, systems
+from baldwinlab.outputs import is_study
+from baldwinlab.papers import DEFAULT, Paper, of_study
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import open_conditions
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A paper, and what came of it in a study."""
+
+    paper: Paper
+    directory: Path
+    runs: int  # of the condition with the most
+    claims: dict[str, str]  # verdicts by claim; empty where no report was written yet
+    learns: bool  # whether anybody does
+    systems: tuple[System, ...]
+
+    def counted(self, verdict: str) -> int:
+        return Counter(self.claims.values())[verdict]
+
+
+def studies(folder: Path) -> dict[str, Study]:
+    """Those of papers that lie in a folder, by paper; of several of a paper that with the most runs.
+
+    Raises RefusedError where there is none.
+    """
+    found: dict[str, Study] = {}
+    for directory in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if not (directory.is_dir() and is_study(directory)):
+            continue
+        study = Study(directory)
+        name = study.paper or (DEFAULT if directory.name == "paper" else "")
+        if study.kind == CONDITIONS and name and most_runs(study) > (most_runs(found[name]) if name in found else 0):
+            found[name] = study
+    if not found:
+        raise RefusedError(f"{folder} holds no study of a paper with a finished run; `baldwinlab reproduce PAPER` makes one")
+    return found
+
+
+def most_runs(study: Study) -> int:
+    """Of the condition with the most."""
+    return max(len(study.runs(name)) for name in study.experiments)
+
+
+def entries(folder: Path, last: int, tell: Callable[[str], None]) -> list[Entry]:
+    """What came of each paper that is stored in a folder, in the order of their years. Raises RefusedError for an empty one."""
+    found = []
+    for name, study in studies(folder).items():
+        tell(f"{study.directory}: {name}")
+        found.append(_entry(study, of_study(study.directory, name), last))
+    return sorted(found, key=lambda entry: (entry.paper.about.year, entry.paper.name))
+
+
+def _entry(study: Study, paper: Paper, last: int) -> Entry:
+    measured = stored.read(study.directory, study.factors, ["innate"])
+    there = [name for name in study.experiments if study.runs(name)]
+    learns = any(study.experiments[name].learns for name in there)
+    answered: tuple[System, ...] = ()
+    if measured:
+        wanted = [name for name in paper.about.compared if name in there]
+        answered = tuple(systems(open_conditions(study, there), measured, study.experiments, wanted, last))
+    return Entry(paper, study.directory, most_runs(study), _claims(study.directory / "claims.json"), learns, answered)
+
+
+def _claims(path: Path) -> dict[str, str]:
+    return {claim["id"]: claim["verdict"] for claim in json.loads(text_of(path))} if path.exists() else {}
