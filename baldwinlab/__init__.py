@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from baldwinlab.version import __version__
 
 if TYPE_CHECKING:
-    from baldwinlab.api.gallery import gallery
+    from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.installed import load
     from baldwinlab.api.records import experiment_of
     from baldwinlab.api.reproduce import reproduce
@@ -37,8 +37,8 @@ __all__ = [
     "StudyError",
     "__version__",
     "check_part",
+    "compare_papers",
     "experiment_of",
-    "gallery",
     "load",
     "open",
     "open_assay",
@@ -46,6 +46,7 @@ __all__ = [
     "open_sweep",
     "replay",
     "reproduce",
+    "reproduce_all",
     "run",
     "simulate",
     "sweep",
@@ -57,9 +58,9 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "ExperimentError": "experiment",
     "Study": "api.study",
     "check_part": "check",
+    "compare_papers": "api.gallery",
     "StudyError": "studies.records",
     "experiment_of": "api.records",
-    "gallery": "api.gallery",
     "load": "api.installed",
     "open": "api.study",
     "open_assay": "assays",
@@ -67,6 +68,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "open_sweep": "sweeps.design",
     "replay": "runs.replay",
     "reproduce": "api.reproduce",
+    "reproduce_all": "api.gallery",
     "run": "api.study",
     "simulate": "runs.simulate",
     "sweep": "api.sweep",

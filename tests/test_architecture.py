@@ -30,7 +30,7 @@ FLOORS = [
     {"figures"},
     {"report"},
     {"assays", "multiverse", "sweeps"},
-    {"results", "console"},
+    {"results", "console", "gallery"},
     {"publish"},
     {"api"},
     {"lab"},
@@ -54,7 +54,7 @@ MODULES = {name_of(path): path for path in PACKAGE.rglob("*.py") if path != PACK
 def room(module: str) -> str:
     """A capability's command belongs to the command line."""
     first, *rest = module.split(".")
-    return "cli" if first in CAPABILITIES and rest == ["command"] else first
+    return "cli" if rest == ["command"] else first
 
 
 def statements(tree: ast.AST) -> Iterator[ast.AST]:

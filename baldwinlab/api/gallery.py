@@ -15,7 +15,7 @@ from baldwinlab.outputs import REPORT, require_writable
 ALL = "all"  # the word for every paper, where one could be named
 
 
-def gallery(folder: str | Path = "results", out: str | Path | None = None, *, last: int = 10, force: bool = False) -> Path:
+def compare_papers(folder: str | Path = "results", out: str | Path | None = None, *, last: int = 10, force: bool = False) -> Path:
     """Write the page of all papers whose studies lie in a folder, with one table and one figure across them; gives its path.
 
     `out` is gallery.html in the folder unless given; gallery.json and figures/ are written beside the studies. Raises
@@ -42,4 +42,4 @@ def reproduce_all(folder: str | Path = "results", *, last: int = 10, **how: Any)
     for number, name in enumerate(papers.built_in(), 1):
         console.say(f"{name}, paper {number} of {len(papers.built_in())}")
         reproduce(name, out=Path(folder) / ("paper" if name == papers.DEFAULT else name), last=last, **how)
-    return gallery(folder, last=last)
+    return compare_papers(folder, last=last)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.gallery import gallery as make
+from baldwinlab.api.gallery import compare_papers
 from baldwinlab.cli.common import Force, Last
 
 
@@ -20,4 +20,4 @@ def gallery(
     force: Force = False,
 ) -> None:
     """Ask of all papers whose studies are stored: is it the Baldwin effect? One page, one table, one figure."""
-    make(folder, out, last=last, force=force)
+    compare_papers(folder, out, last=last, force=force)
