@@ -186,11 +186,11 @@ def _spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
         shares[agent] = total
     for child in range(parents.shape[0]):
         for parent in range(2):
-            parents[child, parent] = _first_above(shares, uniforms[child, 0, parent] * total)
+            parents[child, parent] = first_above(shares, uniforms[child, 0, parent] * total)
 
 
 @compiled
-def _first_above(rising: Keys, value: float) -> Any:
+def first_above(rising: Keys, value: float) -> Any:
     """The first place where there is more than `value`, at most the last."""
     low, high = np.int64(0), np.int64(rising.size - 1)
     while low < high:

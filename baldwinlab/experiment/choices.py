@@ -99,6 +99,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "best-copies": f"{_LIBRARY}.breeding:BestCopies",
         "expected-offspring": f"{_LIBRARY}.breeding:ExpectedOffspring",
         "larger-tournament": f"{_LIBRARY}.breeding:LargerTournament",
+        "outcrossing": f"{_LIBRARY}.breeding:Outcrossing",
         "species": f"{_LIBRARY}.neat.parts:Species",
     },
     "variation": {

@@ -24,6 +24,7 @@ import numpy as np
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.moment import Fitness, Parents, Uniforms
+from baldwinlab.evolution.selection import first_above
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
 from baldwinlab.parts import Field, Selection, Variation
@@ -81,6 +82,43 @@ class BestCopies(Selection, name="best-copies"):
         order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
         best = order[: max(1, int(part.share * len(fitness) + 0.5))]
         return [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
+
+
+class Outcrossing(Selection, name="outcrossing"):
+    """Roulette in which nobody mates with itself: the second parent is drawn among the others, as long as there are any."""
+
+    least: ClassVar[float] = 0.0
+
+    @staticmethod
+    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+        total, _ = _slices(fitness, shares)
+        for child in range(parents.shape[0]):
+            first = first_above(shares, uniforms[child, 0, 0] * total)
+            before = shares[first - 1] if first > 0 else 0.0
+            others = before + (total - shares[first])
+            if others > 0.0:
+                pointer = uniforms[child, 0, 1] * others
+                second = first_above(shares, pointer if pointer < before else shares[first] + (pointer - before))
+            elif fitness.size > 1:  # nobody else has any fitness
+                second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
+                second += np.int64(second >= first)
+            else:
+                second = first
+            parents[child, 0], parents[child, 1] = first, second
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        def drawn(shares: Any, draw: float) -> int:
+            slices = list(accumulate(shares))
+            return next(agent for agent, end in enumerate(slices) if draw * slices[-1] < end)
+
+        shares, pairs = list(fitness) if any(fitness) else [1.0 for _ in fitness], []
+        for one, two, *_ in (draws[0] for draws in uniforms):
+            first = drawn(shares, one)
+            others = [share * (agent != first) for agent, share in enumerate(shares)]
+            alike = [float(agent != first or len(shares) == 1) for agent in range(len(shares))]
+            pairs.append([first, drawn(others if any(others) else alike, two)])
+        return pairs
 
 
 class LargerTournament(Selection, name="larger-tournament"):

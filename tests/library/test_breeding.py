@@ -23,7 +23,10 @@ from tests.worlds import small
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
 AGENTS = FITNESS.size
-NAMES = {"selection": ["best-copies", "expected-offspring"], "variation": ["copy", "gaussian", "one-point-crossover"]}
+NAMES = {
+    "selection": ["best-copies", "expected-offspring", "outcrossing"],
+    "variation": ["copy", "gaussian", "one-point-crossover"],
+}
 Numbers = npt.NDArray[np.float64]
 
 
@@ -65,6 +68,27 @@ def test_the_twin_of_roulette_has_its_mean_and_the_least_variance_that_there_is(
     for counts, variance in ((noisy, binomial), (even, least)):
         assert (np.abs(counts.mean(axis=0) - expected) <= 4.5 * np.sqrt(variance / rounds)).all()
         assert (np.abs(counts.var(axis=0) - variance) <= 0.25 * variance + 1e-12).all()
+
+
+def test_nobody_mates_with_itself_and_mates_are_drawn_by_fitness_among_the_others() -> None:
+    """The chance of a pair is that of the first by roulette, times that of the second by roulette without the first."""
+    rounds = 1000
+    pairs = np.concatenate([parents_of("outcrossing", FITNESS, generation) for generation in range(1, rounds + 1)])
+    share = FITNESS / FITNESS.sum()
+    ordered = np.outer(share, share) / (1 - share)[:, None] * (1 - np.eye(AGENTS))
+    expected = len(pairs) * np.triu(ordered + ordered.T)
+    found = np.zeros_like(expected)
+    np.add.at(found, (pairs.min(axis=1), pairs.max(axis=1)), 1)
+    assert (found[expected == 0] == 0).all() and (np.diag(found) == 0).all()
+    assert chisquare(found[expected > 0], expected[expected > 0]).pvalue > 0.001
+
+
+@pytest.mark.parametrize("only", range(4))
+def test_where_one_alone_has_fitness_it_mates_with_any_other(only: int) -> None:
+    fitness = np.where(np.arange(4) == only, 2.0, 0.0)
+    pairs = np.concatenate([parents_of("outcrossing", fitness, generation) for generation in range(1, 100)])
+    assert (pairs[:, 0] == only).all() and set(pairs[:, 1].tolist()) == set(range(4)) - {only}
+    assert (parents_of("outcrossing", fitness[:1], 1) == 0).all(), "who is alone has nobody else"
 
 
 def test_who_mates_with_whom_is_left_to_chance() -> None:
