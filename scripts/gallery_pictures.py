@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import baldwinlab as bl
 from baldwinlab import figures, papers
+from baldwinlab.papers.verdicts import compared
 from baldwinlab.report.content import recorded_shares
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
@@ -25,11 +26,17 @@ def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     return figures.fitness_curves(study)
 
 
+def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
+    paper = papers.load(name)
+    return lambda study, experiments: figures.measures(study, [figures.Measured(*one) for one in compared(study, paper)])
+
+
 DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _shares,
     "nolfi-parisi-1993": _curves,
     "nolfi-elman-parisi-1994": _curves,
     "mayley-1996": _shares,
+    "paenke-2007": _measures_of("paenke-2007"),
 }
 
 

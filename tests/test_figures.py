@@ -35,6 +35,7 @@ MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
 STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
 STRINGS = STRINGS.assign(dict.fromkeys(("ones", "unset", "used"), STRINGS["energy"] / 5))
+MEASURED = figures.Measured("items", "items of a run", {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()})
 STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
 
 
@@ -58,6 +59,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "networks": lambda: figures.networks([kind("evo", 1), kind("taught", 2)]),
     "shares": lambda: figures.shares(STRINGS, {"ones": "share of 1", "unset": "share of ?"}),
     "clocks": lambda: figures.clocks(STRINGS, "used"),
+    "measures": lambda: figures.measures(study(AS_THE_PAPER), [MEASURED]),
     "readings": lambda: readings(MULTIVERSE),
     "readings-shares": lambda: readings_shares(MULTIVERSE),
 }
@@ -183,3 +185,12 @@ def test_a_figure_is_kept_as_svg_and_as_png(tmp_path: Path) -> None:
     assert (tmp_path / "figures" / "maps.svg").read_bytes() == drawing
     with Image.open(io.BytesIO((tmp_path / "figures" / "maps.png").read_bytes())) as picture:
         assert picture.width == 1440
+
+
+def test_measures_are_drawn_in_a_box_for_each_condition_that_has_any() -> None:
+    some = MEASURED._replace(of=dict(MEASURED.of) | {"evo/B": np.empty(0)})
+    axes = figures.measures(study(AS_THE_PAPER), [MEASURED, some]).axes
+    points = [sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in one.lines) for one in axes]
+    assert points == [6, 5]
+    assert [label.get_text() for label in axes[0].get_xticklabels()] == ["A", "B"]
+    assert axes[0].get_title(loc="left") == "Items of a run"

@@ -49,6 +49,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
         "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
         "nk-climbers": f"{_LIBRARY}.landscapes:NKClimbers",
+        "slope-climbers": f"{_LIBRARY}.gain:SlopeClimbers",
     },
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",

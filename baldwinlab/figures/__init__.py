@@ -4,18 +4,20 @@ from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.networks import Kind, networks
 from baldwinlab.figures.overview import overview, standings
-from baldwinlab.figures.records import clocks, shares
+from baldwinlab.figures.records import Measured, clocks, measures, shares
 from baldwinlab.figures.style import save, svg
 from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
 __all__ = [
     "Kind",
     "Look",
+    "Measured",
     "agent_senses",
     "clocks",
     "emergence",
     "fitness_boxes",
     "fitness_curves",
+    "measures",
     "networks",
     "overview",
     "save",

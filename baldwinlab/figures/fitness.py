@@ -101,7 +101,7 @@ def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int =
         samples = [tables[measure].sel(condition=condition.name).dropna("run").values for condition in shown]
         for place, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
             if sample.size:
-                _box(axes, place, sample, condition.look)
+                box(axes, place, sample, condition.look)
         axes.set_xticks(range(len(shown)), [condition.learner for condition in shown], rotation=0 if len(shown) < 5 else 90)
         axes.set_xlim(-0.6, len(shown) - 0.4)
         axes.grid(visible=False, axis="x")
@@ -109,7 +109,8 @@ def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int =
     return figure
 
 
-def _box(axes: Axes, place: int, sample: np.ndarray, look: Series) -> None:
+def box(axes: Axes, place: int, sample: np.ndarray, look: Series) -> None:
+    """A box, and a point a run."""
     line = {"color": look.colour, "linewidth": 1.1}
     axes.boxplot(
         [sample], positions=[place], widths=0.55, showfliers=False, manage_ticks=False,

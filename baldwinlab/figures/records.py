@@ -1,21 +1,33 @@
-"""What models without a world on a plane have to show: shares that they record, and two clocks."""
+"""What models without a world on a plane have to show: shares that they record, two clocks, and measures of their own."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.figures.fitness import conditions
+from baldwinlab.figures.fitness import box, conditions
 from baldwinlab.figures.style import WIDTH, series, styled
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.fitness import interval_of_mean
 
 COLUMNS = 3
 HEIGHT = 2.2  # inches, of a panel
+
+
+class Measured(NamedTuple):
+    """What a measure of a model's own comes to."""
+
+    name: str
+    meaning: str
+    of: Mapping[str, npt.NDArray[np.float64]]  # by condition, a value a run; of runs that have none, nothing
 
 
 @styled
@@ -66,4 +78,27 @@ def clocks(study: xr.Dataset, used: str) -> Figure:
     by_generation.set(xlabel="generation", ylabel="fitness, average agent")
     by_use.set_xlabel("evaluations by all agents of a run until then")
     figure.legend(*by_generation.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return figure
+
+
+@styled
+def measures(study: xr.Dataset, found: Sequence[Measured]) -> Figure:
+    """A panel a measure: a box for each condition, those of a map side by side, and a point a run."""
+    shown = conditions(study)
+    maps, learners = (list(dict.fromkeys(getattr(one, factor) for one in shown)) for factor in ("map_name", "learner"))
+    places = {one.name: maps.index(one.map_name) * (len(learners) + 1) + learners.index(one.learner) for one in shown}
+    middles = [np.mean([places[one.name] for one in shown if one.map_name == name]) for name in maps]
+    figure = Figure((WIDTH, 0.5 + 2.6 * len(found)))
+    for axes, measured in zip(figure.subplots(len(found), squeeze=False).flat, found, strict=True):
+        for one in shown:
+            if measured.of[one.name].size:
+                box(axes, places[one.name], measured.of[one.name], one.look)
+        axes.set_title(measured.meaning[0].upper() + measured.meaning[1:], loc="left", fontweight="bold")
+        axes.set_xticks(*((middles, maps) if maps != [""] else (list(places.values()), learners)))
+        axes.set_xlim(-0.8, max(places.values()) + 0.8)
+        axes.grid(visible=False, axis="x")
+    if maps != [""] and len(learners) > 1:
+        looks = {one.learner: one.look for one in shown}
+        handles = [Line2D([], [], color=looks[name].colour, marker=looks[name].marker, ms=4, label=name) for name in learners]
+        figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
     return figure

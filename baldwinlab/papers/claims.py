@@ -12,7 +12,10 @@ from baldwinlab.papers.files import Declared, PaperError, declared, read
 
 FIRST = "first"  # in place of a condition: the same one, in its first generations
 
-Rule = Literal["greater", "lower", "zero", "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least"]
+Rule = Literal[
+    "greater", "lower", "close", "zero",
+    "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
+]  # fmt: skip
 OF_ALL = ("best", "mean", "share", "most")  # what can be measured of any model; a model has `measures` of its own
 
 RULES: Mapping[Rule, str] = {
@@ -20,6 +23,8 @@ RULES: Mapping[Rule, str] = {
     "in A12; does not hold if in any comparison it is significantly the lower; else undecided.",
     "lower": "Holds if every comparison has a corrected p below 0.05 and the first condition is the lower, in the median and in "
     "A12; does not hold if in any comparison it is significantly the higher; else undecided.",
+    "close": "Holds if the 95 % interval of the difference lies within {bound} of 0; does not hold if it lies wholly beyond; "
+    "else undecided.",
     "zero": "Holds if no agent ate a single item in any run and any generation; else does not hold.",
     "at_least": "Holds if the 95 % interval of the median over runs lies at or above {bound}; does not hold if it lies wholly "
     "below; else undecided.",
@@ -49,6 +54,7 @@ class Comparison(Declared):
         needs = {
             "greater": (bool(self.b), "b beside a"),
             "lower": (bool(self.b), "b beside a"),
+            "close": (bool(self.b) and isinstance(self.bound, float), "b beside a, and a bound"),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
         ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
@@ -66,11 +72,14 @@ class Comparison(Declared):
     @property
     def other(self) -> str:
         """What `a` is held against, in words."""
-        if isinstance(self.bound, tuple):
-            return f"{self.bound[0]:g} to {self.bound[1]:g}"
         if not self.b:
-            return f"{self.bound or 0:g}"
+            return self.limit
         return f"{self.a}, first generations" if self.b == FIRST else self.b
+
+    @property
+    def limit(self) -> str:
+        """The bound, in words."""
+        return f"{self.bound[0]:g} to {self.bound[1]:g}" if isinstance(self.bound, tuple) else f"{self.bound or 0:g}"
 
     @property
     def conditions(self) -> set[str]:
@@ -114,7 +123,7 @@ class Claim(Declared):
     @property
     def rule(self) -> str:
         """What decides it, in words."""
-        used = {comparison.rule: comparison.other for comparison in self.comparisons}
+        used = {comparison.rule: comparison.limit for comparison in self.comparisons}
         return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in used.items())
 
     @property

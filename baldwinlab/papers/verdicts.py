@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab import statistics
@@ -118,6 +119,17 @@ def evaluate(study: xr.Dataset, last: int = 10, paper: Paper | None = None) -> l
 def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dict[Comparison, float], meaning: str) -> Finding:
     p_holm = float(corrected.get(comparison, nan))
     return Finding(comparison, found, p_holm, RULES[comparison.rule](found, p_holm, comparison.bound), meaning)
+
+
+def compared(study: xr.Dataset, paper: Paper) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
+    """The models' own measures in which claims compare conditions: name, meaning, and by condition a value a run."""
+    samples = _Samples(study, 1, paper)
+    held = {one.measure: one for claim in paper.claims for one in claim.comparisons if one.b and samples.meaning(one)}
+    names = [str(name) for name in study["condition"].values]
+    return [
+        (name, samples.meaning(one), {condition: samples.get(condition, name).values for condition in names})
+        for name, one in held.items()
+    ]
 
 
 class _Samples:

@@ -10,7 +10,9 @@ from pydantic import Field
 
 from baldwinlab.papers.files import Declared, declared, read
 
-Figure = Literal["overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "clocks"]
+Figure = Literal[
+    "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "clocks", "measures"
+]
 FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "networks", "senses", "maps")
 Assay = Literal["innate", "neutral", "within-life", "modules", "reaction", "descent"]
 Question = Literal[

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
@@ -15,7 +16,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.factors import of_study
 from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper
-from baldwinlab.papers.verdicts import ClaimResult
+from baldwinlab.papers.verdicts import ClaimResult, compared
 from baldwinlab.papers.words import Figure
 from baldwinlab.report import content
 from baldwinlab.report.content import Experiments, foragers, worlds
@@ -50,8 +51,9 @@ def pictures(
     """Those that the paper has, in its order, as far as there is something to draw: traces, foragers, and how they look."""
     foraging = foragers(conditions)
     meanings, clock = content.recorded_shares(conditions), content.clock(conditions)
+    measured = [figures.Measured(*one) for one in compared(study, paper)] if "measures" in paper.about.figures else []
     there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
-    there |= {"shares": bool(meanings), "clocks": bool(clock)}
+    there |= {"shares": bool(meanings), "clocks": bool(clock), "measures": bool(measured)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "overview": lambda: _overview(study, results, last),
         "fitness": lambda: _fitness(study, last),
@@ -62,11 +64,12 @@ def pictures(
         "senses": lambda: _senses(looks),
         "shares": lambda: _shares(study, meanings),
         "clocks": lambda: _clocks(study, clock),
+        "measures": lambda: _measures(study, measured),
     }
     for name in paper.about.figures:
         if there.get(name, True):
             picture = draw[name]()
-            beside = paper.words.captions.get(name) if foraging or name in ("shares", "clocks") else None
+            beside = paper.words.captions.get(name) if foraging or name in ("shares", "clocks", "measures") else None
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
@@ -155,6 +158,27 @@ def _shares(study: xr.Dataset, meanings: Mapping[str, str]) -> Picture:
         f"Curves by generation for each condition: {said}.",
         figures.shares(study, meanings),
         rows,
+    )
+
+
+def _measures(study: xr.Dataset, found: Sequence[figures.Measured]) -> Picture:
+    medians = [
+        f"{one.meaning}: {', '.join(f'{name} {number(float(np.median(of)))}' for name, of in one.of.items() if of.size)}"
+        for one in found
+    ]
+    return Picture(
+        "measures",
+        "What the claims compare",
+        "Each point is a run. Box: quartiles, with the median as the thick line; whiskers reach the farthest run within 1.5 "
+        "times the box.",
+        f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
+        figures.measures(study, found),
+        [
+            {"condition": name, "measure": one.name, "value": value}
+            for one in found
+            for name, of in one.of.items()
+            for value in of.tolist()
+        ],
     )
 
 

@@ -45,6 +45,10 @@ def _direction(found: Comparison, p_holm: float) -> int:
     return -1 if found.effect < 0 and found.a12 < 0.5 else 0
 
 
+def close(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    return within(found, p_holm, (-bound, bound))
+
+
 def zero(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     return HOLDS if found.effect == 0 else FAILS
 
@@ -80,6 +84,7 @@ def no_less(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
 RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "greater": greater,
     "lower": lower,
+    "close": close,
     "zero": zero,
     "at_least": at_least,
     "within": within,

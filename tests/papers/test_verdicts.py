@@ -250,6 +250,17 @@ def test_runs_in_pairs_tell_a_small_difference_that_all_share(tmp_path: Path, sh
     assert apart.verdict == "undecided", "as runs differ by more among themselves"
 
 
+@pytest.mark.parametrize(("apart", "verdict"), [(0.0, "holds"), (0.02, "undecided"), (0.2, "does not hold")])
+def test_two_conditions_are_close_where_the_interval_of_their_difference_is(
+    tmp_path: Path, apart: float, verdict: Verdict
+) -> None:
+    """The difference of each pair is `apart`, less or more by 0.015."""
+    others = [share + apart + (0.015 if number % 2 else -0.015) for number, share in enumerate(SPREAD)]
+    comparison = 'b = "all-set", measure = "unset", rule = "close", paired = true, bound = 0.02'
+    result = of_strings(tmp_path, comparison, guessing=others, all_set=SPREAD)
+    assert result.verdict == verdict and "within 0.02 of 0" in result.claim.rule
+
+
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
     assert conjunction(["holds", "holds"]) == "holds"
     assert conjunction(["holds", "undecided"]) == "undecided"

@@ -1,0 +1,109 @@
+"""A slope that numbers climb, and learning that is a step further up: when learning speeds evolution, and when it slows it.
+
+    baldwinlab reproduce paenke-2007
+
+A genome is one number x, and innate fitness f(x) = exp(rise x + bend x^2 / 2), so that `bend` says whether the logarithm of
+fitness is convex (above 0), straight (0) or concave (below 0). An agent that learns is worth f(x + step). What decides is the
+gain function g(x) = f(x + step) / f(x): with learning selection moves x faster where g rises with x, and slower where g falls.
+Here the logarithm of g is step bend x, and a constant.
+
+Source: I. Paenke, B. Sendhoff and T. J. Kawecki, "Influence of plasticity and learning on evolution under directional selection",
+The American Naturalist 170 (2007); I. Paenke, T. J. Kawecki and B. Sendhoff, "The influence of learning on evolution: a
+mathematical framework", Artificial Life 15 (2009). Population, spread and mutation are ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine.arithmetic import power_of_ten
+from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.evolution.founders import draw_normal
+from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
+
+STEEPEST: Final = 300.0  # logarithm of fitness beyond which the ground is level, so that fitness stays a number
+LOG10_E: Final = 0.43429448190325182765
+
+_OF_AGENT = ("generation", "agent")
+
+
+def _climb(runs: xr.Dataset) -> xr.DataArray:
+    innate = runs["innate_x"].astype(np.float64).mean("agent")
+    return innate.isel(generation=-1) - innate.isel(generation=0)
+
+
+class SlopeClimbers(Model, name="slope-climbers"):
+    """Numbers on a slope, which learn a step uphill."""
+
+    rise: float = Field(0.0, ge=-10, le=10, description="slope of the logarithm of fitness at x = 0")
+    bend: float = Field(1.0, ge=-10, le=10, description="curvature of the logarithm of fitness: convex above 0, concave below")
+    learning: bool = Field(True, description="whether a step is learned in life")
+    step: float = Field(0.3, ge=-10, le=10, description="that learning adds to x")
+    start: float = Field(0.75, ge=-10, le=10, description="mean x of the founders")
+    spread: float = Field(0.1, ge=0, le=10, description="standard deviation of x among the founders")
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 21, "variation": "gaussian", "mutation_rate": 1.0, "mutation_size": 0.03},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "innate_x": Variable(_OF_AGENT, np.float32, "x", "x at birth"),
+        "uphill": Variable(_OF_AGENT, np.int32, "1", "1 where fitness rises with x at birth, else 0"),
+    }
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "climb": Measure("rise of mean innate x, first to last generation", _climb),
+        "uphill": Measure(
+            "share of agents born where fitness rises, in the generation in which it is least",
+            lambda runs: runs["uphill"].mean("agent").min("generation"),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    def check(self, experiment: Any) -> None:
+        if self.rise == self.bend == 0:
+            raise ValueError("slope_climbers.rise and slope_climbers.bend are both 0: there is no slope")
+
+    def without_learner(self) -> SlopeClimbers:
+        return self.model_copy(update={"learning": False})
+
+    def weights(self) -> int:
+        return 1
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        genomes = np.empty((agents, 1, 1), np.float32)
+        draw_normal(moment, FOUNDER, genomes, 0)
+        return np.float32(self.start) + np.float32(self.spread) * genomes
+
+    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        born = genomes[:, :, 0, 0]
+        learned = born + np.float32(self.step if self.learning else 0)
+        energy = self.fitness(learned.astype(np.float64))
+        records = {"innate_x": born.copy(), "uphill": (self.rise + self.bend * born > 0).astype(np.int32)}
+        return Lives(energy, np.zeros_like(energy), learned[:, :, None], records)
+
+    def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """f(x) of any x, of the same shape."""
+        found: npt.NDArray[np.float64] = np.clip(self.rise * x + self.bend * x * x / 2, -STEEPEST, STEEPEST)
+        raise_all(found.reshape(-1))
+        return found
+
+
+@compiled
+def exponential(x: float) -> float:
+    """e to the power x, for |x| to 300, within 1e-13 of itself."""
+    return power_of_ten(x * LOG10_E)
+
+
+@entry
+def raise_all(values: Any) -> None:
+    """Put in the place of every value its exponential."""
+    for place in range(values.size):
+        values[place] = exponential(values[place])
