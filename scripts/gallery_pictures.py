@@ -37,6 +37,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "nolfi-elman-parisi-1994": _curves,
     "mayley-1996": _shares,
     "paenke-2007": _measures_of("paenke-2007"),
+    "stanley-miikkulainen-2002": _curves,
 }
 
 

@@ -65,7 +65,7 @@ class ClaimResult:
     @property
     def from_paper(self) -> float | None:
         """How far the deciding effect lies above the paper's figure, where there are both."""
-        if self.deciding is None or self.claim.figure is None:
+        if self.deciding is None or self.claim.figure is None or math.isnan(self.deciding.numbers.effect):
             return None
         return self.deciding.numbers.effect - self.claim.figure
 

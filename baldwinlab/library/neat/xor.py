@@ -1,6 +1,6 @@
 """The exclusive or, the classic first task of NEAT: no network without hidden nodes solves it, so one must grow.
 
-    baldwinlab run neat-xor --runs 10
+    baldwinlab reproduce stanley-miikkulainen-2002
 
 Two inputs and a bias; the output must be above 1/2 where one of the inputs is 1, and below where none or both are. A life is to
 be asked the four questions; fitness is (4 - the sum of the distances from the right answers)^2.
@@ -20,7 +20,8 @@ import numpy.typing as npt
 from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
 from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET, answer, entries, minimal
-from baldwinlab.parts import FOUNDER, Field, Lives, Model, Variable
+from baldwinlab.library.neat.solutions import of_solutions
+from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 ANSWERS: Final = (0, 1, 1, 0)
@@ -46,6 +47,8 @@ class NeatXor(Model, name="neat-xor"):
         "enabled": Variable(_OF_AGENT, np.int32, "links", "enabled links"),
         "species": Variable(_OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
     }
+
+    measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["right"] == len(QUESTIONS))
 
     def without_learner(self) -> NeatXor:
         return self

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
+import xarray as xr
 from scipy.optimize import linprog
 
 import baldwinlab as bl
@@ -126,6 +127,20 @@ def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
         hidden, enabled = (int(history.of_agents(name)[at]) for name in ("hidden", "enabled"))
         found.append(Solved(generation + 1, evaluations, hidden, enabled))
     return found
+
+
+def test_what_is_measured_of_a_run_is_its_first_solution() -> None:
+    runs = xr.concat([history.dataset() for history in live_batch(bl.load("neat-xor"), 1, range(6))], "run")
+    runs = runs.assign_coords(run=np.arange(6))
+    unsolved = runs.isel(generation=slice(0, 1))
+    found = {name: measure.of(runs).values for name, measure in NeatXor.measures.items()}
+    for run, first in enumerate(first_solutions(6)):
+        assert found["solved"][run] == (first is not None)
+        expected = [np.nan] * 4 if first is None else list(first)
+        measured = [found[name][run] for name in ("generations", "evaluations", "hidden", "enabled")]
+        np.testing.assert_array_equal(measured, expected)
+    assert (NeatXor.measures["solved"].of(unsolved) == 0).all(), "founders have no hidden nodes"
+    assert NeatXor.measures["evaluations"].of(unsolved).isnull().all()
 
 
 def test_neat_grows_networks_that_know_it() -> None:

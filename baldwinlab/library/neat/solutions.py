@@ -1,0 +1,49 @@
+"""What is measured of the first network of a run that solves its task, in the order in which networks are made and tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.parts import Measure
+
+Solves = Callable[[xr.Dataset], xr.DataArray]  # from runs, whether each agent solves the task
+
+
+def of_solutions(solves: Solves) -> Mapping[str, Measure]:
+    """Measures of a model whose agents are networks, by name; but for `solved`, NaN of a run without a solution."""
+
+    def ever(runs: xr.Dataset) -> xr.DataArray:
+        return solves(runs).any(("generation", "agent")) * 1.0
+
+    def first(told: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]]) -> Callable[[xr.Dataset], xr.DataArray]:
+        """What is told of the place [run] that the first solution has among the networks of its run."""
+
+        def of(runs: xr.Dataset) -> xr.DataArray:
+            place = _in_order(solves(runs)).argmax(axis=1)
+            return xr.DataArray(told(runs, place), {"run": runs["run"]}, "run").where(ever(runs) == 1)
+
+        return of
+
+    return {
+        "solved": Measure("1 where a network ever solves it, else 0", ever),
+        "generations": Measure("generations to the first solution", first(lambda runs, place: place // runs.sizes["agent"] + 1)),
+        "evaluations": Measure("networks tried to the first solution", first(lambda runs, place: place + 1)),
+        "hidden": Measure("hidden nodes of the first solution", first(lambda runs, place: _at(runs["hidden"], place))),
+        "enabled": Measure("enabled links of the first solution", first(lambda runs, place: _at(runs["enabled"], place))),
+    }
+
+
+def _in_order(record: xr.DataArray) -> npt.NDArray[Any]:
+    """Of every network [run, network], generation by generation."""
+    return record.transpose("run", "generation", "agent").values.reshape(record.sizes["run"], -1)
+
+
+def _at(record: xr.DataArray, place: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
+    """What is recorded of one network of each run, by its place."""
+    found: npt.NDArray[Any] = _in_order(record)[np.arange(len(place)), place]
+    return found
