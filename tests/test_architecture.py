@@ -26,7 +26,7 @@ FLOORS = [
     {"runs"},
     {"check"},
     {"studies"},
-    {"movie", "bench"},
+    {"movie", "bench", "doctor"},
     {"figures"},
     {"report"},
     {"assays", "multiverse", "sweeps"},
