@@ -1,7 +1,13 @@
-"""Makes the pictures of the gallery's pages in docs/ anew: `python -m scripts.gallery_pictures`. It runs what they show."""
+"""Makes the pictures of the gallery anew, of all its papers or of those named: `python -m scripts.gallery_pictures mayley-1996`.
+
+Each is drawn twice, in docs/ and small on the paper's card, `card.png` in its folder. It runs what they show; where that takes
+too long, the card is cut from a picture in docs/.
+"""
 
 from __future__ import annotations
 
+import io
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,13 +15,17 @@ from typing import Any, Final
 
 import xarray as xr
 from matplotlib.figure import Figure
+from PIL import Image
 
 import baldwinlab as bl
 from baldwinlab import figures, papers
 from baldwinlab.papers.verdicts import compared
+from baldwinlab.papers.paper import CARD
 from baldwinlab.report.content import recorded_shares
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
+WIDTH, HEIGHT = 640, 320  # pixels of a card
+COLOURS: Final = 128  # of a card, so that it is small
 
 
 def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
@@ -39,16 +49,54 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "paenke-2007": _measures_of("paenke-2007"),
     "stanley-miikkulainen-2002": _curves,
 }
+PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first
+CUT: Final = {  # the picture, and left, upper, right and lower edge in it
+    "le-2019": ("emergence.png", (22, 58, 947, 510)),
+    "worlds-and-minds": ("worlds-and-minds.png", (292, 625, 1312, 1135)),
+}
 
 
 def main() -> None:
-    for name, draw in DRAWN.items():
+    for name in sys.argv[1:] or [*DRAWN, *CUT]:
         paper = papers.load(name)
+        if name in CUT:
+            picture, edges = CUT[name]
+            (paper.folder / CARD).write_bytes(_small(Image.open(PICTURES / picture).crop(edges)))
+            continue
         experiments = paper.experiments()
         with TemporaryDirectory() as folder:
             bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
-            figures.save(draw(bl.open_study(Path(folder) / "study"), experiments), Path(folder), name)
+            figure = DRAWN[name](bl.open_study(Path(folder) / "study"), experiments)
+            figures.save(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
+        (paper.folder / CARD).write_bytes(_card(figure, PANEL.get(name, 0)))
+
+
+def _card(figure: Figure, panel: int) -> bytes:
+    """One panel of a picture, without its words."""
+    shown = figure.axes[panel]
+    for axes in [*figure.axes]:
+        if axes is not shown:
+            axes.remove()
+    for legend in [*figure.legends]:
+        legend.remove()
+    shown.set(title="", xlabel="", ylabel="")
+    shown.set_title("", loc="left")
+    shown.tick_params(labelbottom=False, labelleft=False)
+    figure.set_layout_engine("none")
+    figure.set_size_inches(WIDTH / 200, HEIGHT / 200)
+    shown.set_position((0.03, 0.05, 0.94, 0.9))
+    drawn = io.BytesIO()
+    figure.savefig(drawn, dpi=200)
+    return _small(Image.open(drawn))
+
+
+def _small(picture: Image.Image) -> bytes:
+    """A picture in the size of a card, in few colours."""
+    made = io.BytesIO()
+    resized = picture.convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+    resized.quantize(COLOURS).save(made, "png", optimize=True)
+    return made.getvalue()
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@ from __future__ import annotations
 from baldwinlab import console
 from baldwinlab.papers import built_in
 
+SHOWN = 6  # conditions of a paper
+
 
 def papers() -> None:
     """List the papers that can be reproduced."""
@@ -15,4 +17,12 @@ def papers() -> None:
         console.say(f"{paper.name:<{indent}} {paper.about.source}")
         console.say(f"{'':<{indent}} {paper.about.description}")
         console.say(f"{'':<{indent}} {', '.join([*counts, *filter(None, [paper.about.link])])}")
+        console.say(f"{'':<{indent}} {paper.about.year}, {_some(paper.own())}")
+        console.say(f"{'':<{indent}} run it: baldwinlab reproduce {paper.name}")
     console.say("baldwinlab reproduce PAPER runs one; a folder of your own with a paper.toml is one, too")
+
+
+def _some(names: list[str]) -> str:
+    """The first of them, and how many more there are."""
+    more = len(names) - SHOWN
+    return ", ".join(names[:SHOWN]) + (f" and {more} more" if more > 0 else "")

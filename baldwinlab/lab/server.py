@@ -18,7 +18,21 @@ from starlette.websockets import WebSocket
 
 from baldwinlab import palette
 from baldwinlab.console import on_a_screen
-from baldwinlab.lab import Lab, MissingError, alleles, forms, history, inside, live, outcomes, recording, share, studies, sweeping
+from baldwinlab.lab import (
+    Lab,
+    MissingError,
+    alleles,
+    forms,
+    gallery,
+    history,
+    inside,
+    live,
+    outcomes,
+    recording,
+    share,
+    studies,
+    sweeping,
+)
 from baldwinlab.lab.clients import InPieces
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
@@ -43,7 +57,7 @@ def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
     def engine(request: Request) -> JSONResponse:
         return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
 
-    parts = (studies, outcomes, forms, recording, inside, history, alleles, live, share)
+    parts = (studies, gallery, outcomes, forms, recording, inside, history, alleles, live, share)
     routes = [route for part in parts for route in part.routes(lab)]
     routes += [*sweeping.routes(lab, sweeps), Route("/api/engine", engine), Route("/palette.css", _palette)]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))

@@ -153,6 +153,11 @@ def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
     return declared
 
 
+def can_be_shown(experiment: BaseExperiment) -> bool:
+    """Whether the World tab has something to show of a condition: a world, or the alleles of its genomes."""
+    return isinstance(experiment, Experiment) or bool(alleles_of(experiment))
+
+
 def _shown(study: Study) -> str:
     """The condition that a page begins with: the one that the study's paper shows, if it has one."""
     try:
@@ -249,13 +254,13 @@ def results_of(lab: Lab, name: str) -> bytes:
 
     def answer() -> bytes:
         found = results.kept(study) or results.of_study(study)
-        return json.dumps(found | {"claims": _claims(claims)}).encode()
+        return json.dumps(found | {"claims": claims_of(claims)}).encode()
 
     return lab.answers.get(("results", study.directory, written), answer)
 
 
-def _claims(path: Path) -> list[dict[str, Any]]:
-    """What the report found of the paper's claims, if one has been made."""
+def claims_of(path: Path) -> list[dict[str, Any]]:
+    """What the report found of the paper's claims, if one has been made. Raises StudyError for a file that is damaged."""
     if not path.exists():
         return []
     try:

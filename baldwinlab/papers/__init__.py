@@ -11,7 +11,7 @@ from pathlib import Path
 
 from baldwinlab.files import write_atomically
 from baldwinlab.papers.files import PaperError
-from baldwinlab.papers.paper import KINDS, Paper, check, nearest, open_paper
+from baldwinlab.papers.paper import CARD, KINDS, Paper, check, nearest, open_paper
 
 __all__ = ["DEFAULT", "KEPT", "Paper", "PaperError", "built_in", "keep", "load", "of_study"]
 
@@ -50,7 +50,7 @@ def keep(paper: Paper, directory: Path) -> None:
     """Copy a user's paper into the folder of its study, in place of what was kept of it before. Raises OSError."""
     if built_in().get(paper.name) == paper:
         return
-    pages = ("*.toml", "README.md", *(f"{kind}/*.toml" for kind in KINDS))
+    pages = ("*.toml", "README.md", CARD, *(f"{kind}/*.toml" for kind in KINDS))
     files = {path.relative_to(paper.folder): path.read_bytes() for page in pages for path in paper.folder.glob(page)}
     kept = directory / KEPT
     for path in kept.rglob("*.toml"):

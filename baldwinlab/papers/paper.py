@@ -4,6 +4,7 @@
     conditions/*.toml                      each laid over the defaults of an experiment
     maps/*.toml, readings/*.toml           laid over a condition; controls/*.toml: conditions that are not the paper's own
     claims.toml, words.toml, README.md     what it claims; what the report says of it; its page
+    card.png                               a small picture of it, twice as wide as it is high
 
 An experiment is named CONDITION/MAP, or CONDITION where the paper has no maps. All but paper.toml and conditions/ may be left
 out. Nothing in the folder is code.
@@ -29,6 +30,7 @@ from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
 
 KINDS = ("conditions", "controls", "maps", "readings")
+CARD = "card.png"
 STANDARD = "standard"  # the reading taken unless another is named
 
 

@@ -94,7 +94,7 @@ def lonely(browser: Browser) -> Iterator[Page]:
 @pytest.fixture
 def page(newcomer: Page) -> Page:
     """A page that is not yet opened, of a reader who has closed what explains the tabs."""
-    closed = ("world", "live", "results")
+    closed = ("papers", "world", "live", "results")
     kept = "".join(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed)
     newcomer.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
     return newcomer

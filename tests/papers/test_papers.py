@@ -222,6 +222,9 @@ def test_papers_lists_each_with_what_it_is(command: Command) -> None:
     assert re.search(r"^le-2019 +Nam Le, Evolving Self-taught", done.out, re.MULTILINE)
     assert "conditions: 6, claims: 9, https://" in done.out
     assert "claims: 76\n" in done.out, "where there is no link, no comma waits for one"
+    assert "1987, guessing, guessing-100, guessing-10000, all-set, never-guessing\n" in done.out
+    assert "run it: baldwinlab reproduce hinton-nowlan-1987\n" in done.out
+    assert re.search(r"2026, evo/A, .* and 74 more\n", done.out)
 
 
 def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(

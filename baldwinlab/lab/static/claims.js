@@ -2,7 +2,7 @@
 
 import { el, format } from "./common.js";
 
-const VERDICTS = { // its tone, and how one and several are counted
+export const VERDICTS = { // its tone, and how one and several are counted
   holds: ["good", "holds", "hold"],
   undecided: ["", "is undecided", "are undecided"],
   "does not hold": ["warm", "does not hold", "do not hold"],

@@ -4,9 +4,10 @@ import { address, asked, follow, followed, navigate } from "./address.js";
 import { message } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
-import { KEEPING, LIVE, RESULTS } from "./topics.js";
+import { KEEPING, LIVE, PAPERS, RESULTS } from "./topics.js";
 
 const VIEWS = {
+  papers: { title: "Papers", load: () => import("./view_papers.js"), about: PAPERS },
   world: { title: "World", lives: true, load: () => import("./view_lives.js"), about: [] }, // what it shows is in the recording's own words
   live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: [...LIVE, KEEPING] },
   results: { title: "Results", load: () => import("./view_results.js"), about: RESULTS },

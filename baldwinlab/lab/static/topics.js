@@ -22,6 +22,12 @@ export const ALLELES = [
 ];
 
 /** @type {Topic[]} */
+export const PAPERS = [
+  { title: "The papers", text: "Each card is a publication that can be reproduced here: what it is about, how much is run for it, and, where this folder holds a study of it, what came of its claims." },
+  { title: "To run one", text: "Run live shows one of its conditions while it evolves. The command runs the whole paper, with statistics and a report, into the folder results; in a lab that shows it, the study stands on the card." },
+];
+
+/** @type {Topic[]} */
 export const RESULTS = [
   { title: "The curves", text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. Each run can be shown as a thin line beside it. A click on a line shows the life behind it." },
   { title: "The boxes", text: "Each run is a point: its mean over the last generations. The line in a box is the median, half of the runs lie in the box." },

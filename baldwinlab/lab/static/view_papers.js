@@ -1,0 +1,79 @@
+/** The Papers tab: a card for each paper, with what came of its studies here, and the ways to run and watch it. */
+
+import { VERDICTS } from "./claims.js";
+import { el, format, getJSON, icon, message } from "./common.js";
+
+const COPY = "M7 7V3h10v10h-4M3 7h10v10H3z";
+
+/** As the contract of main.js. The address may name a `paper`, whose card is brought into sight. */
+export function mount(root, state) {
+  const page = el("div", { class: "page papers", "data-testid": "papers" }, el("h1", {}, "Papers"));
+  const aborted = new AbortController();
+  root.append(page);
+  const cards = el("ul", { class: "paper-cards" });
+  page.append(cards);
+  const go = ({ paper }) => {
+    if (!paper || !cards.children.length) return;
+    const found = [...cards.children].find(({ dataset }) => dataset.paper === paper);
+    const names = () => [...cards.children].map(({ dataset }) => dataset.paper).join(", ");
+    if (!found) return message(`There is no paper ${paper} here. There are: ${names()}.`, "error");
+    found.scrollIntoView({ block: "center" });
+    found.focus({ preventScroll: true });
+  };
+  const show = async () => {
+    const { papers } = await getJSON("/api/papers", aborted.signal);
+    cards.replaceChildren(...papers.map(card));
+    go(state);
+  };
+  show().catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  return { update: (next) => go((state = next)), unmount: () => aborted.abort() };
+}
+
+function card(paper) {
+  const { name, title, authors, year, published, description, link, picture } = paper;
+  const image = picture && el("img", { src: `api/papers/picture?${new URLSearchParams({ paper: name })}`, alt: "", width: 640, height: 320, loading: "lazy" });
+  const source = [`${authors.join(", ")}, ${year}`, published].filter(Boolean).join(" · ");
+  return el("li", { class: "card paper-card", "data-paper": name, tabindex: -1, "data-testid": `paper-${name}` },
+    image ?? "",
+    el("h2", {}, title),
+    el("p", { class: "soft" }, source, ...(link ? [" · ", el("a", { href: link, target: "_blank", rel: "noopener" }, "the paper")] : [])),
+    el("p", { class: "paper-sentence" }, capital(description), "."),
+    el("p", { class: "soft" }, size(paper)),
+    ...paper.studies.map(made),
+    el("div", { class: "paper-run" }, ...ways(paper)));
+}
+
+function size({ conditions, claims, runs }) {
+  const counted = (count, what) => `${format(count)} ${what}${count === 1 ? "" : "s"}`;
+  return `${counted(conditions, "condition")}, ${counted(runs, "run")} of each, ${claims ? counted(claims, "claim") : "no claims"}`;
+}
+
+/** A study of a paper that is here: what came of its claims, and the ways into it. */
+function made({ study, verdicts, watch }) {
+  const counted = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
+  const badges = counted.map(([verdict, [tone, one, several]]) => el("span", { class: `badge ${tone}` }, `${verdicts[verdict]} ${verdicts[verdict] === 1 ? one : several}`));
+  const name = study === "." ? "this study" : study;
+  const way = (view, text) => el("a", { href: `#/${view}?${new URLSearchParams({ study })}`, "aria-label": `${text}: ${name}` }, text);
+  return el("div", { class: "row paper-study", "data-testid": `study-${study}` }, el("span", { class: "mono" }, name),
+    ...(badges.length ? badges : [el("span", { class: "soft" }, "no report yet")]),
+    el("span", { class: "spread paper-ways" }, watch && way("world", "Watch"), way("results", "Results")));
+}
+
+/** How it is run: a condition of it at once, or the whole from the command line. */
+function ways({ name, title, preset }) {
+  const command = `baldwinlab reproduce ${name}`;
+  const live = preset && el("a", { class: "button primary", href: `#/live?${new URLSearchParams({ preset })}`, "aria-label": `Run live: ${title}` }, "Run live");
+  const copy = async () => {
+    try {
+      await navigator.clipboard.writeText(command);
+      message(`Copied: ${command}`, "done");
+    } catch {
+      message(`The browser copies nothing here; the command is ${command}`, "error");
+    }
+  };
+  return [live ?? "", el("button", { type: "button", class: "quiet", title: "Copy the command that runs the whole paper", onclick: copy, "data-testid": `copy-${name}` }, icon(COPY), el("code", {}, command))];
+}
+
+function capital(text) {
+  return text[0].toUpperCase() + text.slice(1);
+}

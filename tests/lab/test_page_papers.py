@@ -1,0 +1,97 @@
+"""The Papers tab: a card for each paper, with ways to its studies, to a live run and to its command."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from baldwinlab import papers
+from baldwinlab.presets import factors, load
+from baldwinlab.studies.store import create
+from tests.axe import barriers
+from tests.lab.asking import WINDOWS
+from tests.lab.conftest import LabServer, serving
+from tests.lab.test_page_room import MEASURE, window
+from tests.small import small_study
+
+NAME = "hinton-nowlan-1987"
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """A server over a study of a paper, with a report."""
+    root = tmp_path_factory.mktemp("shelf")
+    guessing = load("guessing").replace(population={"size": 40}, evolution={"generations": 3}, hinton_nowlan={"loci": 6})
+    create(root / "needle", [guessing], 5, factors=factors(), paper=NAME)
+    small_study(root / "needle", [guessing], runs=2)
+    verdicts = ("holds", "holds", "does not hold", "undecided")
+    (root / "needle" / "claims.json").write_text(json.dumps([{"id": "H1", "verdict": verdict} for verdict in verdicts]))
+    with serving(root) as server:
+        yield server
+
+
+@pytest.fixture
+def shown(page: Page, shelf: LabServer) -> Page:
+    page.goto(f"{shelf.address}/#/papers")
+    expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
+    return page
+
+
+def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer) -> None:
+    page.goto(f"{shelf.address}/#/results")
+    page.get_by_role("link", name="baldwinlab, to the papers").click()
+    expect(page.get_by_test_id("tab-papers")).to_have_attribute("aria-current", "page")
+    card = page.get_by_test_id(f"paper-{NAME}")
+    expect(card).to_contain_text("Geoffrey E. Hinton, Steven J. Nowlan, 1987 · Complex Systems 1")
+    expect(card).to_contain_text("5 conditions, 20 runs of each, 8 claims")
+    card.scroll_into_view_if_needed()
+    page.wait_for_function("document.querySelector('[data-paper=hinton-nowlan-1987] img').naturalWidth === 640")
+
+
+def test_a_card_says_what_came_of_a_study_and_leads_into_it(shown: Page) -> None:
+    study = shown.get_by_test_id("study-needle")
+    expect(study.locator(".badge")).to_have_text(["2 hold", "1 is undecided", "1 does not hold"])
+    study.get_by_role("link", name="Watch: needle").click()
+    expect(shown.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 2")
+    shown.go_back()
+    shown.get_by_role("link", name="Results: needle").click()
+    expect(shown.get_by_test_id("results-study")).to_have_value("needle")
+
+
+def test_a_paper_is_run_live_and_its_command_copied(shown: Page) -> None:
+    shown.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    shown.get_by_test_id(f"copy-{NAME}").click()
+    expect(shown.get_by_test_id("message-done")).to_contain_text(f"baldwinlab reproduce {NAME}")
+    assert shown.evaluate("navigator.clipboard.readText()") == f"baldwinlab reproduce {NAME}"
+    shown.get_by_role("link", name="Run live: How learning can guide evolution").click()
+    expect(shown.get_by_test_id("preset")).to_have_value("guessing")
+
+
+def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there_are(shown: Page) -> None:
+    shown.goto(re.sub("#.*", "#/papers?paper=worlds-and-minds", shown.url))
+    expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_focused()
+    expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_in_viewport()
+    shown.goto(re.sub("#.*", "#/papers?paper=mayley", shown.url))
+    expect(shown.get_by_test_id("message-error")).to_contain_text("There is no paper mayley here. There are: le-2019, ")
+
+
+@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+def test_cards_have_room_in_every_window(browser: Browser, shelf: LabServer, width: int, height: int, dots: int) -> None:
+    with window(browser, width, height, dots, base_url=shelf.address) as page:
+        page.goto("/#/papers")
+        expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
+        found = page.evaluate(MEASURE, "/world.js")
+        assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier(browser: Browser, shelf: LabServer, scheme: str) -> None:
+    with browser.new_context(base_url=shelf.address, color_scheme="dark" if scheme == "dark" else "light") as context:
+        page = context.new_page()
+        page.goto("/#/papers?guide=open")
+        expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
+        assert barriers(page) == []
