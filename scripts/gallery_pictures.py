@@ -19,8 +19,8 @@ from PIL import Image
 
 import baldwinlab as bl
 from baldwinlab import figures, papers
-from baldwinlab.papers.verdicts import compared
 from baldwinlab.papers.paper import CARD
+from baldwinlab.papers.verdicts import compared
 from baldwinlab.report.content import recorded_shares
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
