@@ -16,9 +16,9 @@ from baldwinlab.statistics.rules import MARKS
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 
 
-def claims_table(results: Sequence[ClaimResult]) -> Table:
+def claims_table(results: Sequence[ClaimResult], title: str = "What the paper claims, and what we measured") -> Table:
     """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure."""
-    table = Table(title="What the paper claims, and what we measured", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 1, 0))
+    table = Table(title=title, title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 1, 0))
     table.add_column("")
     table.add_column("verdict", width=13)
     table.add_column("claim, measured effect [95 % interval], corrected p, effect size; the paper's figure")
@@ -38,7 +38,7 @@ def _measured(record: dict[str, Any]) -> str:
         parts.append(f"p {record['p_holm']:.2g}")
     if record["a12"] is not None:
         parts.append(f"A12 {record['a12']:.2f}")
-    return f"{', '.join(parts)}; paper: {record['paper']}"
+    return "; ".join([", ".join(parts), *([f"paper: {record['paper']}"] if record["paper"] else [])])
 
 
 def readings_table(multiverse: Multiverse) -> Table:

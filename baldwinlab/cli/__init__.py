@@ -15,6 +15,7 @@ COMMANDS = {  # module and function of each
     "assay": ("assays.command", "assay"),
     "bench": ("cli.measure", "bench"),
     "check": ("cli.check", "check"),
+    "claims": ("cli.claims", "claims"),
     "doctor": ("cli.doctor", "doctor"),
     "export": ("cli.export", "export"),
     "gallery": ("gallery.command", "gallery"),

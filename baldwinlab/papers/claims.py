@@ -99,7 +99,7 @@ class Claim(Declared):
     title: str
     text: str = Field(alias="claim")
     decided_by: Rule | None = Field(None, alias="rule")
-    paper: str
+    paper: str = ""  # what it says, or what another source says
     figure: float | None = None
     choices: tuple[Choice, ...] = ()  # that could account for a difference, the likeliest first
     comparisons: tuple[Comparison, ...] = Field(min_length=1)

@@ -12,7 +12,7 @@ out. Nothing in the folder is code.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
@@ -187,16 +187,24 @@ def check(paper: Paper) -> Paper:
         paper.experiment(known[0], reading)
     for key, named in (("emergence", filter(None, [paper.about.emergence])), ("compared", paper.about.compared)):
         _require(named, known, f"{paper.folder / 'paper.toml'}: {key}")
+    require_known(paper.claims, paper.folder / "claims.toml", known, paper.measures)
     for claim in paper.claims:
-        where = f"{paper.folder / 'claims.toml'}: {claim.id}"
-        _require(sorted(claim.conditions), known, f"{where} names a condition")
-        for comparison in claim.comparisons:
-            for name in sorted(comparison.conditions):
-                _require([comparison.measure], [*OF_ALL, *paper.measures(name)], f"{where}: a measure of {name}")
         for choice in claim.choices:
-            _require_field(choice.field, experiments, f"{where}, choice {choice.id}")
+            _require_field(choice.field, experiments, f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}")
     paper.words  # noqa: B018 (reading them is the check)
     return paper
+
+
+def require_known(claims: Sequence[Claim], path: Path, known: list[str], measures: Callable[[str], Iterable[str]]) -> None:
+    """Raises PaperError where claims in a file are about a condition that is not known, or about what it does not measure.
+
+    `measures` gives those that a condition has beside `OF_ALL`.
+    """
+    for claim in claims:
+        _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")
+        for comparison in claim.comparisons:
+            for name in sorted(comparison.conditions):
+                _require([comparison.measure], [*OF_ALL, *measures(name)], f"{path}: {claim.id}: a measure of {name}")
 
 
 def _require(names: Iterable[str], known: list[str], where: str) -> None:

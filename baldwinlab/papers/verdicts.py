@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ import xarray as xr
 
 from baldwinlab import statistics
 from baldwinlab.files import write_atomically
-from baldwinlab.papers import Paper, load
+from baldwinlab.papers import load
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import OVER_RUNS, RULES, VERDICTS, Verdict, conjunction
@@ -88,7 +88,18 @@ class ClaimResult:
         }
 
 
-def evaluate(study: xr.Dataset, last: int = 10, paper: Paper | None = None) -> list[ClaimResult]:
+class Claiming(Protocol):
+    """A paper, or whoever else makes claims."""
+
+    @property
+    def claims(self) -> tuple[Claim, ...]: ...
+
+    def measures(self, name: str, /) -> Mapping[str, Any]:
+        """The models' own measures that a condition of that name has, by name."""
+        ...
+
+
+def evaluate(study: xr.Dataset, last: int = 10, paper: Claiming | None = None) -> list[ClaimResult]:
     """Every claim of a paper (the default unless given), decided on averages over the last `last` generations of each run.
 
     `study` has the dimensions (condition, run, generation, agent). A claim about a condition of which there is no run is not
@@ -121,7 +132,7 @@ def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dic
     return Finding(comparison, found, p_holm, RULES[comparison.rule](found, p_holm, comparison.bound), meaning)
 
 
-def compared(study: xr.Dataset, paper: Paper) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
+def compared(study: xr.Dataset, paper: Claiming) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
     """The models' own measures in which claims compare conditions: name, meaning, and by condition a value a run."""
     samples = _Samples(study, 1, paper)
     held = {one.measure: one for claim in paper.claims for one in claim.comparisons if one.b and samples.meaning(one)}
@@ -135,7 +146,7 @@ def compared(study: xr.Dataset, paper: Paper) -> list[tuple[str, str, dict[str, 
 class _Samples:
     """One value a run: what a measure comes to in a condition's last generations, or its first; or a model's own measure."""
 
-    def __init__(self, study: xr.Dataset, last: int, paper: Paper) -> None:
+    def __init__(self, study: xr.Dataset, last: int, paper: Claiming) -> None:
         self._study, self._paper = study, paper
         self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
         self._last["most"] = fitness.most(study)

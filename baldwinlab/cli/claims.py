@@ -1,0 +1,37 @@
+"""Claims of one's own about a study."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab import console
+from baldwinlab.api.claims import claims as decide
+from baldwinlab.cli.common import Directory, Force, Last, Parts, load_parts
+from baldwinlab.files import write_atomically
+from baldwinlab.outputs import require_writable
+from baldwinlab.studies.store import Study
+
+
+def claims(
+    directory: Directory,
+    /,
+    *,
+    claims: Annotated[Path | None, Parameter(help="a TOML file of claims; those of the study's paper unless given")] = None,
+    part: Parts = None,
+    last: Last = 10,
+    out: Annotated[Path | None, Parameter(help="a JSON file for the verdicts, for other programs")] = None,
+    force: Force = False,
+) -> None:
+    """Hold claims against a study: those of its paper, or a file of your own (see docs/papers.md)."""
+    load_parts(part)
+    if out:
+        require_writable("--out", out, b'"p_holm"', force=force)
+    found = decide(Study(directory), claims, last=last)
+    if out:
+        records = json.dumps([result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False)
+        write_atomically(out, f"{records}\n".encode())
+        console.say(f"verdicts: {out}")
