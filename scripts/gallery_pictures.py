@@ -46,6 +46,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "nolfi-parisi-1993": _curves,
     "nolfi-elman-parisi-1994": _curves,
     "mayley-1996": _shares,
+    "todd-miller-1991": _measures_of("todd-miller-1991"),
     "paenke-2007": _measures_of("paenke-2007"),
     "stanley-miikkulainen-2002": _curves,
 }

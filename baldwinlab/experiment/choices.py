@@ -46,6 +46,7 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {
         "cell-foragers": f"{_LIBRARY}.cells:CellForagers",
+        "cue-learners": f"{_LIBRARY}.cues:CueLearners",
         "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
         "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
         "nk-climbers": f"{_LIBRARY}.landscapes:NKClimbers",
@@ -110,6 +111,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",
         "one-point-alleles": f"{_LIBRARY}.needle:OnePointOfAlleles",
+        "one-point-of-units": f"{_LIBRARY}.cues:OnePointOfUnits",
         "one-point-crossover": f"{_LIBRARY}.breeding:OnePointCrossover",
     },
     "inheritance": {"social-heredity": f"{_LIBRARY}.heredity:SocialHeredity"},

@@ -15,6 +15,7 @@ FOUND = {
     "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
     "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
+    "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
     "stanley-miikkulainen-2002": {f"N{number}": "does not hold" if number == 4 else "holds" for number in range(1, 8)},
 }

@@ -1,0 +1,262 @@
+"""A cue that is always the same but noisy trains one that is exact but means something else in every life: smell and colour.
+
+    baldwinlab reproduce todd-miller-1991
+
+An agent lives in one of two patches: in one red is food and green is poison, in the other the reverse. Items drift by, each of
+them food by a coin. Food smells sweet, and poison sour, with the probability `accuracy`. Nobody is told what was what: an agent
+eats or passes, and what that was worth is known to selection alone. Its network has a few units, each of which is a sensor of
+red, green, sweet or sour, a hidden unit or the motor unit; all are 1 or -1, and the motor eats where its input is above 0. A link
+is fixed, or Hebbian: it changes by `rate` times the signs at its two ends, within -1 and 1. So a fixed link from smell can train
+a Hebbian one from colour.
+
+Sources: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
+Animals to Animats (1991), as far as its idea, its patches and its few units; D. O. Hebb, The Organization of Behavior (1949), for
+the rule. Their constants were not recovered: those here are readings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, Variation, philox, unit
+
+RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)  # what a unit may be
+NOTHING: Final = -1
+ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
+
+_OF_AGENT = ("generation", "agent")
+
+
+def _first(there: xr.DataArray) -> xr.DataArray:
+    """The first generation in which it is so; as many as there are where it never is."""
+    return there.argmax("generation").where(there.any("generation"), there.sizes["generation"]).astype(np.float64)
+
+
+def _time(runs: xr.Dataset) -> xr.DataArray:
+    return _first(runs["beyond"].astype(np.float64).mean("agent") > 0)
+
+
+def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
+    learned = runs["by_colour"] * (1 - runs["born_so"])
+    return _first(learned.mean("agent") >= 0.5)
+
+
+class CueLearners(Model, name="cue-learners"):
+    """Eaters who smell, see and may learn."""
+
+    accuracy: float = Field(0.75, ge=0.5, le=1, description="probability that food smells sweet, and poison sour")
+    learning: bool = Field(True, description="whether Hebbian links change in life")
+    rate: float = Field(0.1, gt=0, le=2, description="by which a Hebbian link changes at every item")
+    units: int = Field(3, ge=2, le=8, description="units of a network")
+    items: int = Field(100, ge=1, le=100_000, description="that drift by in a life")
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 100},
+        "evolution": {"generations": 601, "variation": "one-point-of-units", "mutation_rate": 0.01},
+        "record": {"genome_every": 10},
+    }
+    payoff: ClassVar[str] = "food less poison eaten, and half the number of items"
+    records: ClassVar[Mapping[str, Variable]] = {
+        "beyond": Variable(
+            _OF_AGENT,
+            np.float32,
+            "items",
+            "food less poison eaten, above half-way from what it would be by smell to what it would be by colour",
+        ),
+        "by_colour": Variable(_OF_AGENT, np.int32, "1", "1 where at death it eats what has food's colour, whatever the smell"),
+        "born_so": Variable(_OF_AGENT, np.int32, "1", "1 where it did so at birth"),
+    }
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "time": Measure("generations until the average agent is half-way from smell to colour; all where it never is", _time),
+        "evolved": Measure(
+            "1 where the average agent ever is half-way from smell to colour, else 0",
+            lambda runs: (_time(runs) < runs.sizes["generation"]) * 1.0,
+        ),
+        "time-of-half": Measure(
+            "generations until half of the agents learn to eat by colour; all where they never do", _time_of_half
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def steps(self) -> int:
+        return self.items
+
+    def without_learner(self) -> CueLearners:
+        return self.model_copy(update={"learning": False})
+
+    def weights(self) -> int:
+        """A type for each unit, then of each the strengths of its links from all, then whether these are Hebbian."""
+        return self.units + 2 * self.units**2
+
+    def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
+        draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
+        return np.array([[[_allele(gene, self.units, draw) for gene, draw in enumerate(one)]] for one in draws], np.float32)
+
+    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        shape = genomes.shape[:2]
+        learned = genomes[:, :, 0].copy()
+        eaten, half_way = np.empty(shape), np.empty(shape)
+        by_colour, born_so = np.empty(shape, np.int32), np.empty(shape, np.int32)
+        numbers = np.array([seed, generation, self.units, self.items, self.learning], np.int64)
+        scratch = np.empty(self.units, np.int64), np.empty(self.units, np.float32)
+        found = eaten, half_way, by_colour, born_so
+        eat(numbers, np.array(runs, np.int64), self.accuracy, np.float32(self.rate), learned, *scratch, *found)
+        records = {"beyond": (eaten - half_way).astype(np.float32), "by_colour": by_colour, "born_so": born_so}
+        energy = eaten + self.items / 2
+        return Lives(energy, np.zeros_like(energy), learned, records)
+
+
+@entry
+def eat(
+    numbers: Any,
+    runs: Any,
+    accuracy: float,
+    rate: Any,
+    genomes: Any,
+    kinds: Any,
+    values: Any,
+    eaten: Any,
+    half_way: Any,
+    by_colour: Any,
+    born_so: Any,
+) -> None:
+    """Fill what lives came to, [run, agent]; strengths in `genomes` [run, agent, gene] change as agents learn.
+
+    `numbers` are seed, generation, units, items and whether anybody learns; `kinds` and `values` [unit] are scratch.
+    """
+    seed, generation, units, items, learning = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]
+    for run in range(runs.size):
+        for agent in range(genomes.shape[1]):
+            genome = genomes[run, agent]
+            _read(genome, units, kinds)
+            patch = ONE if unit(philox(0, agent, generation, LIFE, seed, runs[run])[0]) < HALF else -ONE
+            born_so[run, agent] = _is_by_colour(genome, units, kinds, values, patch)
+            gained, best, by_smell = ZERO, ZERO, ZERO
+            for item in range(items):
+                if item % 2 == 0:  # of one draw of the generator come two items
+                    first, second, third, fourth = philox(1 + item // 2, agent, generation, LIFE, seed, runs[run])
+                else:
+                    first, second = third, fourth
+                food = ONE if unit(first) < HALF else -ONE
+                sweet = food if unit(second) < accuracy else -food
+                gained += food if _eats(genome, units, kinds, values, patch * food, sweet) else ZERO
+                best += food if food > ZERO else ZERO
+                by_smell += food if sweet > ZERO else ZERO
+                if learning:
+                    _learn(genome, units, kinds, values, rate)
+            eaten[run, agent], half_way[run, agent] = gained, HALF * (best + by_smell)
+            by_colour[run, agent] = _is_by_colour(genome, units, kinds, values, patch)
+
+
+@compiled
+def _read(genome: Any, units: Any, kinds: Any) -> None:
+    """What each unit is: a second motor, and any more, are none."""
+    motor = False
+    for one in range(units):
+        kinds[one] = NOTHING if motor and int(genome[one]) == MOTOR else int(genome[one])
+        motor = motor or kinds[one] == MOTOR
+
+
+@compiled
+def _eats(genome: Any, units: Any, kinds: Any, values: Any, red: Any, sweet: Any) -> bool:
+    """Whether an agent eats an item, of which `red` and `sweet` are 1 or -1; fills `values` [unit]."""
+    for one in range(units):
+        kind = kinds[one]
+        values[one] = (
+            red if kind == RED else -red if kind == GREEN else sweet if kind == SWEET else -sweet if kind == SOUR else ZERO
+        )
+    for one in range(units):
+        if kinds[one] == HIDDEN:
+            values[one] = _answer(genome, units, values, one)
+    eats = False
+    for one in range(units):
+        if kinds[one] == MOTOR:
+            values[one] = _answer(genome, units, values, one)
+            eats = values[one] > ZERO
+    return eats
+
+
+@compiled
+def _answer(genome: Any, units: Any, values: Any, one: Any) -> Any:
+    """1 where what a unit hears from all others is above 0, else -1."""
+    total = ZERO
+    for other in range(units):
+        if other != one:
+            total += genome[units + one * units + other] * values[other]
+    return ONE if total > ZERO else -ONE
+
+
+@compiled
+def _learn(genome: Any, units: Any, kinds: Any, values: Any, rate: Any) -> None:
+    """Change the Hebbian links of units that answer to others, by the signs at their two ends."""
+    for one in range(units):
+        if kinds[one] >= HIDDEN:
+            for other in range(units):
+                link = units + one * units + other
+                if other != one and genome[link + units * units] > ZERO:
+                    changed = genome[link] + rate * values[one] * values[other]
+                    genome[link] = min(max(changed, -ONE), ONE)
+
+
+@compiled
+def _is_by_colour(genome: Any, units: Any, kinds: Any, values: Any, patch: Any) -> int:
+    """1 where an agent, as it is now, eats what has food's colour in its patch and nothing else, however it smells."""
+    right = True
+    for colour in range(2):
+        for smell in range(2):
+            red, sweet = ONE - np.float32(2 * colour), ONE - np.float32(2 * smell)
+            right = right and _eats(genome, units, kinds, values, red, sweet) == (red == patch)
+    return int(right)
+
+
+@compiled
+def _allele(gene: int, units: int, draw: float) -> Any:
+    """The allele that a uniform number draws for a gene: a type, a strength, or whether a link is Hebbian."""
+    if gene < units:
+        return np.float32(int(6 * draw))
+    return np.float32(int(5 * draw)) * HALF - ONE if gene < units + units * units else np.float32(int(2 * draw))
+
+
+class OnePointOfUnits(Variation, name="one-point-of-units"):
+    """One parent's genes up to a cut, the other's from there; then each may be drawn anew. For `cue-learners` alone."""
+
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        "units": lambda part, experiment: int(experiment.of_model.units),
+    }
+
+    def check(self, experiment: Any) -> None:
+        if experiment.model != CueLearners.name:
+            raise ValueError(f"evolution.variation = {self.name!r} is for the model {CueLearners.name!r} alone")
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        cut = 1 + int(gate * (child.shape[1] - 1))
+        for gene in range(child.shape[1]):
+            of_fitter = (gene < cut) == (draws[0, 0] < 0.5)  # whose genes come first is left to a coin
+            child[0, gene] = fitter[0, gene] if of_fitter else other[0, gene]
+            if draws[gene, 1] < part.rate:
+                child[0, gene] = _allele(gene, part.units, draws[gene, 2])
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        cut = 1 + int(gate * (len(fitter[0]) - 1))
+        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
+        child, types, links = [*one[:cut], *two[cut:]], part.units, part.units + part.units**2
+        for gene, draw in enumerate(draws):
+            if draw[1] < part.rate:
+                fresh = int(6 * draw[2]) if gene < types else int(5 * draw[2]) / 2 - 1 if gene < links else int(2 * draw[2])
+                child[gene] = fresh
+        return [child]
