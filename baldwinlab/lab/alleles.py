@@ -36,8 +36,7 @@ def shares_of(lab: Lab, query: Query) -> bytes:
     studies.require_run(lab, study, name, run)
 
     def make() -> bytes:
-        about = " ".join((type(experiment.of_model).__doc__ or "").split())
-        header = {"kind": "alleles", "condition": name, "alleles": list(studies.alleles_of(experiment)), "about": about}
+        header = {"kind": "alleles", "alleles": list(studies.alleles_of(experiment)), "about": studies.about(experiment)}
         return frames.pack(header, {"share": shares(experiment, study.read(name, run))})
 
     return lab.answers.get(("alleles", experiment, study.seed, run), make)

@@ -28,7 +28,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def descent(request: Request) -> Response:
         query = request.query_params
         life = await run_in_threadpool(lives.find, lab, query)
-        lives.require_agent(life, agent := number(query, "agent"))
+        lives.require_agent(life.experiment, agent := number(query, "agent"))
         return InTurn(lab, lambda: JSONResponse(line_of_ancestors(life.moment.generation, agent, *_recorded(lab, query, life))))
 
     return [Route("/api/run", run), Route("/api/ancestors", descent)]

@@ -53,7 +53,7 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     does.
     """
     experiment = life.experiment
-    require_agent(life, agent)
+    require_agent(life.experiment, agent)
     past, (seed, run, generation) = life.past(), life.moment
     batch = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, batch, part, agent)

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from baldwinlab.evolution import Genome, Moment
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.turns import InTurn
@@ -83,9 +83,8 @@ def find(lab: Lab, query: Query) -> Life:
     return life
 
 
-def require_agent(life: Life, agent: int) -> None:
+def require_agent(experiment: BaseExperiment, agent: int) -> None:
     """Raises MissingError for an agent that the population has not."""
-    experiment = life.experiment
     if agent >= experiment.population.size:
         raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}")
 
@@ -109,7 +108,7 @@ def _stored(lab: Lab, query: Query, generation: int) -> Life:
     name, run = text(query, "condition"), number(query, "run")
     experiment = studies.condition(study, name)
     study.require_parts(name)
-    _require_generation(experiment, generation)
+    require_generation(experiment, generation)
 
     def past() -> Past:
         record = study.read(name, run)
@@ -120,7 +119,7 @@ def _stored(lab: Lab, query: Query, generation: int) -> Life:
 
 
 def _bred(experiment: Experiment, moment: Moment, energy: Callable[[], xr.DataArray | None]) -> Life:
-    _require_generation(experiment, moment.generation)
+    require_generation(experiment, moment.generation)
 
     def past() -> Past:
         eaten = energy()
@@ -129,7 +128,8 @@ def _bred(experiment: Experiment, moment: Moment, energy: Callable[[], xr.DataAr
     return Life(experiment, moment, past)
 
 
-def _require_generation(experiment: Experiment, generation: int) -> None:
+def require_generation(experiment: BaseExperiment, generation: int) -> None:
+    """Raises MissingError for a generation that the experiment has not."""
     if generation >= experiment.evolution.generations:
         last = experiment.evolution.generations - 1
         raise MissingError(f"{experiment.name} has no generation {generation}: its generations are 0 to {last}")

@@ -21,6 +21,7 @@ from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.query import parsed, text
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.lab.turns import InTurn
+from baldwinlab.parts import Model, View
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -135,6 +136,7 @@ def _summary(study: Study, name: str) -> dict[str, Any]:
             "agents": experiment.population.size,
             "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,  # of a life that can be watched
             "alleles": list(alleles_of(experiment)),  # of genomes that can be looked at locus by locus
+            "views": [{"name": view, "of_an_agent": of.of_an_agent} for view, of in views_of(experiment).items()],
         }
         for experiment in study.experiments.values()
     ]
@@ -144,18 +146,32 @@ def _summary(study: Study, name: str) -> dict[str, Any]:
 
 def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
     """The alleles of a condition's genomes, as its model declares them: none where it does not, or is not here."""
-    if isinstance(experiment, Experiment):
-        return {}
+    model = _model_of(experiment)
+    return model.alleles if model else {}
+
+
+def views_of(experiment: BaseExperiment) -> Mapping[str, View]:
+    """The views that a condition's model declares: none where it does not, or is not here."""
+    model = _model_of(experiment)
+    return model.views if model else {}
+
+
+def about(experiment: BaseExperiment) -> str:
+    """What a model without a world says of itself."""
+    return " ".join((type(experiment.of_model).__doc__ or "").split())
+
+
+def _model_of(experiment: BaseExperiment) -> Model | None:
+    """None of foragers, which have a world, and where the model is not here."""
     try:
-        declared: Mapping[str, float] = experiment.of_model.alleles
+        return None if isinstance(experiment, Experiment) else experiment.of_model
     except ExperimentError:
-        return {}
-    return declared
+        return None
 
 
 def can_be_shown(experiment: BaseExperiment) -> bool:
-    """Whether the World tab has something to show of a condition: a world, or the alleles of its genomes."""
-    return isinstance(experiment, Experiment) or bool(alleles_of(experiment))
+    """Whether the World tab has something to show of a condition: a world, the alleles of its genomes, or a view."""
+    return isinstance(experiment, Experiment) or bool(alleles_of(experiment) or views_of(experiment))
 
 
 def _shown(study: Study) -> str:

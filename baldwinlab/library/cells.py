@@ -17,7 +17,7 @@ any cell with any heading, and that without food the angle is 0 and the distance
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,8 @@ from baldwinlab.engine.arithmetic import share_of_turn, sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, Variation, philox, unit
+from baldwinlab.library.frames import foraged
+from baldwinlab.parts import FOUNDER, LIFE, Cells, Field, Lives, Measure, Model, Variable, Variation, View, philox, unit
 
 INPUTS: Final = 4  # the angle and the distance of the nearest food, and the two bits of the action about to be done
 ACTIONS: Final = 2  # outputs that plan
@@ -37,6 +38,7 @@ ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
 NOTHING, OWN_TEACHER, NEXT_SENSATION, NOISE = range(4)  # what is learned
 LEARNED: Final = {"none": NOTHING, "auto-teaching": OWN_TEACHER, "prediction": NEXT_SENSATION, "random-targets": NOISE}
 PARTS_OF_LIFE: Final = 6  # of which the first and the last are compared
+WATCHED: Final = 20_000  # moves of a life that can be looked at, about
 DRAWS: Final = 4096  # for an environment: its own numbers, however many are drawn again
 
 _OF_AGENT = ("generation", "agent")
@@ -45,6 +47,21 @@ _OF_AGENT = ("generation", "agent")
 def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     """Of the average agent of a generation, or of the last where there are not so many."""
     return lambda runs: runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+
+
+def _life(model: CellForagers, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Cells:
+    environments = min(model.environments, max(1, WATCHED // model.moves))
+    lived = model.forage(moment.seed, [moment.run], moment.generation, genomes[None, [agent]], agent, environments, environments)
+    return foraged(SIDE, lived.food, lived.track, "environment")
+
+
+class Foraged(NamedTuple):
+    """What came of lives, and the course of the last that was lived."""
+
+    learned: npt.NDArray[np.float32]  # [run, agent, weight], the action module at death
+    eaten: npt.NDArray[np.int32]  # [run, agent, environment]
+    food: npt.NDArray[np.int64]  # [environment, item], the cells where food lay
+    track: npt.NDArray[np.int64]  # [environment, move, (place, heading)]; of both, as many environments at the end as were kept
 
 
 class CellForagers(Model, name="cell-foragers"):
@@ -70,6 +87,9 @@ class CellForagers(Model, name="cell-foragers"):
         "gain": Variable(
             _OF_AGENT, np.float32, "items", "food in an environment in the last sixth of life, less that in the first"
         ),
+    }
+    views: ClassVar[Mapping[str, View]] = {
+        "life": View("An agent among its food, move by move. What it eats vanishes; each environment has food of its own.", _life)
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "gain-0": Measure("gain within life in generation 0, items an environment", _gain(0)),
@@ -111,55 +131,78 @@ class CellForagers(Model, name="cell-foragers"):
         return drawn.reshape(agents, modules, -1)
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
-        shape = genomes.shape[:2]
-        learned = genomes[:, :, 0].copy()
-        fixed = np.ascontiguousarray(genomes[:, :, -1])
-        eaten = np.zeros((*shape, self.environments), np.int32)
-        units = np.zeros((3, INPUTS + self.hidden + self.outputs), np.float32)
-        code = LEARNED[self.learning] if self.learns else NOTHING
-        numbers = np.array([seed, generation, code, self.hidden, self.outputs, self.moves], np.int64)
-        scratch = units, np.zeros(FOOD, np.int64)
-        forage(numbers, np.array(runs, np.int64), np.float32(self.rate), learned, fixed, *scratch, eaten)
+        learned, eaten, *_ = self.forage(seed, runs, generation, genomes, 0, self.environments, 1)
         part = self.environments // PARTS_OF_LIFE
         gain = eaten[..., -part:].mean(axis=-1) - eaten[..., :part].mean(axis=-1)
         energy = eaten.sum(axis=-1) / self.environments
         return Lives(energy, np.zeros_like(energy), learned, {"gain": gain.astype(np.float32)})
 
+    def forage(
+        self,
+        seed: int,
+        runs: Sequence[int],
+        generation: int,
+        genomes: npt.NDArray[np.float32],
+        first: int,
+        environments: int,
+        kept: int,
+    ) -> Foraged:
+        """So many environments of the lives of agents from number `first` on, the course of `kept` of them."""
+        learned = genomes[:, :, 0].copy()
+        fixed = np.ascontiguousarray(genomes[:, :, -1])
+        eaten = np.zeros((*genomes.shape[:2], environments), np.int32)
+        units = np.zeros((3, INPUTS + self.hidden + self.outputs), np.float32)
+        food, track = np.zeros((kept, FOOD), np.int64), np.zeros((kept, self.moves, 2), np.int64)
+        code = LEARNED[self.learning] if self.learns else NOTHING
+        numbers = np.array([seed, generation, code, self.hidden, self.outputs, first], np.int64)
+        scratch = units, np.zeros(FOOD, np.int64), food, track
+        forage(numbers, np.array(runs, np.int64), np.float32(self.rate), learned, fixed, *scratch, eaten)
+        return Foraged(learned, eaten, food, track)
+
 
 @entry
-def forage(numbers: Any, runs: Any, rate: Any, weights: Any, fixed: Any, units: Any, food: Any, eaten: Any) -> None:
+def forage(
+    numbers: Any, runs: Any, rate: Any, weights: Any, fixed: Any, units: Any, food: Any, sown: Any, track: Any, eaten: Any
+) -> None:
     """Fill `eaten` [run, agent, environment]; `weights` [run, agent, weight] change as agents learn.
 
-    `numbers` are seed, generation, what is learned, hidden units, outputs and moves; `fixed` is the teaching module; `units`
-    [3, unit] and `food` [item] are scratch.
+    `numbers` are seed, generation, what is learned, hidden units, outputs and the first agent's number; `fixed` is the teaching
+    module; `units` [3, unit] and `food` [item] are scratch. `sown` and `track` keep the course of as many environments as they
+    have room for, the last ones.
     """
+    kept = sown.shape[0]
     for run in range(runs.size):
         for agent in range(weights.shape[1]):
             for environment in range(eaten.shape[2]):
+                seen = sown[environment % kept], track[environment % kept]
                 eaten[run, agent, environment] = _visit(
-                    numbers, runs[run], agent, environment, rate, weights[run, agent], fixed[run, agent], units, food
+                    numbers, runs[run], agent, environment, rate, weights[run, agent], fixed[run, agent], units, food, seen
                 )
 
 
 @compiled
 def _visit(
-    numbers: Any, run: Any, agent: Any, environment: Any, rate: Any, weights: Any, fixed: Any, units: Any, food: Any
+    numbers: Any, run: Any, lane: Any, environment: Any, rate: Any, weights: Any, fixed: Any, units: Any, food: Any, seen: Any
 ) -> int:
-    """The food that an agent eats in one environment."""
+    """The food that an agent eats in one environment; `seen` are where the food lay and the agent's track."""
     seed, generation, learned = numbers[0], numbers[1], numbers[2]
-    hidden, outputs, moves = numbers[3], numbers[4], numbers[5]
+    hidden, outputs, agent = numbers[3], numbers[4], numbers[5] + lane
+    sown, track = seen
     first = environment * DRAWS
     begin = philox(first, agent, generation, LIFE, seed, run)
     place, heading = int(unit(begin[0]) * np.float32(SIDE * SIDE)), int(unit(begin[1]) * np.float32(4))
     _sow(food, first, agent, generation, seed, run)
+    for item in range(food.size):
+        sown[item] = food[item]
     values, teacher, scratch = units[0], units[1], units[2]
     plan, eaten = 0, 0
     values[0], values[1] = _sense(food, place, heading)
-    for move in range(moves):
+    for move in range(track.shape[0]):
         values[2], values[3] = np.float32(plan >> 1), np.float32(plan & 1)
         _answer(weights, hidden, outputs, values)
         place, heading = _act(plan, place, heading)
         eaten += _eat(food, place)
+        track[move, 0], track[move, 1] = place, heading
         bits = INPUTS + hidden
         plan = 2 * int(values[bits] > HALF) + int(values[bits + 1] > HALF)
         angle, distance = _sense(food, place, heading)

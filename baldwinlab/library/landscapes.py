@@ -24,7 +24,7 @@ import xarray as xr
 
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import LIFE, Field, Lives, Measure, Model, Variable, Variation, uniforms
+from baldwinlab.parts import LIFE, Field, Lives, Measure, Model, Variable, Variation, View, Walk, uniforms
 
 BEFORE_LIFE: Final = 2**32 - 1  # the generation whose random numbers are the landscape's and the first string's
 LONGEST: Final = 16  # bits, as all strings are looked at, to scale the landscape
@@ -53,6 +53,24 @@ def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     return lambda runs: runs[name].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
 
 
+def _climb(model: NKClimbers, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Walk:
+    """The height of everybody's string after each trial, as `live` has it."""
+    height = landscape(moment.seed, moment.run, model.bits, model.others)
+    chosen = moment.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
+    strings = model.numbers(genomes)
+    heights = [height[strings]]
+    for trial in range(model.trials):
+        climb(height, model.bits, chosen[:, trial : trial + 1], strings)
+        heights.append(height[strings])
+    all_agents = np.stack(heights)
+    lines = {
+        f"agent {agent}": all_agents[:, agent],
+        "average of all": all_agents.mean(axis=1),
+        "best of all": all_agents.max(axis=1),
+    }
+    return Walk(lines, "trial", "fitness of the string, without its cost")
+
+
 class NKClimbers(Model, name="nk-climbers"):
     """Bit strings that climb in life."""
 
@@ -72,6 +90,11 @@ class NKClimbers(Model, name="nk-climbers"):
         "changed": Variable(_OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    views: ClassVar[Mapping[str, View]] = {
+        "climb": View(
+            "How high a string stands after each trial of its life, beside the average and the best of its generation.", _climb
+        )
+    }
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate": Measure("innate fitness in generation 150", _mean("innate", 150)),
         "changed": Measure("bits changed by learning in generation 150", _mean("changed", 150)),
@@ -104,9 +127,14 @@ class NKClimbers(Model, name="nk-climbers"):
         first = uniforms(moment.seed, moment.run, BEFORE_LIFE - 1, LIFE, (1, self.bits))[0, :, 0]
         return np.broadcast_to((first < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
+    def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+        """The strings [..., agent] of genomes [..., agent, module, bit], each as a number."""
+        strings: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (1 << np.arange(self.bits))
+        return strings
+
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         powers = 1 << np.arange(self.bits)
-        born = (genomes[:, :, 0] > 0.5).astype(np.int64) @ powers
+        born = self.numbers(genomes)
         died, innate, learned = born.copy(), np.empty(born.shape), np.empty(born.shape)
         for place, run in enumerate(runs):
             height = landscape(seed, run, self.bits, self.others)

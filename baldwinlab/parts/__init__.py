@@ -29,12 +29,14 @@ from baldwinlab.parts.kinds import (
     forward,
 )
 from baldwinlab.parts.models import Lives, Measure, Model
+from baldwinlab.parts.views import Cells, Matrix, View, Walk
 from baldwinlab.variables import Variable
 
 __all__ = [
     "FOUNDER",
     "LIFE",
     "Body",
+    "Cells",
     "Field",
     "Fields",
     "Fitness",
@@ -42,6 +44,7 @@ __all__ = [
     "ItemRegion",
     "LearningRule",
     "Lives",
+    "Matrix",
     "Measure",
     "Model",
     "Network",
@@ -52,6 +55,8 @@ __all__ = [
     "Source",
     "Variable",
     "Variation",
+    "View",
+    "Walk",
     "WorldFeature",
     "any_of",
     "backward",

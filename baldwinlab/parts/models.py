@@ -15,6 +15,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.parts.kinds import Part
+from baldwinlab.parts.views import View
 from baldwinlab.variables import Variable
 
 
@@ -45,6 +46,7 @@ class Model(Part):
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
     measures: ClassVar[Mapping[str, Measure]] = {}  # by name: what sums up a run, beside best, mean and share
     alleles: ClassVar[Mapping[str, float]] = {}  # by name, in the order of drawing: what stands for it in a genome
+    views: ClassVar[Mapping[str, View]] = {}  # by name: how a generation can be looked at, beside its alleles
     clock: ClassVar[str] = ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
 

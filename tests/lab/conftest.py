@@ -13,10 +13,14 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from baldwinlab.cli.lab import listening
+from baldwinlab.experiment import choices, validate
 from baldwinlab.lab.clients import server_of
 from baldwinlab.lab.server import make_app
+from baldwinlab.parts import load_file
 from baldwinlab.presets import load
 from tests.small import small, small_study
+
+HAWKS = Path(__file__).parent / "hawks.py"
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,22 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
     small_study(root / "strings", [guessing, sparse], runs=2)
     with serving(root) as server:
         yield server
+
+
+@pytest.fixture(scope="module")  # as its model of hawks is known for as long
+def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """A server over a study of models that have views: cells, with genomes that are kept or not, climbers, and hawks."""
+    load_file(HAWKS)
+    root = tmp_path_factory.mktemp("looks")
+    sizes = {"population": {"size": 20}, "evolution": {"generations": 4}, "record": {"genome_every": 1}}
+    cells = load("no-teacher").replace(**sizes, cell_foragers={"environments": 6, "moves": 20})
+    climbers = load("climbing/rugged").replace(name="climbers", **sizes, nk_climbers={"bits": 8, "others": 3, "trials": 5})
+    hawks = validate({"model": "hawks-and-doves", "name": "hawks"})
+    sparse = cells.replace(name="sparse", record={"genome_every": 3})
+    small_study(root / "looks", [cells.replace(name="cells"), sparse, climbers, hawks], runs=2)
+    with serving(root) as server:
+        yield server
+    choices.forget("model", "hawks-and-doves")
 
 
 @contextmanager

@@ -28,7 +28,7 @@ from tests.small import small, small_study
 
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
     (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
-    sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300, "alleles": []}
+    sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300, "alleles": [], "views": []}
     learners = ("evo", "evo+self-taught")
     conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", "shown": False, **sizes} for name in learners]
     assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}

@@ -16,7 +16,7 @@ from baldwinlab.evolution import Moment, breed
 from baldwinlab.experiment import assign
 from baldwinlab.library import cells
 from baldwinlab.library.cells import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
-from baldwinlab.parts import LIFE, philox, unit
+from baldwinlab.parts import LIFE, Cells, philox, unit
 from baldwinlab.runs.simulate import live_batch
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
@@ -112,6 +112,29 @@ def test_a_life_is_as_in_plain_python(learning: str) -> None:
     assert found.learned[0] == pytest.approx(np.array([weights for _, weights in expected]), abs=2e-3)
     gains = [eaten[-1] - eaten[0] for eaten, _ in expected]
     assert found.records["gain"][0].tolist() == gains
+
+
+@pytest.mark.parametrize("learning", KINDS)
+def test_the_view_of_a_life_is_that_life(learning: str) -> None:
+    """What each environment gains is what the agent eats in it, with all that it learns, and it goes cell by cell."""
+    of = model(learning)
+    born = genomes(of, 12)
+    for agent in range(12):
+        seen = of.views["life"].of(of, Moment(7, 0, 3), born[0], agent)
+        assert isinstance(seen, Cells) and seen.ground.shape == (of.steps, SIDE, SIDE)
+        gained, food = (values.reshape(of.environments, of.moves, -1) for values in (seen.gained, seen.ground))
+        assert gained[:, -1, 0].tolist() == life(of, born[0, agent], agent)[0]
+        assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "what is not eaten lies there"
+        moved = np.abs(np.diff(seen.place.reshape(of.environments, of.moves, 2), axis=1)).sum(axis=-1)
+        turned = np.diff(seen.heading.reshape(of.environments, of.moves), axis=1) % 4
+        assert ((moved == 0) | ((moved == 1) & (turned == 0))).all()
+        assert seen.visit.tolist() == [environment for environment in range(of.environments) for _ in range(of.moves)]
+
+
+def test_of_a_long_life_the_view_has_the_beginning() -> None:
+    of = model("none", environments=1000, moves=50)
+    seen = of.views["life"].of(of, Moment(7, 0, 3), genomes(of, 1)[0], 0)
+    assert isinstance(seen, Cells) and len(seen.ground) == cells.WATCHED
 
 
 def test_a_step_of_learning_goes_down_the_gradient() -> None:

@@ -14,7 +14,7 @@ from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.library.breeding import LargerTournament
 from baldwinlab.library.landscapes import BitFlips, NKClimbers, landscape
-from baldwinlab.parts import LIFE, uniforms
+from baldwinlab.parts import LIFE, Walk, uniforms
 
 BITS = 12
 
@@ -93,6 +93,19 @@ def test_a_life_is_as_in_plain_python() -> None:
         assert found.energy[0, agent] == height and found.learned[0, agent].tolist() == died
         assert found.records["changed"][0, agent] == changed and found.cost[0, agent] == 0.02 * changed
     assert (found.energy > found.records["innate"]).any()
+
+
+def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
+    of = NKClimbers(bits=8, others=3, trials=6)
+    born = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
+    lived = of.live(7, [0], 3, born)
+    for agent in range(40):
+        seen = of.views["climb"].of(of, Moment(7, 0, 3), born[0], agent)
+        assert isinstance(seen, Walk)
+        line, average, best = seen.lines.values()
+        assert (line[0], line[-1]) == (landscape(7, 0, 8, 3)[of.numbers(born[0])][agent], lived.energy[0, agent])
+        assert len(line) == 7 and (np.diff(line) >= 0).all() and (best >= line).all()
+    assert average[-1] == pytest.approx(lived.energy.mean()) and average[0] < average[-1]
 
 
 def test_a_generation_begins_with_one_string_which_is_the_run_s() -> None:

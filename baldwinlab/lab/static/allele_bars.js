@@ -31,9 +31,11 @@ export class AlleleBars {
     this.chart.hidden = this.table.hidden = this.legend.hidden = true;
   }
 
-  /** Other genomes come. @param {string[]} alleles their names, in the order in which they are stacked @param {number} count of loci */
-  begin(alleles, count) {
+  /** Other genomes come. @param {{alleles: string[]}} header their names, in the order in which they are stacked @param {{share: Float32Array}} arrays [generation, locus, allele] */
+  take({ alleles, arrays: [{ shape }] }, { share }) {
+    const count = shape[1];
     this.clear();
+    this.shares = share;
     this.chart.hidden = this.table.hidden = this.legend.hidden = false;
     this.alleles = alleles;
     this.loci = Array.from({ length: count }, (_, locus) => this.locus(locus, count));
@@ -57,8 +59,9 @@ export class AlleleBars {
     };
   }
 
-  /** @param {number} generation @param {Float32Array} shares [generation, locus, allele] */
-  show(generation, shares) {
+  /** @param {number} generation */
+  show(generation) {
+    const { shares } = this;
     this.heading.textContent = this.caption.textContent = `Alleles by locus, generation ${generation}`;
     const kinds = this.alleles.length;
     this.loci.forEach(({ parts, cells }, locus) => {

@@ -41,9 +41,16 @@ export function steer(event, view) {
   });
 }
 
-/** The same where generations are all there is. @param {KeyboardEvent} event @param {import("./view_alleles.js").AllelesTab} view */
+/** The same where lives have no world; time goes where what is shown has a time. @param {KeyboardEvent} event @param {import("./view_looks.js").LooksTab} view */
 export function steerGenerations(event, view) {
+  const { player } = view.panel.drawer ?? {};
+  const time = player && {
+    " ": () => player.toggle(),
+    ArrowLeft: () => player.step(event.shiftKey ? -10 : -1),
+    ArrowRight: () => player.step(event.shiftKey ? 10 : 1),
+  };
   act(event, null, {
+    ...time,
     "[": () => view.goOn(-1),
     "]": () => view.goOn(1),
     g: () => view.tour.toggle(),

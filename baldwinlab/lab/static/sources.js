@@ -17,9 +17,9 @@ export function lifeAddress(life) {
   return `#/world?${new URLSearchParams(life)}`;
 }
 
-/** Whether the World tab has something to show of a condition: a world or, where its lives have none, the alleles of its genomes. */
-export function canBeShown({ steps, alleles }) {
-  return Boolean(steps || alleles?.length);
+/** Whether the World tab has something to show of a condition: a world or, where its lives have none, alleles of genomes or views. */
+export function canBeShown({ steps, alleles, views }) {
+  return Boolean(steps || alleles?.length || views?.length);
 }
 
 /** Whether the life nearest to what is wanted has a world. */

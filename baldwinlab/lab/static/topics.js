@@ -15,11 +15,22 @@ export const KEEPING = { title: "To go on", text: "Sweep a field, and see what i
 /** Of the slider of the generations of a stored run. */
 export const CURVE = "The curve of the generations is this run's: its line is the best agent, its area the average one.";
 
-/** Of genomes without a world. @type {Topic[]} */
-export const ALLELES = [
-  { title: "The bars", text: "Each bar is a locus of the genomes with which a generation is born, and each part of it the share of agents that have this allele there. Lives have no world to watch here; what selection makes of genomes can be watched." },
-  { title: "What to look for", text: "Play the generations. Where does one allele take over, and when? What happens to the curve at that time? Where a bar no longer changes, all agents have the same allele." },
-];
+/** Of lives without a world, by the kind of what is shown. @type {Object<string, Topic[]>} */
+export const LOOKS = {
+  alleles: [
+    { title: "The bars", text: "Each bar is a locus of the genomes with which a generation is born, and each part of it the share of agents that have this allele there. Lives have no world to watch here; what selection makes of genomes can be watched." },
+    { title: "What to look for", text: "Play the generations. Where does one allele take over, and when? What happens to the curve at that time? Where a bar no longer changes, all agents have the same allele." },
+  ],
+  walk: [
+    { title: "The lines", text: "From birth, at 0, to death. A name below the chart hides its line and shows it again. Go through the generations: what is learned in life at first, and what is there from birth on at last?" },
+  ],
+  matrix: [
+    { title: "The table", text: "The more colour a cell has, the larger its number. Go through the generations, and see which rows come and go." },
+  ],
+  cells: [
+    { title: "The cells", text: "The agent is the blue dart, or a disc where it has no heading; its line is the way that it went. Space plays and pauses, the arrow keys go a step; the same life in another generation begins anew with other luck." },
+  ],
+};
 
 /** @type {Topic[]} */
 export const PAPERS = [

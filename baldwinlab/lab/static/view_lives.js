@@ -1,8 +1,8 @@
-/** The World tab: worlds or, of a model whose lives have none, the alleles of its genomes. */
+/** The World tab: worlds or, of a model whose lives have none, its alleles and views. */
 
 import { message } from "./common.js";
 import { PRESETS, hasWorld, watchable } from "./sources.js";
-import { AllelesTab } from "./view_alleles.js";
+import { LooksTab } from "./view_looks.js";
 import { WorldTab } from "./view_world.js";
 
 export function mount(root, state, navigate, guide) {
@@ -10,7 +10,7 @@ export function mount(root, state, navigate, guide) {
   const update = (state) => {
     asked = state;
     if (!there) return;
-    const Tab = hasWorld(there.studies, state) ? WorldTab : AllelesTab;
+    const Tab = hasWorld(there.studies, state) ? WorldTab : LooksTab;
     if (shown instanceof Tab) return shown.come(state);
     if (shown) leave();
     shown = new Tab(root, navigate, guide, there);

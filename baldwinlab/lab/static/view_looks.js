@@ -1,30 +1,31 @@
-/** The World tab of genomes: the alleles of a generation, locus by locus, and the way through the generations. */
+/** The World tab of lives without a world: the alleles of a generation and the views of its model, and the way through the generations. */
 
-import { AllelePanel } from "./allele_panel.js";
 import { el, message } from "./common.js";
 import { steerGenerations } from "./keys.js";
+import { LookPanel } from "./look_panel.js";
 import { nearest, requireShown, titled, withTypicalRun } from "./sources.js";
-import { ALLELES, CURVE } from "./topics.js";
+import { CURVE, LOOKS } from "./topics.js";
 import { Tour } from "./tour.js";
 
 const EVERY = 200; // ms that a generation is seen while they play
 
-export class AllelesTab {
+export class LooksTab {
   /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
   constructor(root, navigate, guide, { studies, worldless }) {
     Object.assign(this, { root, navigate, guide, studies, worldless, turn: 0, timer: 0 });
-    this.panel = new AllelePanel(studies, {
+    this.panel = new LookPanel(studies, {
       invalidate: () => requestAnimationFrame(() => this.panel.curve.draw()),
       chosen: () => this.remember(this.tour.on),
-      shown: () => this.explain(),
+      shown: () => this.shown(),
       failed: (fault) => this.failed(fault),
       toured: () => this.tour.toggle(),
+      moved: () => this.remember(),
     });
     const now = () => ({ generation: this.panel.source.generation, last: this.panel.condition.generations - 1 });
     const everyOne = (last) => Array.from({ length: last + 1 }, (_, generation) => generation);
     this.tour = new Tour({ now, visit: (generation) => this.visit(generation), changed: (on) => this.toured(on) }, everyOne);
     const { signal } = (this.leaving = new AbortController());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.panel.tell.invalidate(), { signal });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), { signal });
     addEventListener("keydown", (event) => this.panel.source && steerGenerations(event, this), { signal });
   }
 
@@ -39,9 +40,12 @@ export class AllelesTab {
     const mine = ++this.turn;
     const whole = await withTypicalRun(this.studies, state);
     if (mine !== this.turn || this.leaving.signal.aborted) return;
+    this.startAt = state.step; // undefined: a life plays from its beginning
     try {
       requireShown(this, whole);
-      this.panel.choose(nearest(this.studies, whole, true));
+      this.panel.choose(nearest(this.studies, whole, true), { look: state.look, agent: state.agent ?? null });
+      const lacking = this.panel.lacking(state);
+      if (lacking) throw new Error(lacking);
     } catch (fault) {
       message(fault.message, "error");
       if (!this.panel.source) this.panel.choose(nearest(this.studies, { study: state.study, condition: state.condition }));
@@ -51,18 +55,37 @@ export class AllelesTab {
 
   /** The address follows what is shown; another generation is a new place in the history, but not while they play. */
   remember(replace = true) {
-    if (!this.panel.curve.held) this.navigate(this.panel.source, replace);
+    const { curve, source, ways, look, agent, drawer } = this.panel;
+    if (!source || curve.held) return;
+    this.navigate({ ...source, look: look.name === ways[0].name ? null : look.name, agent, step: this.startAt ?? drawer?.step }, replace);
   }
 
-  explain() {
-    const { source, about } = this.panel;
+  /** What was asked for has come. */
+  shown() {
+    const { source, header, look, drawer } = this.panel;
+    if (drawer.player) this.begin(drawer.player);
+    this.startAt = undefined;
     const shown = el("div", {}, el("p", {}, titled(source)), el("p", {}, CURVE));
-    this.guide.tell([{ title: "Shown here", text: shown }, { title: "The model", text: about }, ...ALLELES]);
+    const named = header.meaning ? [{ title: look.name[0].toUpperCase() + look.name.slice(1), text: header.meaning }] : [];
+    this.guide.tell([{ title: "Shown here", text: shown }, { title: "The model", text: header.about }, ...named, ...LOOKS[header.kind]]);
+    if (this.tour.on) this.goOnLater();
+  }
+
+  /** A life goes to where the address says; the first that comes into sight plays, where it says nothing. */
+  begin(player) {
+    if (this.startAt !== undefined) player.seek(Number(this.startAt) || 0);
+    else if (!this.watched) player.begin();
+    this.watched = true;
   }
 
   failed(fault) {
     this.tour.set(false);
     message(fault.message, "error");
+  }
+
+  recolour() {
+    this.panel.tell.invalidate();
+    this.panel.drawer?.player?.invalidate();
   }
 
   /** So many generations on or, below 0, back. */
@@ -71,7 +94,12 @@ export class AllelesTab {
   }
 
   visit(generation) {
-    this.panel.goTo(generation);
+    if (generation === this.panel.source.generation) this.goOnLater();
+    else this.panel.goTo(generation);
+  }
+
+  goOnLater() {
+    clearTimeout(this.timer);
     this.timer = setTimeout(() => this.tour.next(), EVERY);
   }
 

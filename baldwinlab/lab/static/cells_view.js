@@ -1,0 +1,141 @@
+/** A life on a grid of cells: who stands where and what lies where, step by step, and the way it went. */
+
+import { el, format, icon } from "./common.js";
+import { cssShade, palette, shade } from "./palette.js";
+import { Player, usualSpeed } from "./player.js";
+
+const PLAY = "M6 4l10 6-10 6z";
+const PAUSE = "M7 4v12M13 4v12";
+const LOOKS = ["right", "down", "left", "up"]; // by heading
+
+export class CellsView {
+  /** @param {() => void} moved another step is shown */
+  constructor(moved) {
+    this.moved = moved;
+    this.player = new Player((time) => this.draw(Math.floor(time)));
+    this.player.changed = () => this.changed();
+    this.heading = el("h2", { "data-testid": "view-heading" });
+    this.legend = el("div", { class: "legend", role: "group", "aria-label": "Legend" });
+    this.canvas = el("canvas", { role: "img", "aria-label": "The life, as it is told below", "data-testid": "cells" });
+    this.toggle = el("button", { type: "button", class: "primary round", "data-testid": "cells-play", onclick: () => this.player.toggle() });
+    this.slider = el("input", { type: "range", min: 0, step: 1, value: 0, "aria-label": "Step", oninput: () => this.player.seek(this.slider.valueAsNumber) });
+    this.told = el("p", { class: "number", "data-testid": "cells-told" });
+    this.stage = el("div", { class: "cells-stage" }, this.canvas);
+    const time = el("div", { class: "cells-time" }, this.toggle, this.slider);
+    this.root = el("div", { class: "view" }, el("div", { class: "row" }, this.heading, this.legend), this.stage, time, this.told);
+    this.sized = new ResizeObserver(() => this.player.invalidate());
+    this.sized.observe(this.canvas);
+    this.changed();
+  }
+
+  clear() {
+    this.player.pause();
+    this.life = null;
+    this.heading.textContent = this.told.textContent = "";
+    this.canvas.hidden = true;
+    this.legend.replaceChildren();
+  }
+
+  /** The step stays where it is, as far as this life goes. */
+  take(header, arrays, title) {
+    const [{ shape: [steps, rows, columns] }] = header.arrays;
+    const first = !this.life;
+    Object.assign(this, { title, life: { ...header, ...arrays, steps, rows, columns } });
+    this.canvas.hidden = false;
+    this.canvas.style.aspectRatio = `${columns} / ${rows}`;
+    const mark = (name, colour, shape = "") => el("span", { class: "entry" }, el("i", { class: `cells-mark ${shape}`, style: `background: ${colour}` }), name);
+    this.legend.replaceChildren(mark("agent", "var(--agent)", "round"), ...Object.entries(header.marks).map(([name, colour]) => mark(name, cssShade(colour))));
+    Object.assign(this.player, { last: steps - 1, ...(first && { speed: Math.min(usualSpeed(steps), 2) }) });
+    this.slider.max = String(steps - 1);
+    this.player.seek(this.player.time);
+  }
+
+  show(generation) {
+    this.heading.textContent = `${this.title}, generation ${generation}`;
+  }
+
+  get step() {
+    return Math.floor(this.player.time);
+  }
+
+  changed() {
+    this.toggle.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
+    this.toggle.replaceChildren(icon(this.player.playing ? PAUSE : PLAY));
+    this.moved();
+  }
+
+  draw(step) {
+    const { life, canvas } = this;
+    if (!life) return true;
+    if (this.slider.valueAsNumber !== step) this.slider.value = String(step);
+    const told = this.inWords(step);
+    if (this.told.textContent !== told) this.told.textContent = told;
+    this.slider.setAttribute("aria-valuetext", told);
+    const dots = Math.min(devicePixelRatio || 1, 2);
+    canvas.width = Math.max(1, canvas.clientWidth * dots);
+    canvas.height = Math.max(1, canvas.clientHeight * dots);
+    const pen = canvas.getContext("2d");
+    pen.scale(canvas.width / life.columns, canvas.height / life.rows);
+    this.drawGround(pen, step);
+    this.drawWay(pen, step);
+    this.drawAgent(pen, step);
+    if (this.player.playing) this.moved();
+    return true;
+  }
+
+  drawGround(pen, step) {
+    const { ground, rows, columns, marks } = this.life;
+    const colours = Object.values(marks).map(shade);
+    pen.fillStyle = palette.map;
+    pen.fillRect(0, 0, columns, rows);
+    for (let row = 0; row < rows; row++) {
+      for (let column = 0; column < columns; column++) {
+        const mark = ground[(step * rows + row) * columns + column];
+        pen.fillStyle = mark ? colours[mark - 1] : palette.edge;
+        if (mark) pen.fillRect(column + 0.1, row + 0.1, 0.8, 0.8);
+        else pen.fillRect(column + 0.46, row + 0.46, 0.08, 0.08); // so that cells can be counted
+      }
+    }
+  }
+
+  /** From where the visit began to where the agent stands. */
+  drawWay(pen, step) {
+    const { place, visit } = this.life;
+    pen.beginPath();
+    for (let at = step; at >= 0 && visit[at] === visit[step]; at--) pen.lineTo(place[2 * at + 1] + 0.5, place[2 * at] + 0.5);
+    Object.assign(pen, { strokeStyle: palette.trail, lineWidth: 0.1, lineJoin: "round", lineCap: "round", globalAlpha: 0.45 });
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  drawAgent(pen, step) {
+    const { place, heading } = this.life;
+    pen.save();
+    pen.translate(place[2 * step + 1] + 0.5, place[2 * step] + 0.5);
+    pen.fillStyle = palette.agent;
+    pen.beginPath();
+    if (heading[step] < 0) pen.arc(0, 0, 0.34, 0, 2 * Math.PI);
+    else {
+      pen.rotate((heading[step] * Math.PI) / 2);
+      pen.moveTo(0.42, 0);
+      pen.lineTo(-0.34, 0.32);
+      pen.lineTo(-0.18, 0);
+      pen.lineTo(-0.34, -0.32);
+    }
+    pen.fill();
+    pen.restore();
+  }
+
+  inWords(step) {
+    const { visit, visits, steps, place, heading, gained } = this.life;
+    const first = visit.indexOf(visit[step]);
+    const end = visit.lastIndexOf(visit[step]);
+    const looking = heading[step] < 0 ? "" : `, looks ${LOOKS[heading[step] % 4]}`;
+    return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${looking}; gained ${format(gained[step])} so far`;
+  }
+
+  close() {
+    this.sized.disconnect();
+    this.player.close();
+  }
+}

@@ -1,0 +1,126 @@
+/** One run on the World tab whose lives have no world: which generation, and what can be looked at of it. */
+
+import { AlleleBars } from "./allele_bars.js";
+import { CellsView } from "./cells_view.js";
+import { Chooser } from "./chooser.js";
+import { el, getBinary } from "./common.js";
+import { MatrixView } from "./matrix_view.js";
+import { WalkView } from "./walk_view.js";
+
+/**
+ * @typedef {object} Drawer draws the answers of one kind
+ * @property {HTMLElement} root
+ * @property {(header: Object<string, any>, arrays: Object<string, ArrayLike<number>>, title: string) => void} take another answer
+ * @property {(generation: number) => void} show it
+ * @property {() => void} clear nothing is shown
+ * @property {() => void} [close]
+ * @property {import("./player.js").Player} [player] where it has a time of its own
+ */
+const DRAWERS = { alleles: AlleleBars, matrix: MatrixView, walk: WalkView, cells: CellsView };
+const ALLELES = "alleles";
+
+export class LookPanel extends Chooser {
+  /**
+   * @param {object[]} studies as /api/studies lists them, without those that cannot be read
+   * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error) => void, toured: () => void, moved: () => void}} tell
+   */
+  constructor(studies, tell) {
+    super("a", studies, tell);
+    Object.assign(this, { header: null, drawer: null, look: null, agent: null });
+    const change = (how) => {
+      this.choose(this.source, { look: this.looks.value, agent: this.agents.value || null, ...how });
+      this.tell.chosen();
+    };
+    this.looks = el("select", { "aria-label": "What to look at", "data-testid": "look-a", onchange: () => change({}) });
+    this.agents = el("select", { "aria-label": "Agent", "data-testid": "agent-a", onchange: () => change({}) });
+    this.lists.run.closest("label").after(this.looks, this.agents);
+    this.body = el("div", { class: "looked-at" });
+    this.root = el("section", { class: "panel", "aria-label": "Genomes and lives" }, this.pickers, this.body);
+    this.sized = new ResizeObserver(() => tell.invalidate());
+    this.sized.observe(this.curve.root);
+  }
+
+  /** All ways to look at the condition that is chosen. */
+  get ways() {
+    const { alleles, views } = this.condition;
+    return [...(alleles.length ? [{ name: ALLELES, of_an_agent: false }] : []), ...views];
+  }
+
+  /** What of an address is not there, in a sentence; nothing where all is. */
+  lacking({ look, agent }) {
+    const { name, agents } = this.condition;
+    if (look && look !== this.look.name) return `${name} has no view ${look}. There are: ${this.ways.map((way) => way.name).join(", ")}.`;
+    return agent && this.look.of_an_agent && agent !== this.agent ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.` : "";
+  }
+
+  /** Show a generation; what another one looked like stays in sight until this one is there. @param {import("./sources.js").Source} source */
+  async choose(source, { look, agent } = { look: this.look?.name, agent: this.agent }) {
+    super.choose(source);
+    const { study, condition, run, generation } = source;
+    this.look = this.ways.find(({ name }) => name === look) ?? this.ways[0];
+    this.agent = this.look.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents ? agent : null;
+    this.showWays();
+    const of = { study, condition, run };
+    const view = { ...of, generation, view: this.look.name, ...(this.agent !== null && { agent: this.agent }) };
+    const asked = this.look.name === ALLELES ? `api/alleles?${new URLSearchParams(of)}` : `api/view?${new URLSearchParams(view)}`;
+    if (asked === this.asked) return this.header && this.show();
+    this.stop?.abort();
+    Object.assign(this, { asked, header: null, stop: new AbortController() });
+    delete this.root.dataset.ready;
+    try {
+      this.take(await getBinary(asked, this.stop.signal));
+    } catch (fault) {
+      if (fault.name === "AbortError") return;
+      this.asked = null; // it may be there when it is chosen again
+      this.drawer?.clear(); // what is named in the pickers is not there, and nothing else must seem to be it
+      this.tell.failed(fault);
+    }
+  }
+
+  take({ header, arrays }) {
+    const Drawer = DRAWERS[header.kind];
+    if (!(this.drawer instanceof Drawer)) {
+      this.drawer?.close?.();
+      this.drawer = new Drawer(() => this.tell.moved());
+      this.body.replaceChildren(this.drawer.root);
+    }
+    this.header = header;
+    this.drawer.take(header, arrays, this.title());
+    this.root.dataset.ready = "";
+    this.show();
+  }
+
+  show() {
+    this.drawer.show(this.source.generation);
+    this.tell.shown();
+  }
+
+  /** What is looked at, and of whom. */
+  title() {
+    const { agent } = this.header;
+    const of = agent === null ? "" : `, agent ${agent}${this.agent === null ? ", the fittest" : ""}`;
+    return `${this.look.name[0].toUpperCase()}${this.look.name.slice(1)}${of}`;
+  }
+
+  showWays() {
+    const options = (list, entries) => {
+      if (list.dataset.shown === JSON.stringify(entries)) return;
+      list.dataset.shown = JSON.stringify(entries);
+      list.replaceChildren(...entries.map(([value, text]) => el("option", { value }, text)));
+    };
+    options(this.looks, this.ways.map(({ name }) => [name, name]));
+    options(this.agents, [["", "the fittest"], ...Array.from({ length: this.condition.agents }, (_, agent) => [String(agent), `agent ${agent}`])]);
+    this.looks.hidden = this.ways.length < 2;
+    this.agents.hidden = !this.look.of_an_agent;
+    Object.assign(this.looks, { value: this.look.name });
+    Object.assign(this.agents, { value: this.agent ?? "" });
+  }
+
+  close() {
+    this.sized.disconnect();
+    this.curve.close();
+    this.stop?.abort();
+    this.drawer?.close?.();
+    this.root.remove();
+  }
+}

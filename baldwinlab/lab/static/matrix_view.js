@@ -1,0 +1,37 @@
+/** A matrix: a number for each row and column, in a table whose cells have the more colour, the larger the number. */
+
+import { el, format } from "./common.js";
+
+const MOST = 55; // percent of colour in the cell of the largest number, on which words can still be read
+
+export class MatrixView {
+  constructor() {
+    this.heading = el("h2", { "data-testid": "view-heading" });
+    this.table = el("table", { class: "matrix number", "data-testid": "matrix" });
+    this.value = el("p", { class: "soft" });
+    const scrolled = el("div", { class: "matrix-room", tabindex: "0", role: "group", "aria-label": "Matrix" }, this.table);
+    this.root = el("div", { class: "view" }, this.heading, this.value, scrolled);
+  }
+
+  clear() {
+    this.heading.textContent = this.value.textContent = "";
+    this.table.replaceChildren();
+  }
+
+  /** @param {{rows: string[], columns: string[], value: string}} header @param {{values: Float32Array}} arrays [row, column] */
+  take({ rows, columns, value }, { values }, title) {
+    const there = [...values].filter((one) => !Number.isNaN(one));
+    const [least, most] = [Math.min(...there), Math.max(...there)];
+    const share = (one) => (Number.isNaN(one) ? 0 : most > least ? (one - least) / (most - least) : 0.5);
+    const cell = (one) => el("td", { style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(one))}%, transparent)` }, format(one));
+    const line = (name, row) => el("tr", {}, el("th", { scope: "row" }, name), [...values.slice(row * columns.length, (row + 1) * columns.length)].map(cell));
+    this.title = title;
+    this.value.textContent = value;
+    this.table.replaceChildren(
+      el("thead", {}, el("tr", {}, el("td"), columns.map((name) => el("th", { scope: "col" }, name)))), el("tbody", {}, rows.map(line)));
+  }
+
+  show(generation) {
+    this.heading.textContent = `${this.title}, generation ${generation}`;
+  }
+}

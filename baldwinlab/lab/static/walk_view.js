@@ -1,0 +1,36 @@
+/** A walk: numbers that follow each other in a life, as lines from birth on. */
+
+import { lineChart } from "./charts.js";
+import { el } from "./common.js";
+
+export class WalkView {
+  constructor() {
+    this.heading = el("h2", { "data-testid": "view-heading" });
+    this.plot = el("div", { "data-testid": "walk" });
+    this.root = el("div", { class: "view" }, this.heading, this.plot);
+  }
+
+  clear() {
+    this.close();
+    this.heading.textContent = "";
+  }
+
+  /** @param {{names: string[], step: string, value: string}} header @param {{lines: Float32Array}} arrays [line, step] */
+  take({ names, step, value }, { lines }, title) {
+    const length = lines.length / names.length;
+    const series = names.map((label, line) => ({ label, values: [...lines.slice(line * length, (line + 1) * length)] }));
+    this.close();
+    this.title = title;
+    this.chart = lineChart(this.plot, { title: value, x: Array.from({ length }, (_, place) => place), xLabel: step, yLabel: "", series, height: 320 });
+  }
+
+  show(generation) {
+    this.heading.textContent = `${this.title}, generation ${generation}`;
+  }
+
+  close() {
+    this.chart?.destroy();
+    this.chart = null;
+    this.plot.replaceChildren();
+  }
+}

@@ -1,0 +1,55 @@
+"""What a view gives: arrays in the types of a page, and a sentence where they do not fit together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baldwinlab.parts import Cells, Matrix, Walk
+from baldwinlab.parts.views import Seen, arrays_of
+
+STEPS = 4
+
+
+def cells(**changes: Any) -> Cells:
+    ground = np.zeros((STEPS, 2, 3), int)
+    ground[:, 1, 2] = 2
+    each = np.zeros(STEPS)
+    whole = Cells(
+        {"wall": "grey", "food": "green"}, ground, np.zeros((STEPS, 2), int), each.astype(int), each, each.astype(int), "trial"
+    )
+    return whole._replace(**changes)
+
+
+def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
+    payoffs = arrays_of(Matrix(["a", "b"], ["c"], np.array([[1.5], [np.nan]]), "points"))
+    assert payoffs["values"].dtype == np.float32 and payoffs["values"].shape == (2, 1) and np.isnan(payoffs["values"][1, 0])
+    walk = arrays_of(Walk({"a": np.arange(3), "b": np.ones(3)}, "trial", "fitness"))
+    assert walk["lines"].tolist() == [[0, 1, 2], [1, 1, 1]]
+    found = arrays_of(cells())
+    assert {name: (array.dtype.name, array.shape) for name, array in found.items()} == {
+        "ground": ("uint8", (STEPS, 2, 3)),
+        "place": ("int16", (STEPS, 2)),
+        "heading": ("int8", (STEPS,)),
+        "gained": ("float32", (STEPS,)),
+        "visit": ("uint32", (STEPS,)),
+    }
+
+
+@pytest.mark.parametrize(
+    ("seen", "sentence"),
+    [
+        (Matrix(["a"], ["b", "c"], np.zeros((2, 1)), ""), r"values is \[2, 1\] and must be \[1, 2\]"),
+        (Walk({"a": np.zeros(3), "b": np.zeros(2)}, "", ""), r"b is \[2\] and must be \[3\]"),
+        (Walk({}, "", ""), "a walk has a line at least"),
+        (cells(heading=np.zeros(3)), r"heading is \[3\] and must be \[4\]"),
+        (cells(place=np.zeros((STEPS, 3))), r"place is \[4, 3\] and must be \[4, 2\]"),
+        (cells(marks={"food": "green"}), "ground must be .* of numbers of marks"),
+        (cells(ground=np.zeros((2, 3))), "ground must be"),
+    ],
+)
+def test_what_does_not_fit_together_is_said(seen: Seen, sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence):
+        arrays_of(seen)
