@@ -15,6 +15,7 @@ from baldwinlab.version import __version__
 if TYPE_CHECKING:
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.installed import load
+    from baldwinlab.api.problem import problem
     from baldwinlab.api.records import experiment_of
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.study import Study, open, run
@@ -44,6 +45,7 @@ __all__ = [
     "open_assay",
     "open_study",
     "open_sweep",
+    "problem",
     "replay",
     "reproduce",
     "reproduce_all",
@@ -66,6 +68,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "open_assay": "assays",
     "open_study": "studies.study",
     "open_sweep": "sweeps.design",
+    "problem": "api.problem",
     "replay": "runs.replay",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
