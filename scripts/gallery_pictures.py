@@ -48,6 +48,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "mayley-1996": _shares,
     "todd-miller-1991": _measures_of("todd-miller-1991"),
     "paenke-2007": _measures_of("paenke-2007"),
+    "le-2018": _shares,
     "stanley-miikkulainen-2002": _curves,
 }
 PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first

@@ -17,6 +17,7 @@ FOUND = {
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
+    "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
     "stanley-miikkulainen-2002": {f"N{number}": "does not hold" if number == 4 else "holds" for number in range(1, 8)},
 }
 
