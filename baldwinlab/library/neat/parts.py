@@ -30,7 +30,9 @@ def require_graphs(experiment: Any, what: str) -> None:
     """Raises ValueError where genomes are no graphs."""
     holder = experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
     if not getattr(holder, "graphs", False):
-        raise ValueError(f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the model neat-xor")
+        raise ValueError(
+            f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the models neat-xor and neat-poles"
+        )
 
 
 class Species(Selection, name="species"):

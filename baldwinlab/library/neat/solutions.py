@@ -1,17 +1,40 @@
-"""What is measured of the first network of a run that solves its task, in the order in which networks are made and tried."""
+"""What models whose agents are networks that grow have in common: records of their shape, measures of a run's first solution.
+
+First is meant in the order in which networks are made and tried.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.parts import Measure
+from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET
+from baldwinlab.parts import Measure, Variable
+
+_OF_AGENT = ("generation", "agent")
+SHAPE: Final[Mapping[str, Variable]] = {
+    "hidden": Variable(_OF_AGENT, np.int32, "nodes", "hidden nodes"),
+    "enabled": Variable(_OF_AGENT, np.int32, "links", "enabled links"),
+    "species": Variable(_OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
+}
 
 Solves = Callable[[xr.Dataset], xr.DataArray]  # from runs, whether each agent solves the task
+
+
+def shape_of(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
+    """What `SHAPE` names, of genomes [run, agent, entry]."""
+    genes = graphs[:, :, HEAD:].reshape(*graphs.shape[:2], -1, GENE)
+    there = genes[..., NUMBER] > 0
+    found = {
+        "hidden": (there & (genes[..., NUMBER] == genes[..., TARGET])).sum(axis=-1),
+        "enabled": (there & (genes[..., ENABLED] > 0)).sum(axis=-1),
+        "species": graphs[:, :, SPECIES],
+    }
+    return {name: each.astype(np.int32) for name, each in found.items()}
 
 
 def of_solutions(solves: Solves) -> Mapping[str, Measure]:

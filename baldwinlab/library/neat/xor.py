@@ -19,13 +19,12 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET, answer, entries, minimal
-from baldwinlab.library.neat.solutions import of_solutions
+from baldwinlab.library.neat.graphs import answer, entries, minimal
+from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
 from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 ANSWERS: Final = (0, 1, 1, 0)
-_OF_AGENT = ("generation", "agent")
 
 
 class NeatXor(Model, name="neat-xor"):
@@ -42,10 +41,8 @@ class NeatXor(Model, name="neat-xor"):
         "record": {"genome_every": 10},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "right": Variable(_OF_AGENT, np.int32, "answers", "answers that are right, of four"),
-        "hidden": Variable(_OF_AGENT, np.int32, "nodes", "hidden nodes"),
-        "enabled": Variable(_OF_AGENT, np.int32, "links", "enabled links"),
-        "species": Variable(_OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
+        "right": Variable(("generation", "agent"), np.int32, "answers", "answers that are right, of four"),
+        **SHAPE,
     }
 
     measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["right"] == len(QUESTIONS))
@@ -67,16 +64,9 @@ class NeatXor(Model, name="neat-xor"):
         units = np.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
         ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), units, answers)
         wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
-        genes = graphs[:, :, HEAD:].reshape(*graphs.shape[:2], -1, GENE)
-        there = genes[..., NUMBER] > 0
-        records = {
-            "right": (wrong < 0.5).sum(axis=-1),
-            "hidden": (there & (genes[..., NUMBER] == genes[..., TARGET])).sum(axis=-1),
-            "enabled": (there & (genes[..., ENABLED] > 0)).sum(axis=-1),
-            "species": graphs[:, :, SPECIES],
-        }
+        right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
         energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
-        return Lives(energy, np.zeros_like(energy), None, {name: each.astype(np.int32) for name, each in records.items()})
+        return Lives(energy, np.zeros_like(energy), None, {"right": right, **shape_of(graphs)})
 
     def oracle(self, graph: Any) -> float:
         """The fitness of one network, [entry]."""
