@@ -26,6 +26,7 @@ from baldwinlab.check.lives import (
 )
 from baldwinlab.check.machine_code import arithmetic_is_portable
 from baldwinlab.check.oracles import the_oracle_agrees
+from baldwinlab.check.seen import views_are_sound
 from baldwinlab.check.speed import speed
 from baldwinlab.check.subject import SEED, Subject, subjects
 from baldwinlab.errors import ArgumentError, BaldwinLabError
@@ -48,6 +49,7 @@ REQUIREMENTS: Final[Mapping[str, tuple[str, Callable[[Subject], str]]]] = {
     "python": ("the same bits in plain Python, under both updates", in_plain_python),
     "simulator": ("the same bits in the simulator of a GPU", in_the_simulator),
     "oracle": ("the oracle agrees, step by step", the_oracle_agrees),
+    "views": ("its views show data that fits together", views_are_sound),
     "speed": ("its speed", speed),
 }
 

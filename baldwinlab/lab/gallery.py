@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -26,18 +26,24 @@ Studies = dict[str, Study]  # by the name that the page has for each
 def routes(lab: Lab) -> list[BaseRoute]:
     def cards(request: Request) -> JSONResponse:
         found = _studies(lab)
-        return JSONResponse({"papers": [_card(lab, paper, found) for paper in _papers(lab, found).values()]})
+        known, asked = _papers(lab, found), request.query_params.get("paper")
+        problem = _unknown(asked, known) if asked and asked not in known else None
+        return JSONResponse({"papers": [_card(lab, paper, found) for paper in known.values()], "problem": problem})
 
     def picture(request: Request) -> FileResponse:
         known, name = _papers(lab, _studies(lab)), text(request.query_params, "paper")
         if name not in known:
-            raise MissingError(f"there is no paper {name!r}{nearest(name, list(known))}; there are {', '.join(known)}")
+            raise MissingError(_unknown(name, known))
         path = known[name].folder / CARD
         if not path.is_file():
             raise MissingError(f"the paper {name} has no picture")
         return FileResponse(path)
 
     return [Route("/api/papers", cards), Route("/api/papers/picture", picture)]
+
+
+def _unknown(name: str, known: Mapping[str, Paper]) -> str:
+    return f"there is no paper {name!r}{nearest(name, list(known))}; there are {', '.join(known)}"
 
 
 def _studies(lab: Lab) -> Studies:

@@ -75,8 +75,9 @@ def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there
     shown.goto(re.sub("#.*", "#/papers?paper=worlds-and-minds", shown.url))
     expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_focused()
     expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_in_viewport()
-    shown.goto(re.sub("#.*", "#/papers?paper=mayley", shown.url))
-    expect(shown.get_by_test_id("message-error")).to_contain_text("There is no paper mayley here. There are: le-2019, ")
+    shown.goto(re.sub("#.*", "#/papers?paper=mayley-1969", shown.url))
+    sentence = "there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); there are le-2019, "
+    expect(shown.get_by_test_id("message-error")).to_contain_text(sentence)
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.parts import Cells, Matrix, Walk
+from baldwinlab.check import check_part
+from baldwinlab.library.landscapes import NKClimbers
+from baldwinlab.parts import Cells, Matrix, View, Walk
 from baldwinlab.parts.views import Seen, arrays_of
 
 STEPS = 4
@@ -36,6 +38,31 @@ def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
         "gained": ("float32", (STEPS,)),
         "visit": ("uint32", (STEPS,)),
     }
+
+
+def _drawn(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
+    return Walk({"a": np.random.default_rng().random(3)}, "step", "chance")
+
+
+def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
+    genomes[agent] = 7
+    return Walk({"a": np.zeros(3)}, "step", "nothing")
+
+
+@pytest.mark.parametrize(
+    ("of", "sentence"),
+    [
+        (_drawn, "the view 'look' of agent 0 differs from what it showed before"),
+        (_changing, "the view 'look' changes the genomes that it is given"),
+        (lambda *given: Walk({}, "", ""), "the view 'look' of agent 0: a walk has a line at least, and each a number at least"),
+    ],
+)
+def test_a_check_finds_views_that_are_not_as_they_should_be(monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str) -> None:
+    _, sound = check_part(NKClimbers, only=["views"])
+    assert sound.holds and sound.sentence == "climb"
+    monkeypatch.setattr(NKClimbers, "views", {"look": View("", of)})
+    _, found = check_part(NKClimbers, only=["views"])
+    assert found.holds is False and found.sentence == sentence
 
 
 @pytest.mark.parametrize(

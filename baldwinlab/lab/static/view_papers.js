@@ -12,21 +12,17 @@ export function mount(root, state) {
   root.append(page);
   const cards = el("ul", { class: "paper-cards" });
   page.append(cards);
-  const go = ({ paper }) => {
-    if (!paper || !cards.children.length) return;
-    const found = [...cards.children].find(({ dataset }) => dataset.paper === paper);
-    const names = () => [...cards.children].map(({ dataset }) => dataset.paper).join(", ");
-    if (!found) return message(`There is no paper ${paper} here. There are: ${names()}.`, "error");
-    found.scrollIntoView({ block: "center" });
-    found.focus({ preventScroll: true });
-  };
-  const show = async () => {
-    const { papers } = await getJSON("/api/papers", aborted.signal);
+  const show = async ({ paper }) => {
+    const { papers, problem } = await getJSON(`/api/papers?${new URLSearchParams(paper ? { paper } : {})}`, aborted.signal);
     cards.replaceChildren(...papers.map(card));
-    go(state);
+    if (problem) message(problem, "error");
+    const found = [...cards.children].find(({ dataset }) => dataset.paper === paper);
+    found?.scrollIntoView({ block: "center" });
+    found?.focus({ preventScroll: true });
   };
-  show().catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
-  return { update: (next) => go((state = next)), unmount: () => aborted.abort() };
+  const update = (next) => show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  update(state);
+  return { update, unmount: () => aborted.abort() };
 }
 
 function card(paper) {
