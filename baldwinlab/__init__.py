@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from baldwinlab.version import __version__
 
 if TYPE_CHECKING:
+    from baldwinlab.api.environments import parallel_env, single_env, vector_env
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.installed import load
     from baldwinlab.api.problem import problem
@@ -45,13 +46,16 @@ __all__ = [
     "open_assay",
     "open_study",
     "open_sweep",
+    "parallel_env",
     "problem",
     "replay",
     "reproduce",
     "reproduce_all",
     "run",
     "simulate",
+    "single_env",
     "sweep",
+    "vector_env",
 ]
 
 _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and SciPy take a second
@@ -68,13 +72,16 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "open_assay": "assays",
     "open_study": "studies.study",
     "open_sweep": "sweeps.design",
+    "parallel_env": "api.environments",
     "problem": "api.problem",
     "replay": "runs.replay",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
     "run": "api.study",
     "simulate": "runs.simulate",
+    "single_env": "api.environments",
     "sweep": "api.sweep",
+    "vector_env": "api.environments",
 }
 
 

@@ -22,6 +22,7 @@ FOR: Final = {  # what an extra is for; those that developers need are not liste
     "cuda": "lives on an NVIDIA GPU",
     "cluster": "studies on the workers of a Dask or Slurm cluster, and in object stores",
     "lab": "the lab in the browser",
+    "rl": "worlds as environments of PettingZoo and Gymnasium",
     "video": "lives as .mp4",
     "wasm": "pages in which parts of your own run",
 }

@@ -57,14 +57,26 @@ def feed(who: Any, model: Model, state: State, step: int) -> None:
 @compiled
 def take_step(who: Any, model: Model, state: State, step: int) -> None:
     """Sense, think, act, learn, eat."""
+    look_round(who, model, state, step)
+    for first in range(who.first, who.last, who.stride):
+        think(state.recall, model, state, lane_of(who, first))
+    do_it(who, model, state, step)
+
+
+@compiled
+def look_round(who: Any, model: Model, state: State, step: int) -> None:
+    """Sense."""
     for first in range(who.first, who.last, who.stride):
         broad_phase(model, state, lane_of(who, first))
     watch(who, model, state, step)
     for world in range(who.first_world, who.last_world):
         for agent in range(who.first_agent, who.last_agent):
             perceive(model, state, world, agent)
-    for first in range(who.first, who.last, who.stride):
-        think(state.recall, model, state, lane_of(who, first))
+
+
+@compiled
+def do_it(who: Any, model: Model, state: State, step: int) -> None:
+    """Act as the outputs say, learn, eat."""
     for first in range(who.first, who.last, who.stride):
         decide(state.body, model, state, lane_of(who, first))
     if model.action_noise > ZERO:
@@ -150,6 +162,11 @@ Everyone.part, One.part = _Everyone, _One  # type: ignore[attr-defined]
 
 
 @compiled
+def all_of(model: Model, state: State) -> Everyone:
+    return Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
+
+
+@compiled
 def be_born(model: Model, state: State, fixed: Floats) -> None:
     """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set.
 
@@ -181,7 +198,7 @@ def live_together(model: Model, state: State, fixed: Floats, newborn: bool, firs
     model, state = by_reference(model), by_reference(state)
     if newborn:
         be_born(model, state, fixed)
-    everyone = Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
+    everyone = all_of(model, state)
     for step in range(first_step, last_step):
         take_step(everyone, model, state, step)
         for world in range(model.worlds):
