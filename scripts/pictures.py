@@ -1,5 +1,6 @@
 """Makes the pictures of the lab in docs/ anew: `python -m scripts.pictures results/paper`, of the study of `make reproduce`.
 
+Those of papers are of the studies beside it, among which `baldwinlab reproduce nolfi-parisi-1993` must have left its own.
 Needs the extra `lab`, playwright and a Chromium, as the browser tests do.
 """
 
@@ -15,6 +16,7 @@ from benchmarks.lab import chromium, serving
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 LIFE: Final = "condition=evo%2Bself-taught/B&generation=99&step=3200"
+CELLS: Final = "study=nolfi-parisi-1993&condition=auto-teaching&generation=50&step=1180"
 DESK, PHONE = (1280, 800), (390, 844)
 WORLDS: Final = {  # what is opened, in which window
     "world": (LIFE, DESK),
@@ -30,6 +32,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("study", type=Path, help="the paper's study, as `make reproduce` leaves it")
     study = parser.parse_args().study
+    of_papers(study.parent)
     with serving(study) as address, chromium() as browser:
         for name, (state, window) in WORLDS.items():
             page = opened(browser, f"{address}/#/world?{state}", window, closed=() if name == "guide" else ("world",))
@@ -42,6 +45,17 @@ def main() -> None:
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-caption")).to_contain_text("Generation 9", timeout=120_000)
         keep(page, "live")
+
+
+def of_papers(folder: Path) -> None:
+    """Their cards, and a life of one of them."""
+    with serving(folder) as address, chromium() as browser:
+        page = opened(browser, f"{address}/#/papers", (1280, 1000), closed=("papers",))
+        page.locator(".paper-card").first.wait_for()
+        keep(page, "papers")
+        page = opened(browser, f"{address}/#/world?{CELLS}", DESK, closed=("world",))
+        expect(page.locator("[data-ready]")).to_have_count(1)
+        keep(page, "cells")
 
 
 def opened(browser: Browser, address: str, window: tuple[int, int], closed: tuple[str, ...]) -> Page:

@@ -15,6 +15,7 @@ from baldwinlab.studies.store import create
 from tests.axe import barriers
 from tests.lab.asking import WINDOWS
 from tests.lab.conftest import LabServer, serving
+from tests.lab.test_page_results import CLAIM
 from tests.lab.test_page_room import MEASURE, window
 from tests.small import small_study
 
@@ -29,7 +30,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     create(root / "needle", [guessing], 5, factors=factors(), paper=NAME)
     small_study(root / "needle", [guessing], runs=2)
     verdicts = ("holds", "holds", "does not hold", "undecided")
-    (root / "needle" / "claims.json").write_text(json.dumps([{"id": "H1", "verdict": verdict} for verdict in verdicts]))
+    (root / "needle" / "claims.json").write_text(json.dumps([CLAIM | {"verdict": verdict} for verdict in verdicts]))
     with serving(root) as server:
         yield server
 
@@ -42,12 +43,14 @@ def shown(page: Page, shelf: LabServer) -> Page:
 
 
 def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer) -> None:
-    page.goto(f"{shelf.address}/#/results")
+    page.goto(f"{shelf.address}/#/results?study=needle")
+    page.get_by_test_id("curves").locator("canvas").wait_for()
     page.get_by_role("link", name="baldwinlab, to the papers").click()
     expect(page.get_by_test_id("tab-papers")).to_have_attribute("aria-current", "page")
     card = page.get_by_test_id(f"paper-{NAME}")
     expect(card).to_contain_text("Geoffrey E. Hinton, Steven J. Nowlan, 1987 · Complex Systems 1")
     expect(card).to_contain_text("5 conditions, 20 runs of each, 8 claims")
+    expect(page).to_have_url(re.compile("#/papers$"))
     card.scroll_into_view_if_needed()
     page.wait_for_function("document.querySelector('[data-paper=hinton-nowlan-1987] img').naturalWidth === 640")
 

@@ -8,9 +8,9 @@ import { KEEPING, LIVE, PAPERS, RESULTS } from "./topics.js";
 
 const VIEWS = {
   papers: { title: "Papers", load: () => import("./view_papers.js"), about: PAPERS },
-  world: { title: "World", lives: true, load: () => import("./view_lives.js"), about: [] }, // what it shows is in the recording's own words
+  world: { title: "World", ofStudy: true, lives: true, load: () => import("./view_lives.js"), about: [] }, // what it shows is in the recording's own words
   live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: [...LIVE, KEEPING] },
-  results: { title: "Results", load: () => import("./view_results.js"), about: RESULTS },
+  results: { title: "Results", ofStudy: true, load: () => import("./view_results.js"), about: RESULTS },
 };
 
 const root = document.getElementById("view");
@@ -72,7 +72,7 @@ function settle(place, bare) {
 function asLeft(name) {
   const before = left.get(name)?.state ?? {};
   const last = [...left.values()].at(-1)?.state.study;
-  return last && last !== PRESETS && last !== before.study && name !== "live" ? { study: last } : { ...before };
+  return last && last !== PRESETS && last !== before.study && VIEWS[name].ofStudy ? { study: last } : { ...before };
 }
 
 /** Down to where the reader was, once the page has become as long again, unless the reader goes elsewhere first. */
