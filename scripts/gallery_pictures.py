@@ -21,7 +21,7 @@ import baldwinlab as bl
 from baldwinlab import figures, papers
 from baldwinlab.papers.paper import CARD
 from baldwinlab.papers.verdicts import compared
-from baldwinlab.report.content import recorded_shares
+from baldwinlab.report import content
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 WIDTH, HEIGHT = 640, 320  # pixels of a card
@@ -29,7 +29,7 @@ COLOURS: Final = 128  # of a card, so that it is small
 
 
 def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
-    return figures.shares(study, recorded_shares({one.name: one for one in experiments}))
+    return figures.shares(content.shares(study, {one.name: one for one in experiments}))
 
 
 def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
@@ -46,6 +46,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "nolfi-parisi-1993": _curves,
     "nolfi-elman-parisi-1994": _curves,
     "mayley-1996": _shares,
+    "suzuki-arita-2004": _shares,
     "todd-miller-1991": _measures_of("todd-miller-1991"),
     "paenke-2007": _measures_of("paenke-2007"),
     "le-2018": _shares,

@@ -57,7 +57,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "maps": lambda: figures.world_maps(MAPS, 20),
     "senses": lambda: figures.agent_senses(look(load("evo/A")).to_dict()),
     "networks": lambda: figures.networks([kind("evo", 1), kind("taught", 2)]),
-    "shares": lambda: figures.shares(STRINGS, {"ones": "share of 1", "unset": "share of ?"}),
+    "shares": lambda: figures.shares(STRINGS[["ones", "unset"]].mean("agent")),
     "clocks": lambda: figures.clocks(STRINGS, "used"),
     "measures": lambda: figures.measures(study(AS_THE_PAPER), [MEASURED]),
     "readings": lambda: readings(MULTIVERSE),

@@ -54,20 +54,23 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
 
 @styled
 def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
-    """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer."""
-    figure, grid = _grid(assays["innate"], subjects, rows=2, height=2.2)
-    for (above, below), subject in zip(grid, subjects, strict=True):
-        data = assays["innate"][subject]
-        food = lives(data)
+    """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer, where models tell it."""
+    moved = {subject: distances(assays["innate"][subject]) for subject in subjects}
+    told = any(bool(values.notnull().any()) for found in moved.values() for values in found.values())
+    figure, grid = _grid(assays["innate"], subjects, rows=1 + told, height=2.2)
+    for (above, *below), subject in zip(grid, subjects, strict=True):
+        food = lives(assays["innate"][subject])
         _curve(above, food.sel(life="on") - food.sel(life="off"), LIFE_LOOKS["on"], "")
         above.axhline(0, color=GREY, lw=0.8)
-        layers = {name.partition(", ")[2]: moved for name, moved in distances(data).items() if ", " in name}
-        for number, (layer, moved) in enumerate(layers.items()):
-            _curve(below, moved, Series(BROWN, LINES[number % 4], MARKERS[number % 7]), layer)
-        _from_zero(below)
-        _generations(below)
-    _label(grid, f"gain from learning,\n{_unit(assays)}", "distance, birth to death")
-    figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
+        layers = {name.partition(", ")[2]: values for name, values in moved[subject].items() if ", " in name}
+        for axes in below:
+            for number, (layer, values) in enumerate(layers.items()):
+                _curve(axes, values, Series(BROWN, LINES[number % 4], MARKERS[number % 7]), layer)
+            _from_zero(axes)
+        _generations([above, *below][-1])
+    _label(grid, *[f"gain from learning,\n{_unit(assays)}", "distance, birth to death"][: 1 + told])
+    if told:
+        figure.legend(handles=_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
 

@@ -58,12 +58,14 @@ def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance
     learned = sample.live_as_evolved(generation, genomes)
     energy[LIVES.index("on")] = learned.energy
     energy[LIVES.index("off")] = sample.live(without, generation, genomes).energy
+    if generation in drifting(sample.experiment):
+        energy[LIVES.index("drift")] = sample.live(with_drift(sample.experiment), generation, genomes).energy
+    if not learned.told:
+        return
     count = learned.weights.shape[-1]
     frozen = genomes.copy()
     frozen[:, :, 0, :count] = learned.weights
     energy[LIVES.index("frozen")] = sample.live(without, generation, frozen).energy
-    if generation in drifting(sample.experiment):
-        energy[LIVES.index("drift")] = sample.live(with_drift(sample.experiment), generation, genomes).energy
     distance[:] = distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
 
 

@@ -142,8 +142,8 @@ _PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], 
     ),
     (
         "innate", "learning", "What learning does",
-        "Above: what an agent gains from learning. Below: how far learning moves the weights of each layer in a life (Euclidean "
-        f"distance). Both would fall if what is learned became innate. {BANDS}",
+        "Above: what an agent gains from learning. Below, where that is told: how far learning moves the weights of each layer "
+        f"in a life (Euclidean distance). Both would fall if what is learned became innate. {BANDS}",
         figures.what_learning_does, ("gain", "distance"),
     ),
     (

@@ -53,6 +53,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
         "nk-climbers": f"{_LIBRARY}.landscapes:NKClimbers",
         "slope-climbers": f"{_LIBRARY}.gain:SlopeClimbers",
+        "plastic-prisoners": f"{_LIBRARY}.prisoners:PlasticPrisoners",
     },
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",

@@ -31,12 +31,12 @@ class Measured(NamedTuple):
 
 
 @styled
-def shares(study: xr.Dataset, meanings: Mapping[str, str]) -> Figure:
-    """Recorded shares (the names of variables, and what they mean) by generation, mean over agents: a panel a condition.
+def shares(found: xr.Dataset) -> Figure:
+    """Shares (condition, run, generation) by generation, each a variable by its name: a panel a condition.
 
     The mean over runs, and its 95 % interval (Student's t) where there are two or more.
     """
-    shown = conditions(study)
+    shown = conditions(found)
     rows, columns = math.ceil(len(shown) / COLUMNS), min(COLUMNS, len(shown))
     figure = Figure((WIDTH, rows * HEIGHT + 0.5))
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
@@ -44,18 +44,17 @@ def shares(study: xr.Dataset, meanings: Mapping[str, str]) -> Figure:
         axes.remove()
     for axes, condition in zip(panels.flat, shown, strict=False):
         axes.set_title(condition.name, loc="left", fontweight="bold")
-        for number, name in enumerate(meanings):
-            values = study[name].sel(condition=condition.name).mean("agent").assign_attrs(valid_max=1.0)
-            average, low, high = interval_of_mean(values)
+        for number, (name, share) in enumerate(found.items()):
+            average, low, high = interval_of_mean(share.sel(condition=condition.name))
             look = series(number)
-            axes.fill_between(study["generation"], low, high, color=look.colour, alpha=0.18, lw=0)
-            axes.plot(study["generation"], average, color=look.colour, ls=look.line, lw=1.5, label=name)
+            axes.fill_between(found["generation"], low, high, color=look.colour, alpha=0.18, lw=0)
+            axes.plot(found["generation"], average, color=look.colour, ls=look.line, lw=1.5, label=str(name))
         axes.set_ylim(-0.025, 1.025)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     for row in panels:
         row[0].set_ylabel("share")
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(meanings), 4))
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=min(len(found), 4))
     return figure
 
 

@@ -164,12 +164,18 @@ class _Samples:
             own = self._paper.measures(condition)
             if measure not in own:
                 return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
-            lived = self._study.sel(condition=condition).dropna("run", how="all", subset=["energy"])
-            lived = lived.dropna("generation", how="all", subset=["energy"]).dropna("agent", how="all", subset=["energy"])
-            found: xr.DataArray = own[measure].of(lived)
+            found: xr.DataArray = own[measure].of(_without_gaps(self._study.sel(condition=condition)))
             return found.dropna("run").astype(np.float64)
         table = self._first if first else self._last
         return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
+
+
+def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
+    """Without the runs, generations and agents that others have and these have not; nothing is copied where none is missing."""
+    for dim in ("run", "generation", "agent"):
+        lived = runs["energy"].notnull().any([other for other in runs["energy"].dims if other != dim])
+        runs = runs if bool(lived.all()) else runs.isel({dim: lived.values})
+    return runs
 
 
 def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison:

@@ -45,6 +45,7 @@ class Model(Part):
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
     measures: ClassVar[Mapping[str, Measure]] = {}  # by name: what sums up a run, beside best, mean and share
+    shares: ClassVar[Mapping[str, Measure]] = {}  # by name: what is drawn beside records that are shares; to (..., generation)
     alleles: ClassVar[Mapping[str, float]] = {}  # by name, in the order of drawing: what stands for it in a genome
     views: ClassVar[Mapping[str, View]] = {}  # by name: how a generation can be looked at, beside its alleles
     clock: ClassVar[str] = ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
@@ -59,6 +60,11 @@ class Model(Part):
     def steps(self) -> int:
         """Steps of a life: what rates and times left are told in."""
         return 1
+
+    def all_shares(self) -> dict[str, Measure]:
+        """What generations are made of: the records that are shares, mean over agents, and its own `shares`."""
+        recorded = {name: Measure(one.meaning, _mean_of(name)) for name, one in self.records.items() if one.unit == "1"}
+        return recorded | dict(self.shares)
 
     def without_learner(self) -> Self:
         """The same with nothing learned in life: what is gained then is innate. Raises ValueError where that is no life."""
@@ -75,3 +81,7 @@ class Model(Part):
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         """The lives of one generation of these runs; `genomes` is [run, agent, module, weight]. A run's bits are its own."""
         raise NotImplementedError
+
+
+def _mean_of(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    return lambda runs: runs[name].mean("agent")

@@ -35,10 +35,16 @@ def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
     return {name: experiment for name, experiment in conditions.items() if isinstance(experiment, Experiment)}
 
 
-def recorded_shares(conditions: Mapping[str, BaseExperiment]) -> dict[str, str]:
-    """The shares that all conditions record of each agent, and what they mean: of models that are not MiniWorld."""
-    found = [{name: one.meaning for name, one in model.records.items() if one.unit == "1"} for model in _other_models(conditions)]
-    return found[0] if len(found) == len(conditions) and all(each == found[0] for each in found) else {}
+def shares(study: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
+    """What generations are made of: the shares that the models of all conditions tell of, (condition, run, generation), with what
+    they mean as `long_name`; none where they are not the same, and of MiniWorld.
+    """
+    found = [model.all_shares() for model in _other_models(conditions)]
+    meanings = [{name: share.meaning for name, share in each.items()} for each in found]
+    if len(found) < len(conditions) or any(each != meanings[0] for each in meanings):
+        return xr.Dataset()
+    named = {name: share.of(study).assign_attrs(long_name=share.meaning, valid_max=1.0) for name, share in found[0].items()}
+    return xr.Dataset(named)
 
 
 def clock(conditions: Mapping[str, BaseExperiment]) -> str:

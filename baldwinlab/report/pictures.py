@@ -50,10 +50,11 @@ def pictures(
 ) -> Iterator[Picture]:
     """Those that the paper has, in its order, as far as there is something to draw: traces, foragers, and how they look."""
     foraging = foragers(conditions)
-    meanings, clock = content.recorded_shares(conditions), content.clock(conditions)
+    shares = content.shares(study, conditions) if "shares" in paper.about.figures else xr.Dataset()
+    clock = content.clock(conditions)
     measured = [figures.Measured(*one) for one in compared(study, paper)] if "measures" in paper.about.figures else []
     there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
-    there |= {"shares": bool(meanings), "clocks": bool(clock), "measures": bool(measured)}
+    there |= {"shares": bool(shares), "clocks": bool(clock), "measures": bool(measured)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "overview": lambda: _overview(study, results, last),
         "fitness": lambda: _fitness(study, last),
@@ -62,7 +63,7 @@ def pictures(
         "networks": lambda: _networks(study, foraging, looks, paper),
         "maps": lambda: _maps(study, foraging, looks),
         "senses": lambda: _senses(looks),
-        "shares": lambda: _shares(study, meanings),
+        "shares": lambda: _shares(shares),
         "clocks": lambda: _clocks(study, clock),
         "measures": lambda: _measures(study, measured),
     }
@@ -143,20 +144,20 @@ def _final_of_runs(study: xr.Dataset, last: int) -> list[dict[str, Any]]:
     return [*numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index().to_dict("records")]
 
 
-def _shares(study: xr.Dataset, meanings: Mapping[str, str]) -> Picture:
-    said = "; ".join(f"{name}: {meaning}" for name, meaning in meanings.items())
+def _shares(shares: xr.Dataset) -> Picture:
+    said = "; ".join(f"{name}: {share.attrs['long_name']}" for name, share in shares.items())
     rows = [
-        {"condition": str(condition), "share": name, "generation": int(generation), "mean": float(value)}
-        for name in meanings
-        for condition, values in study[name].mean(("run", "agent")).groupby("condition")
-        for generation, value in zip(study["generation"].values, values.values.ravel(), strict=True)
+        {"condition": str(condition), "share": str(name), "generation": int(generation), "mean": float(value)}
+        for name, share in shares.items()
+        for condition, values in share.mean("run").groupby("condition")
+        for generation, value in zip(shares["generation"].values, values.values.ravel(), strict=True)
     ]
     return Picture(
         "shares",
         "What generations are made of",
         f"Mean over agents and runs, and the 95 % interval of the mean over runs (Student's t) as a band. {said}.",
         f"Curves by generation for each condition: {said}.",
-        figures.shares(study, meanings),
+        figures.shares(shares),
         rows,
     )
 

@@ -27,6 +27,7 @@ class Lives(NamedTuple):
 
     energy: npt.NDArray[np.float64]  # [run, agent], the fitness: of the items eaten, less the cost of learning
     weights: npt.NDArray[np.float32]  # [run, agent, weight], of the first module, at death
+    told: bool  # whether they are: of models that do not tell what is learned, the weights are those at birth
 
 
 def reevaluate(experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
@@ -53,7 +54,8 @@ def lived(experiment: Experiment, batch: Batch, genomes: Genome) -> Lives:
 def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> Lives:
     worth = [fitness(experiment, *of_run) for of_run in zip(lives.energy, lives.cost, strict=True)]
     unchanged = genomes[:, :, 0, : experiment.weight_count]
-    return Lives(np.stack(worth), unchanged if lives.learned is None else lives.learned)
+    told = lives.learned is not None
+    return Lives(np.stack(worth), unchanged if lives.learned is None else lives.learned, told)
 
 
 def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:

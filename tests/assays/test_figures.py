@@ -53,6 +53,14 @@ def test_three_conditions_stand_in_two_rows_and_lives_that_were_not_lived_are_le
     assert len(shown) == 6 and len(shown[0].get_lines()) == 2
 
 
+def test_how_far_learning_moves_is_drawn_where_a_model_tells_it() -> None:
+    told = innate(A, off=constant(1), on=constant(2))
+    untold = told.assign(distance=told["energy"].isel(life=0, drop=True).expand_dims(layer=["genome"]) * np.nan)
+    known = untold.assign(distance=untold["distance"].fillna(1.0))
+    panels = [len(figures.what_learning_does({"innate": {A: data}}, [A]).axes) for data in (known, untold)]
+    assert panels == [2, 1]
+
+
 def test_a_reaction_norm_has_the_value_that_was_evolved_in_at_its_place() -> None:
     figure = figures.reaction_norms(whole())
     labels = [[tick.get_text() for tick in axes.get_xticklabels()] for axes in figure.axes]

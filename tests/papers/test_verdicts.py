@@ -210,6 +210,14 @@ def test_a_model_s_own_measure_is_held_to_bounds(tmp_path: Path, comparison: str
     assert of_strings(tmp_path, comparison, guessing=SPREAD).verdict == verdict
 
 
+def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_have(tmp_path: Path) -> None:
+    of_strings(tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD)
+    beside_larger = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
+    (result,) = evaluate(beside_larger, paper=open_paper(tmp_path / "strings"))
+    assert result.verdict == "holds" and result.deciding is not None
+    assert result.deciding.numbers.n_a == len(SPREAD)
+
+
 def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
     comparison, less = 'b = "all-set", measure = "ones", rule = "lower"', [share / 2 for share in SPREAD]
     result = of_strings(tmp_path, comparison, guessing=SPREAD, all_set=less)
