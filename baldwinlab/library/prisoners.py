@@ -29,7 +29,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine.jit import entry
-from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, Lives, Matrix, Measure, Model, Variable, View
 
 PAIRS: Final = ("DD", "DC", "CD", "CC")  # of moves, one's own first: what a strategy has an entry for
 GENOMES: Final = 256  # as numbers: the moves in bits 0 to 3, what is plastic in bits 4 to 7
@@ -42,6 +42,7 @@ _ENTRY = np.where(_PLASTIC, 2, (_GENOME >> np.arange(4)) & 1)  # [genome, pair]:
 STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x", repeat=4))  # by number: a digit an entry
 STRATEGY: Final = (_ENTRY @ 3 ** np.arange(4)).astype(np.int8)  # of each genome, by number
 OUTSTANDING: Final = "x00x"
+SHOWN: Final = 8  # genomes, the commonest, in the view of payoffs
 
 
 @lru_cache(maxsize=16)
@@ -139,6 +140,24 @@ def _ahead(runs: xr.Dataset) -> xr.DataArray:
     return (leading == OUTSTANDING).astype(float) - (leading == rival)
 
 
+def _against_each_other(model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Matrix:
+    """What the commonest genomes of a generation get from each other."""
+    there = np.bincount(_numbers(genomes), minlength=GENOMES)
+    commonest = [int(genome) for genome in np.argsort(-there, kind="stable")[:SHOWN] if there[genome]]
+    names = [
+        f"{STRATEGIES[STRATEGY[genome]]} born {''.join('DC'[genome >> pair & 1] for pair in range(4))}" for genome in commonest
+    ]
+    rows = [f"{name}, {there[genome] / len(genomes):.0%}" for name, genome in zip(names, commonest, strict=True)]
+    payoff = payoffs(model.rounds, model.noise, model.learning, model.first)
+    return Matrix(rows, names, payoff[np.ix_(commonest, commonest)], "mean payoff of a round to the row, from the column")
+
+
+def _numbers(genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Genomes [..., 1, bit] as the numbers that they are."""
+    found: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (1 << np.arange(2 * len(PAIRS)))
+    return found
+
+
 class PlasticPrisoners(Model, name="plastic-prisoners"):
     """Prisoners who learn within a match what is plastic in their strategies."""
 
@@ -168,6 +187,9 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         "[x00x]": Measure("share of agents that have this strategy", _outstanding),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    views: ClassVar[Mapping[str, View]] = {
+        "payoffs": View("What the commonest genomes get from each other.", _against_each_other, of_an_agent=False)
+    }
     measures: ClassVar[Mapping[str, Measure]] = {
         "least-payoff": Measure(
             "lowest mean payoff of the average agent before generation 150",
@@ -212,7 +234,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         return np.asarray(draws < 0.5, np.float32)
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
-        numbers = (genomes[:, :, 0] > 0.5).astype(np.int64) @ (1 << np.arange(self.weights()))
+        numbers = _numbers(genomes)
         payoff = payoffs(self.rounds, self.noise, self.learning, self.first)
         worth, energy = np.zeros(GENOMES), np.empty(numbers.shape)
         for run, there in enumerate(numbers):

@@ -16,6 +16,7 @@ from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.library.prisoners import FIRST, PAIRS, STRATEGIES, STRATEGY, PlasticPrisoners, payoffs
+from baldwinlab.parts import Matrix
 from baldwinlab.report import content
 from baldwinlab.runs.simulate import live_batch
 
@@ -198,3 +199,15 @@ def test_one_prisoner_alone_is_refused() -> None:
 
 def test_the_part_is_as_a_part_should_be() -> None:
     assert [one for one in check_part(PlasticPrisoners) if one.holds is False] == []
+
+
+def test_the_view_shows_what_the_commonest_genomes_get_from_each_other() -> None:
+    genomes = np.zeros((10, 1, 8), np.float32)
+    genomes[:7, 0, [0, 3, 4, 7]] = 1  # x00x, born with C after DD and CC
+    model = PlasticPrisoners(noise=0)
+    seen = PlasticPrisoners.views["payoffs"].of(model, None, genomes, 0)
+    assert isinstance(seen, Matrix)
+    assert seen.rows == ["x00x born CDDC, 70%", "0000 born DDDD, 30%"] and seen.columns == ["x00x born CDDC", "0000 born DDDD"]
+    assert seen.values[1, 1] == 1, "who always defects gets the punishment from herself"
+    both = payoffs(50, 0.0, True, "any")
+    assert seen.values[0, 1] == both[0b10011001, 0]
