@@ -56,6 +56,7 @@ PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-19
 CUT: Final = {  # the picture, and left, upper, right and lower edge in it
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
     "worlds-and-minds": ("worlds-and-minds.png", (292, 625, 1312, 1135)),
+    "soltoggio-2008": _curves,
 }
 
 

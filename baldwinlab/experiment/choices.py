@@ -54,6 +54,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "nk-climbers": f"{_LIBRARY}.landscapes:NKClimbers",
         "slope-climbers": f"{_LIBRARY}.gain:SlopeClimbers",
         "plastic-prisoners": f"{_LIBRARY}.prisoners:PlasticPrisoners",
+        "t-mazes": f"{_LIBRARY}.mazes:TMazes",
     },
     "sense": {
         "compass": f"{_LIBRARY}.senses:Compass",

@@ -96,7 +96,7 @@ def sentence(finding: Finding) -> str:
     comparison, numbers = finding.comparison, finding.numbers
     if comparison.measure == "most":
         return f"the most that any agent of {comparison.a} ever ate is {number(numbers.effect)}"
-    if finding.meaning and not comparison.b:
+    if not comparison.b and comparison.measure != "share":
         return (
             f"{comparison.a}: {measure(finding)}{OVER_RUNS.get(comparison.rule, ', median over runs')}: {number(numbers.effect)}"
         )

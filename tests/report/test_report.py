@@ -10,14 +10,15 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
-from baldwinlab import papers
+from baldwinlab import papers, statistics
 from baldwinlab.factors import Factors
 from baldwinlab.models.miniworld.look import look
-from baldwinlab.papers.verdicts import evaluate
+from baldwinlab.papers.claims import Comparison
+from baldwinlab.papers.verdicts import Finding, evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import emergence_generations, write_report
 from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
-from baldwinlab.report.words import number, probability
+from baldwinlab.report.words import number, probability, sentence
 from tests.axe import barriers
 from tests.report.browsing import complaints_and_width
 from tests.statistics.studies import AS_THE_PAPER, study, trace
@@ -220,3 +221,11 @@ def test_a_study_that_no_claim_concerns_is_reported_without_the_claims(tmp_path:
     assert "None of the paper's claims compares what was run here." in text
     assert "not evaluated" not in text
     assert ">The claims</h2>" not in text
+
+
+def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
+    """Not as a share of agents, which it was taken for."""
+    comparison = Comparison(a="taught", measure="mean", rule="mean_within", bound=(75.0, 98.8))
+    numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
+    found = sentence(Finding(comparison, numbers, float("nan"), "holds"))
+    assert found == "taught: average agent, mean over runs: 81.5"
