@@ -25,7 +25,8 @@ from baldwinlab.report import content
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 WIDTH, HEIGHT = 640, 320  # pixels of a card
-COLOURS: Final = 128  # of a card, so that it is small
+COLOURS: Final = (128, 64, 32)  # of a card, as many as keep it small
+LARGEST: Final = 30_000  # bytes
 
 
 def _shares(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
@@ -50,13 +51,13 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "todd-miller-1991": _measures_of("todd-miller-1991"),
     "paenke-2007": _measures_of("paenke-2007"),
     "le-2018": _shares,
+    "soltoggio-2008": _curves,
     "stanley-miikkulainen-2002": _curves,
 }
 PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first
 CUT: Final = {  # the picture, and left, upper, right and lower edge in it
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
     "worlds-and-minds": ("worlds-and-minds.png", (292, 625, 1312, 1135)),
-    "soltoggio-2008": _curves,
 }
 
 
@@ -97,9 +98,12 @@ def _card(figure: Figure, panel: int) -> bytes:
 
 def _small(picture: Image.Image) -> bytes:
     """A picture in the size of a card, in few colours."""
-    made = io.BytesIO()
     resized = picture.convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
-    resized.quantize(COLOURS).save(made, "png", optimize=True)
+    for colours in COLOURS:
+        made = io.BytesIO()
+        resized.quantize(colours).save(made, "png", optimize=True)
+        if made.tell() <= LARGEST:
+            break
     return made.getvalue()
 
 
