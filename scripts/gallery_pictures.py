@@ -51,6 +51,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "todd-miller-1991": _measures_of("todd-miller-1991"),
     "paenke-2007": _measures_of("paenke-2007"),
     "le-2018": _shares,
+    "floreano-urzelai-2000": _shares,
     "soltoggio-2008": _curves,
     "stanley-miikkulainen-2002": _curves,
 }

@@ -50,6 +50,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
         "moving-needle": f"{_LIBRARY}.moving:MovingNeedle",
         "neat-poles": f"{_LIBRARY}.neat.poles:NeatPoles",
+        "light-switch": f"{_LIBRARY}.lightswitch:LightSwitch",
         "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
         "nk-climbers": f"{_LIBRARY}.landscapes:NKClimbers",
         "slope-climbers": f"{_LIBRARY}.gain:SlopeClimbers",

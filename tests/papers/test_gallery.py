@@ -14,6 +14,7 @@ FOUND = {
     "hinton-nowlan-1987": {"H3": "does not hold"} | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
     "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
     "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
+    "floreano-urzelai-2000": {"F4": "holds"} | {f"F{number}": "does not hold" for number in (1, 2, 3)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
