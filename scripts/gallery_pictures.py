@@ -48,6 +48,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "nolfi-elman-parisi-1994": _curves,
     "mayley-1996": _shares,
     "suzuki-arita-2004": _shares,
+    "keesing-stork-1991": _measures_of("keesing-stork-1991"),
     "todd-miller-1991": _measures_of("todd-miller-1991"),
     "paenke-2007": _measures_of("paenke-2007"),
     "le-2018": _shares,

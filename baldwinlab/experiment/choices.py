@@ -47,6 +47,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {
         "cell-foragers": f"{_LIBRARY}.cells:CellForagers",
         "cue-learners": f"{_LIBRARY}.cues:CueLearners",
+        "digit-readers": f"{_LIBRARY}.digits:DigitReaders",
         "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
         "moving-needle": f"{_LIBRARY}.moving:MovingNeedle",
         "neat-poles": f"{_LIBRARY}.neat.poles:NeatPoles",
@@ -113,6 +114,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "bit-flips": f"{_LIBRARY}.landscapes:BitFlips",
         "copy": f"{_LIBRARY}.breeding:Copy",
         "few-mutations": f"{_LIBRARY}.cells:FewMutations",
+        "four-bit-weights": f"{_LIBRARY}.digits:FourBitWeights",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",
         "one-point-alleles": f"{_LIBRARY}.needle:OnePointOfAlleles",

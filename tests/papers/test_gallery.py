@@ -17,6 +17,7 @@ FOUND = {
     "floreano-urzelai-2000": {"F4": "holds"} | {f"F{number}": "does not hold" for number in (1, 2, 3)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
+    "keesing-stork-1991": {"D1": "undecided", "D2": "undecided", "D3": "holds", "D4": "holds"},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
