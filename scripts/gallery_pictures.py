@@ -42,6 +42,10 @@ def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     return lambda study, experiments: figures.measures(study, [figures.Measured(*one) for one in compared(study, paper)])
 
 
+def _survival(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    return figures.survival(study)
+
+
 DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _shares,
     "nolfi-parisi-1993": _curves,
@@ -54,6 +58,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "le-2018": _shares,
     "floreano-urzelai-2000": _shares,
     "soltoggio-2008": _curves,
+    "ackley-littman-1991": _survival,
     "stanley-miikkulainen-2002": _curves,
 }
 PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first

@@ -60,6 +60,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "shares": lambda: figures.shares(STRINGS[["ones", "unset"]].mean("agent")),
     "clocks": lambda: figures.clocks(STRINGS, "used"),
     "measures": lambda: figures.measures(study(AS_THE_PAPER), [MEASURED]),
+    "survival": lambda: figures.survival(STRINGS),
     "readings": lambda: readings(MULTIVERSE),
     "readings-shares": lambda: readings_shares(MULTIVERSE),
 }

@@ -48,6 +48,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "cell-foragers": f"{_LIBRARY}.cells:CellForagers",
         "cue-learners": f"{_LIBRARY}.cues:CueLearners",
         "digit-readers": f"{_LIBRARY}.digits:DigitReaders",
+        "erl-populations": f"{_LIBRARY}.erl.model:ErlPopulations",
         "hinton-nowlan": f"{_LIBRARY}.needle:HintonNowlan",
         "moving-needle": f"{_LIBRARY}.moving:MovingNeedle",
         "neat-poles": f"{_LIBRARY}.neat.poles:NeatPoles",

@@ -4,7 +4,7 @@ from baldwinlab.figures.emergence import emergence, trajectories
 from baldwinlab.figures.fitness import fitness_boxes, fitness_curves
 from baldwinlab.figures.networks import Kind, networks
 from baldwinlab.figures.overview import overview, standings
-from baldwinlab.figures.records import Measured, clocks, measures, shares
+from baldwinlab.figures.records import Measured, clocks, measures, shares, survival
 from baldwinlab.figures.style import save, svg
 from baldwinlab.figures.world import Look, agent_senses, sectors, world_maps
 
@@ -24,6 +24,7 @@ __all__ = [
     "sectors",
     "shares",
     "standings",
+    "survival",
     "svg",
     "trajectories",
     "world_maps",

@@ -1,4 +1,4 @@
-"""What models without a world on a plane have to show: shares that they record, two clocks, and measures of their own."""
+"""What models without a world on a plane have to show: shares, two clocks, measures of their own, and how long runs survive."""
 
 from __future__ import annotations
 
@@ -100,4 +100,27 @@ def measures(study: xr.Dataset, found: Sequence[Measured]) -> Figure:
         looks = {one.learner: one.look for one in shown}
         handles = [Line2D([], [], color=looks[name].colour, marker=looks[name].marker, ms=4, label=name) for name in learners]
         figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
+    return figure
+
+
+@styled
+def survival(study: xr.Dataset) -> Figure:
+    """The share of runs that survive, by time: of models whose fitness is how long a run's average agent lives."""
+    figure = Figure((WIDTH, 3.1))
+    axes = figure.subplots()
+    lasted = fitness.final(study, "mean", 1)
+    first = max(1.0, 0.9 * float(lasted.min()))
+    for condition in conditions(study):
+        times = np.sort(lasted.sel(condition=condition.name).dropna("run").values)
+        left = 1 - np.arange(1, times.size + 1) / max(1, times.size)
+        left[times == float(lasted.max())] = np.nan  # who lives still at the end is not seen to die
+        look = condition.look
+        axes.step([first, *times], [1.0, *left], where="post", color=look.colour, ls=look.line, lw=1.5, label=condition.name)
+    axes.set(
+        xscale="log",
+        ylim=(-0.025, 1.025),
+        xlabel=str(study["energy"].attrs.get("long_name", "time")),
+        ylabel="share of runs that survive",
+    )
+    figure.legend(loc="outside upper center", ncols=5)
     return figure

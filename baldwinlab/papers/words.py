@@ -11,8 +11,8 @@ from pydantic import Field
 from baldwinlab.papers.files import Declared, declared, read
 
 Figure = Literal[
-    "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "clocks", "measures"
-]
+    "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "clocks", "measures", "survival"
+]  # fmt: skip
 FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "networks", "senses", "maps")
 Assay = Literal["innate", "neutral", "within-life", "modules", "reaction", "descent"]
 Question = Literal[

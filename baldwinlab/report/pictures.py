@@ -26,6 +26,7 @@ from baldwinlab.statistics.tables import to_csv
 
 Looks = Mapping[str, figures.Look]  # of conditions of foragers, by name, as far as their parts are here
 NARROW = 4.0  # inches
+OF_ANY_MODEL = ("shares", "clocks", "measures", "survival")  # figures of what only models other than the foragers record
 EXPLAINING = ("networks", "senses", "maps")  # figures that say what was run, not what came of it
 
 
@@ -66,11 +67,12 @@ def pictures(
         "shares": lambda: _shares(shares),
         "clocks": lambda: _clocks(study, clock),
         "measures": lambda: _measures(study, measured),
+        "survival": lambda: _survival(study),
     }
     for name in paper.about.figures:
         if there.get(name, True):
             picture = draw[name]()
-            beside = paper.words.captions.get(name) if foraging or name in ("shares", "clocks", "measures") else None
+            beside = paper.words.captions.get(name) if foraging or name in OF_ANY_MODEL else None
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
@@ -191,6 +193,17 @@ def _clocks(study: xr.Dataset, used: str) -> Picture:
         "until then. Learning asks often within one generation.",
         f"The same curves of fitness, once by generations and once by evaluations. {final_medians(study, 1)}",
         figures.clocks(study, used),
+    )
+
+
+def _survival(study: xr.Dataset) -> Picture:
+    return Picture(
+        "survival",
+        "Who survives",
+        "The share of runs that survive, by time; a curve that does not come down has runs that live still at the end.",
+        f"Curves of survival for each condition. {final_medians(study, 1)}",
+        figures.survival(study),
+        _final_of_runs(study, 1),
     )
 
 

@@ -20,6 +20,7 @@ FOUND = {
     "keesing-stork-1991": {"D1": "undecided", "D2": "undecided", "D3": "holds", "D4": "holds"},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
+    "ackley-littman-1991": {f"A{number}": "undecided" for number in (1, 2, 3, 4)},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
     "stanley-miikkulainen-2002": {f"N{number}": "does not hold" if number == 4 else "holds" for number in range(1, 8)},
     "suzuki-arita-2004": {"S3": "does not hold"} | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
