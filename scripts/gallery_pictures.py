@@ -48,18 +48,18 @@ def _survival(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
 
 DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _shares,
+    "keesing-stork-1991": _measures_of("keesing-stork-1991"),
+    "todd-miller-1991": _measures_of("todd-miller-1991"),
+    "ackley-littman-1991": _survival,
     "nolfi-parisi-1993": _curves,
     "nolfi-elman-parisi-1994": _curves,
     "mayley-1996": _shares,
-    "suzuki-arita-2004": _shares,
-    "keesing-stork-1991": _measures_of("keesing-stork-1991"),
-    "todd-miller-1991": _measures_of("todd-miller-1991"),
-    "paenke-2007": _measures_of("paenke-2007"),
-    "le-2018": _shares,
     "floreano-urzelai-2000": _shares,
-    "soltoggio-2008": _curves,
-    "ackley-littman-1991": _survival,
     "stanley-miikkulainen-2002": _curves,
+    "suzuki-arita-2004": _shares,
+    "paenke-2007": _measures_of("paenke-2007"),
+    "soltoggio-2008": _curves,
+    "le-2018": _shares,
 }
 PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first
 CUT: Final = {  # the picture, and left, upper, right and lower edge in it

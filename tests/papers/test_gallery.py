@@ -12,18 +12,18 @@ from tests.commands import Command
 
 FOUND = {
     "hinton-nowlan-1987": {"H3": "does not hold"} | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
-    "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
-    "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
-    "floreano-urzelai-2000": {"F4": "holds"} | {f"F{number}": "does not hold" for number in (1, 2, 3)},
-    "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
-    "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
     "keesing-stork-1991": {"D1": "undecided", "D2": "undecided", "D3": "holds", "D4": "holds"},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
-    "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
     "ackley-littman-1991": {f"A{number}": "undecided" for number in (1, 2, 3, 4)},
-    "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
+    "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
+    "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
+    "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
+    "floreano-urzelai-2000": {"F4": "holds"} | {f"F{number}": "does not hold" for number in (1, 2, 3)},
     "stanley-miikkulainen-2002": {f"N{number}": "does not hold" if number == 4 else "holds" for number in range(1, 8)},
     "suzuki-arita-2004": {"S3": "does not hold"} | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
+    "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
+    "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
+    "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
 }
 
 
