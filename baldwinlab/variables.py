@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 PARENTS = ("fitter", "other")
+OF_AGENT = ("generation", "agent")  # the dimensions of what is recorded of every agent of every generation
 
 
 class Variable(NamedTuple):
@@ -19,7 +20,7 @@ class Variable(NamedTuple):
 
 
 RUN: Mapping[str, Variable] = {
-    "food_eaten": Variable(("generation", "agent"), np.int32, "items", "items eaten in life"),
+    "food_eaten": Variable(OF_AGENT, np.int32, "items", "items eaten in life"),
     "energy": Variable(
         ("generation", "agent"), np.float64, "energy", "energy of the items eaten in life, less the cost of learning: the fitness"
     ),

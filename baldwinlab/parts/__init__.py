@@ -30,11 +30,12 @@ from baldwinlab.parts.kinds import (
 )
 from baldwinlab.parts.models import Lives, Measure, Model
 from baldwinlab.parts.views import Cells, Matrix, View, Walk
-from baldwinlab.variables import Variable
+from baldwinlab.variables import OF_AGENT, Variable
 
 __all__ = [
     "FOUNDER",
     "LIFE",
+    "OF_AGENT",
     "Body",
     "Cells",
     "Field",

@@ -7,7 +7,7 @@ import pytest
 
 from baldwinlab.evolution import Moment
 from baldwinlab.lab import lives
-from baldwinlab.library.cells import CellForagers
+from baldwinlab.library.models.cells import CellForagers
 from baldwinlab.parts.views import arrays_of
 from baldwinlab.studies.store import Study
 from tests.lab.asking import arrays, data, refusal

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.check import check_part
-from baldwinlab.library.landscapes import NKClimbers
+from baldwinlab.library.models.landscapes import NKClimbers
 from baldwinlab.parts import Cells, Matrix, View, Walk
 from baldwinlab.parts.views import Seen, arrays_of
 

@@ -24,7 +24,7 @@ from baldwinlab.engine.arithmetic import polynomial, sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.library.neat.graphs import entries, list_links, minimal
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
-from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
 INPUTS: Final = 6  # place and velocity of the cart, and angle and angular velocity of either pole
 SCALE: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)  # what the state is divided by, to be sensed
@@ -52,9 +52,7 @@ class NeatPoles(Model, name="neat-poles"):
     }
     payoff: ClassVar[str] = "steps balanced"
     records: ClassVar[Mapping[str, Variable]] = {
-        "solves": Variable(
-            ("generation", "agent"), np.int32, "", "1 where both poles stayed upright for the longest time, else 0"
-        ),
+        "solves": Variable(OF_AGENT, np.int32, "", "1 where both poles stayed upright for the longest time, else 0"),
         **SHAPE,
     }
     measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["solves"] == 1)

@@ -13,13 +13,12 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.library.neat.graphs import ENABLED, GENE, HEAD, NUMBER, SPECIES, TARGET
-from baldwinlab.parts import Measure, Variable
+from baldwinlab.parts import OF_AGENT, Measure, Variable
 
-_OF_AGENT = ("generation", "agent")
 SHAPE: Final[Mapping[str, Variable]] = {
-    "hidden": Variable(_OF_AGENT, np.int32, "nodes", "hidden nodes"),
-    "enabled": Variable(_OF_AGENT, np.int32, "links", "enabled links"),
-    "species": Variable(_OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
+    "hidden": Variable(OF_AGENT, np.int32, "nodes", "hidden nodes"),
+    "enabled": Variable(OF_AGENT, np.int32, "links", "enabled links"),
+    "species": Variable(OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
 }
 
 Solves = Callable[[xr.Dataset], xr.DataArray]  # from runs, whether each agent solves the task

@@ -21,7 +21,7 @@ from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
 from baldwinlab.library.neat.graphs import answer, entries, minimal
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
-from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 ANSWERS: Final = (0, 1, 1, 0)
@@ -41,7 +41,7 @@ class NeatXor(Model, name="neat-xor"):
         "record": {"genome_every": 10},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "right": Variable(("generation", "agent"), np.int32, "answers", "answers that are right, of four"),
+        "right": Variable(OF_AGENT, np.int32, "answers", "answers that are right, of four"),
         **SHAPE,
     }
 

@@ -27,8 +27,8 @@ from baldwinlab.engine.arithmetic import share_of_turn, sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.library.frames import foraged
-from baldwinlab.parts import FOUNDER, LIFE, Cells, Field, Lives, Measure, Model, Variable, Variation, View, philox, unit
+from baldwinlab.library.models.frames import foraged
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Cells, Field, Lives, Measure, Model, Variable, Variation, View, philox, unit
 
 INPUTS: Final = 4  # the angle and the distance of the nearest food, and the two bits of the action about to be done
 ACTIONS: Final = 2  # outputs that plan
@@ -40,8 +40,6 @@ LEARNED: Final = {"none": NOTHING, "auto-teaching": OWN_TEACHER, "prediction": N
 PARTS_OF_LIFE: Final = 6  # of which the first and the last are compared
 WATCHED: Final = 20_000  # moves of a life that can be looked at, about
 DRAWS: Final = 4096  # for an environment: its own numbers, however many are drawn again
-
-_OF_AGENT = ("generation", "agent")
 
 
 def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -85,7 +83,7 @@ class CellForagers(Model, name="cell-foragers"):
     payoff: ClassVar[str] = "food eaten in an environment"
     records: ClassVar[Mapping[str, Variable]] = {
         "gain": Variable(
-            _OF_AGENT, np.float32, "items", "food in an environment in the last sixth of life, less that in the first"
+            OF_AGENT, np.float32, "items", "food in an environment in the last sixth of life, less that in the first"
         ),
     }
     views: ClassVar[Mapping[str, View]] = {

@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.library.needle import HintonNowlan
-from baldwinlab.parts import LIFE, Field, Lives, Measure, Variable, uniforms
+from baldwinlab.library.models.needle import HintonNowlan
+from baldwinlab.parts import LIFE, OF_AGENT, Field, Lives, Measure, Variable, uniforms
 
 _NAMES = {"ones": "right", "zeros": "wrong", "unset": "unset", "succeeded": "succeeded", "used": "used"}  # as records are called
 
@@ -45,8 +45,8 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
     records: ClassVar[Mapping[str, Variable]] = {
         _NAMES[name]: of for name, of in HintonNowlan.records.items() if name not in ("ones", "zeros")
     } | {
-        "right": Variable(("generation", "agent"), np.float32, "1", "share of alleles that are right in this generation"),
-        "wrong": Variable(("generation", "agent"), np.float32, "1", "share of alleles that are wrong in this generation"),
+        "right": Variable(OF_AGENT, np.float32, "1", "share of alleles that are right in this generation"),
+        "wrong": Variable(OF_AGENT, np.float32, "1", "share of alleles that are wrong in this generation"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "fitness": Measure("fitness in the second half of the run", _in_second_half("energy")),

@@ -24,12 +24,10 @@ import xarray as xr
 
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import LIFE, Field, Lives, Measure, Model, Variable, Variation, View, Walk, uniforms
+from baldwinlab.parts import LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, View, Walk, uniforms
 
 BEFORE_LIFE: Final = 2**32 - 1  # the generation whose random numbers are the landscape's and the first string's
 LONGEST: Final = 16  # bits, as all strings are looked at, to scale the landscape
-
-_OF_AGENT = ("generation", "agent")
 
 
 @lru_cache(maxsize=64)
@@ -85,9 +83,9 @@ class NKClimbers(Model, name="nk-climbers"):
         "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(_OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"),
-        "learned": Variable(_OF_AGENT, np.float32, "1", "fitness of the string at death, without its cost, 0 to 1"),
-        "changed": Variable(_OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"),
+        "innate": Variable(OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"),
+        "learned": Variable(OF_AGENT, np.float32, "1", "fitness of the string at death, without its cost, 0 to 1"),
+        "changed": Variable(OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     views: ClassVar[Mapping[str, View]] = {

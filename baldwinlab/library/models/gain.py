@@ -24,12 +24,10 @@ import xarray as xr
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.founders import draw_normal
-from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
 STEEPEST: Final = 300.0  # logarithm of fitness beyond which the ground is level, so that fitness stays a number
 LOG10_E: Final = 0.43429448190325182765
-
-_OF_AGENT = ("generation", "agent")
 
 
 def _climb(runs: xr.Dataset) -> xr.DataArray:
@@ -52,8 +50,8 @@ class SlopeClimbers(Model, name="slope-climbers"):
         "evolution": {"generations": 21, "variation": "gaussian", "mutation_rate": 1.0, "mutation_size": 0.03},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_x": Variable(_OF_AGENT, np.float32, "x", "x at birth"),
-        "uphill": Variable(_OF_AGENT, np.int32, "1", "1 where fitness rises with x at birth, else 0"),
+        "innate_x": Variable(OF_AGENT, np.float32, "x", "x at birth"),
+        "uphill": Variable(OF_AGENT, np.int32, "1", "1 where fitness rises with x at birth, else 0"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "climb": Measure("rise of mean innate x, first to last generation", _climb),

@@ -13,7 +13,7 @@ from scipy.stats import mannwhitneyu
 import baldwinlab as bl
 from baldwinlab.check import check_part
 from baldwinlab.experiment import assign
-from baldwinlab.library.mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, TMazes
+from baldwinlab.library.models.mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, TMazes
 from baldwinlab.runs.simulate import live_batch
 
 KINDS: dict[str, dict[str, Any]] = {

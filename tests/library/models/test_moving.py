@@ -11,8 +11,8 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.check import check_part
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.moving import MovingNeedle
-from baldwinlab.library.needle import HintonNowlan
+from baldwinlab.library.models.moving import MovingNeedle
+from baldwinlab.library.models.needle import HintonNowlan
 from baldwinlab.parts import LIFE, uniforms
 
 SMALL = ["population.size=60", "evolution.generations=12"]

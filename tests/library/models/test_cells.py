@@ -14,8 +14,8 @@ import baldwinlab as bl
 from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, breed
 from baldwinlab.experiment import assign
-from baldwinlab.library import cells
-from baldwinlab.library.cells import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
+from baldwinlab.library.models import cells
+from baldwinlab.library.models.cells import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
 from baldwinlab.parts import LIFE, Cells, philox, unit
 from baldwinlab.runs.simulate import live_batch
 

@@ -13,10 +13,10 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.erl.agents import BITS, INPUTS, bury, found, live_step, reinforce, sense, settle, weight
-from baldwinlab.library.erl.agents import breed as have_child
-from baldwinlab.library.erl.model import ErlPopulations, step_of
-from baldwinlab.library.erl.world import (
+from baldwinlab.library.models.erl.agents import BITS, INPUTS, bury, found, live_step, reinforce, sense, settle, weight
+from baldwinlab.library.models.erl.agents import breed as have_child
+from baldwinlab.library.models.erl.model import ErlPopulations, step_of
+from baldwinlab.library.models.erl.world import (
     AGENT,
     AGENTS,
     CARNIVORE,

@@ -15,7 +15,7 @@ from baldwinlab.assays import open_assay
 from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.prisoners import FIRST, PAIRS, STRATEGIES, STRATEGY, PlasticPrisoners, payoffs
+from baldwinlab.library.models.prisoners import FIRST, PAIRS, STRATEGIES, STRATEGY, PlasticPrisoners, payoffs
 from baldwinlab.parts import Matrix
 from baldwinlab.report import content
 from baldwinlab.runs.simulate import live_batch

@@ -17,8 +17,8 @@ from baldwinlab.check import check_part
 from baldwinlab.engine import rng
 from baldwinlab.evolution import Moment, breed, draw_genome, select
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.gain import SlopeClimbers, exponential
-from baldwinlab.library.needle import HintonNowlan
+from baldwinlab.library.models.gain import SlopeClimbers, exponential
+from baldwinlab.library.models.needle import HintonNowlan
 from baldwinlab.runs.simulate import live_batch
 
 Numbers = npt.NDArray[np.float64]

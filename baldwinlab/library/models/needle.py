@@ -19,12 +19,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, Variation, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
 
 UNSET: Final = 0.5  # the allele ?
 MOST: Final = 19.0  # that can be gained above the 1 that everybody has
-
-_OF_AGENT = ("generation", "agent")
 
 
 def _at_last(allele: str) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -61,11 +59,11 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "ones": Variable(_OF_AGENT, np.float32, "1", "share of alleles that are 1, the right one"),
-        "unset": Variable(_OF_AGENT, np.float32, "1", "share of alleles that are ?"),
-        "zeros": Variable(_OF_AGENT, np.float32, "1", "share of alleles that are 0"),
-        "succeeded": Variable(_OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"),
-        "used": Variable(_OF_AGENT, np.int32, "trials", "trials of the agent's life"),
+        "ones": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 1, the right one"),
+        "unset": Variable(OF_AGENT, np.float32, "1", "share of alleles that are ?"),
+        "zeros": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 0"),
+        "succeeded": Variable(OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"),
+        "used": Variable(OF_AGENT, np.int32, "trials", "trials of the agent's life"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
     clock: ClassVar[str] = "used"

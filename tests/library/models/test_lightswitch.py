@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from baldwinlab.check import check_part
-from baldwinlab.library.lightswitch import CHANGED, INPUTS, WORLD, LightSwitch
+from baldwinlab.library.models.lightswitch import CHANGED, INPUTS, WORLD, LightSwitch
 from baldwinlab.library.plasticity import change
 from baldwinlab.parts import LIFE, uniforms
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.library.erl.world import (
+from baldwinlab.library.models.erl.world import (
     AGENT,
     AGENTS,
     BORN,

@@ -26,7 +26,7 @@ import xarray as xr
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, Variation, philox, uniforms, unit
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, philox, uniforms, unit
 
 PIXELS, DIGITS = 35, 10
 BEFORE_LIFE: Final = 2**32 - 1  # the generation whose random numbers are those of the digits that all must read
@@ -45,8 +45,6 @@ DRAWN: Final = """
 #...# ..#.. .#... ....# ...#. #...# #...# ..#.. #...# ....#
 .###. .###. ##### ####. ...#. .###. .###. ..#.. .###. .###.
 """
-
-_OF_AGENT = ("generation", "agent")
 
 
 def _at_last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -90,9 +88,9 @@ class DigitReaders(Model, name="digit-readers"):
     }
     payoff: ClassVar[str] = "share of digits read right"
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_error": Variable(_OF_AGENT, np.float32, "1", "share of digits misread at birth"),
-        "error": Variable(_OF_AGENT, np.float32, "1", "share of digits misread at the end of life"),
-        "used": Variable(_OF_AGENT, np.int32, "trials", "trials of the agent's life, and the reading at its end"),
+        "innate_error": Variable(OF_AGENT, np.float32, "1", "share of digits misread at birth"),
+        "error": Variable(OF_AGENT, np.float32, "1", "share of digits misread at the end of life"),
+        "used": Variable(OF_AGENT, np.int32, "trials", "trials of the agent's life, and the reading at its end"),
     }
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {

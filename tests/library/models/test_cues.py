@@ -18,7 +18,7 @@ from baldwinlab.check import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.cues import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET, CueLearners, OnePointOfUnits
+from baldwinlab.library.models.cues import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET, CueLearners, OnePointOfUnits
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.runs.simulate import live_batch
 

@@ -17,7 +17,7 @@ import baldwinlab as bl
 from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.library.needle import HintonNowlan, OnePointOfAlleles
+from baldwinlab.library.models.needle import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.runs.simulate import live_batch
 

@@ -30,7 +30,7 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.library.plasticity import change
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, uniforms
 
 INPUTS: Final = 11  # four of the lamp, three of the stripe, three of walls, and a bias that is always 1
 GENES: Final = 5  # of a neuron, or of a synapse: bits
@@ -45,8 +45,6 @@ CHANGED: Final = {
     "senses": (1.0, 0.5, 0.15, 0.5, 0.5, 1.0),
     "wheels": (1.0, 0.5, 0.15, 0.5, 1.0, 0.6),
 }
-
-_OF_AGENT = ("generation", "agent")
 
 
 def _last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -80,8 +78,8 @@ class LightSwitch(Model, name="light-switch"):
     payoff: ClassVar[str] = "share of life under the lit lamp"
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     records: ClassVar[Mapping[str, Variable]] = {
-        "score": Variable(_OF_AGENT, np.float32, "1", "share of steps under the lit lamp"),
-        "changed": Variable(_OF_AGENT, np.float32, "1", "the same in a world that is changed"),
+        "score": Variable(OF_AGENT, np.float32, "1", "share of steps under the lit lamp"),
+        "changed": Variable(OF_AGENT, np.float32, "1", "the same in a world that is changed"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "changed": Measure("share of steps under the lit lamp in a changed world, last ten generations", _last("changed")),

@@ -13,7 +13,7 @@ from baldwinlab.check import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import assign
-from baldwinlab.library.digits import DIGITS, PIXELS, DigitReaders, FourBitWeights, bitmaps, lessons
+from baldwinlab.library.models.digits import DIGITS, PIXELS, DigitReaders, FourBitWeights, bitmaps, lessons
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.runs.simulate import live_batch
 

@@ -25,13 +25,11 @@ import xarray as xr
 
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Measure, Model, Variable, Variation, philox, unit
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, philox, unit
 
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)  # what a unit may be
 NOTHING: Final = -1
 ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
-
-_OF_AGENT = ("generation", "agent")
 
 
 def _first(there: xr.DataArray) -> xr.DataArray:
@@ -65,13 +63,13 @@ class CueLearners(Model, name="cue-learners"):
     payoff: ClassVar[str] = "food less poison eaten, and half the number of items"
     records: ClassVar[Mapping[str, Variable]] = {
         "beyond": Variable(
-            _OF_AGENT,
+            OF_AGENT,
             np.float32,
             "items",
             "food less poison eaten, above half-way from what it would be by smell to what it would be by colour",
         ),
-        "by_colour": Variable(_OF_AGENT, np.int32, "1", "1 where at death it eats what has food's colour, whatever the smell"),
-        "born_so": Variable(_OF_AGENT, np.int32, "1", "1 where it did so at birth"),
+        "by_colour": Variable(OF_AGENT, np.int32, "1", "1 where at death it eats what has food's colour, whatever the smell"),
+        "born_so": Variable(OF_AGENT, np.int32, "1", "1 where it did so at birth"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure("generations until the average agent is half-way from smell to colour; all where it never is", _time),

@@ -22,8 +22,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine.jit import compiled, entry
-from baldwinlab.library.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
-from baldwinlab.library.erl.world import (
+from baldwinlab.library.models.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
+from baldwinlab.library.models.erl.world import (
     AGENTS,
     BORN,
     CARNIVORE_EVERY,
@@ -39,9 +39,7 @@ from baldwinlab.library.erl.world import (
     hunter_at,
     prepare,
 )
-from baldwinlab.parts import FOUNDER, Field, Lives, Measure, Model, Variable
-
-_OF_AGENT = ("generation", "agent")
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
 
 class Rules(NamedTuple):
@@ -115,10 +113,10 @@ class ErlPopulations(Model, name="erl-populations"):
     }
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
-        "extinct": Variable(_OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"),
-        "born": Variable(_OF_AGENT, np.int32, "agents", "agents born after the founders"),
-        "living": Variable(_OF_AGENT, np.float32, "agents", "agents that lived at once, mean over the steps survived"),
-        "hunters": Variable(_OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"),
+        "extinct": Variable(OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"),
+        "born": Variable(OF_AGENT, np.int32, "agents", "agents born after the founders"),
+        "living": Variable(OF_AGENT, np.float32, "agents", "agents that lived at once, mean over the steps survived"),
+        "hunters": Variable(OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "survived": Measure("steps that a population survives", _of_population("energy")),

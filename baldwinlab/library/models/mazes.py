@@ -33,7 +33,7 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import clamp
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Model, Variable, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Model, Variable, uniforms
 
 INPUTS: Final = 5
 TURNING, END, HOME, REWARD, BIAS = range(INPUTS)
@@ -44,8 +44,6 @@ HIGH, LOW, CRASHES, LOST = range(4)  # what is counted of trips
 STEP, TRIP, LIFETIME = range(3)  # for which activations last
 LASTS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
 ZERO, ONE, TWO, THIRD, SMALL = (np.float32(number) for number in (0, 1, 2, 1 / 3, 0.2))
-
-_OF_AGENT = ("generation", "agent")
 
 
 class TMazes(Model, name="t-mazes"):
@@ -72,8 +70,8 @@ class TMazes(Model, name="t-mazes"):
     }
     payoff: ClassVar[str] = "reward gained in a life"
     records: ClassVar[Mapping[str, Variable]] = {
-        "high": Variable(_OF_AGENT, np.float32, "1", "share of trips that reach the high reward"),
-        "crashed": Variable(_OF_AGENT, np.float32, "1", "share of trips that end in a crash"),
+        "high": Variable(OF_AGENT, np.float32, "1", "share of trips that reach the high reward"),
+        "crashed": Variable(OF_AGENT, np.float32, "1", "share of trips that end in a crash"),
     }
 
     @property

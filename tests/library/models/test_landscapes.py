@@ -13,7 +13,7 @@ from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.library.breeding import LargerTournament
-from baldwinlab.library.landscapes import BitFlips, NKClimbers, landscape
+from baldwinlab.library.models.landscapes import BitFlips, NKClimbers, landscape
 from baldwinlab.parts import LIFE, Walk, uniforms
 
 BITS = 12

@@ -29,7 +29,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine.jit import entry
-from baldwinlab.parts import FOUNDER, Field, Lives, Matrix, Measure, Model, Variable, View
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Matrix, Measure, Model, Variable, View
 
 PAIRS: Final = ("DD", "DC", "CD", "CC")  # of moves, one's own first: what a strategy has an entry for
 GENOMES: Final = 256  # as numbers: the moves in bits 0 to 3, what is plastic in bits 4 to 7
@@ -176,7 +176,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     payoff: ClassVar[str] = "mean payoff of a round"
     records: ClassVar[Mapping[str, Variable]] = {
         "strategy": Variable(
-            ("generation", "agent"),
+            OF_AGENT,
             np.int8,
             "number",
             "strategy: a digit to base 3 for each of DD, DC, CD, CC: 0 D, 1 C, 2 plastic",
