@@ -7,7 +7,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 # What pip would compile one file after the other, the libraries' own tests among them.
 BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 
-.PHONY: help reproduce test nightly faults lint format bench cuda slurm browser firefox wasm clean
+.PHONY: help reproduce test dist nightly faults lint format bench cuda slurm browser firefox wasm clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
@@ -68,6 +68,12 @@ $(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt
 $(VENV)/.bench: $(VENV)/.core requirements-bench.txt
 	$(PIP) -r requirements-bench.txt
 	@touch $@
+
+# The wheel and the source archive, each tried from an empty folder: see CONTRIBUTING.md.
+dist: $(VENV)/.dev
+	rm -rf dist
+	$(BIN)/python -m hatchling build
+	$(BIN)/python -m pytest -n0 tests/test_packaging.py
 
 # Beside what one would pick instead: see docs/benchmarks.md. About four minutes.
 bench: $(VENV)/.bench
