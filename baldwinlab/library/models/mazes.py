@@ -25,7 +25,7 @@ step; in a generation of a run, all agents have the same maze.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,8 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import clamp
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Model, Variable, uniforms
+from baldwinlab.library.models.frames import NOT_THERE, in_t_mazes
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Cells, Field, Lives, Model, Variable, View, Walk, uniforms
 
 INPUTS: Final = 5
 TURNING, END, HOME, REWARD, BIAS = range(INPUTS)
@@ -43,7 +44,40 @@ WEIGHT, RATE = np.float32(10), np.float32(100)  # the greatest size of a weight,
 HIGH, LOW, CRASHES, LOST = range(4)  # what is counted of trips
 STEP, TRIP, LIFETIME = range(3)  # for which activations last
 LASTS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
+WATCHED: Final = 1000  # trips of a life that can be looked at
 ZERO, ONE, TWO, THIRD, SMALL = (np.float32(number) for number in (0, 1, 2, 1 / 3, 0.2))
+
+
+class Explored(NamedTuple):
+    """What came of lives, and the course of the last trips."""
+
+    learned: npt.NDArray[np.float32]  # [run, agent, weight], genes at death
+    counts: npt.NDArray[np.int64]  # [run, agent, kept, 4], of each trip, or of all where one is kept
+    ways: npt.NDArray[np.int64]  # [kept, place] of one agent: -1 left, 0 straight on, 1 right, NOT_THERE where it did not come
+
+
+def gained(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """What trips [..., 4], as they are counted, are worth."""
+    high, low, crashes, lost = np.moveaxis(counts, -1, 0)
+    worth: npt.NDArray[np.float64] = high + 0.2 * low - 0.4 * crashes - 0.3 * lost
+    return worth
+
+
+def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Cells:
+    trips = min(model.trips, WATCHED)
+    lived = model.explore(moment.seed, [moment.run], moment.generation, genomes[None, [agent]], trips, trips)
+    maze = model.maze(moment.seed, moment.run, moment.generation)
+    high = [where_high(maze, trip) for trip in range(trips)]
+    counts = lived.counts[0, 0]
+    return in_t_mazes(model.turns, high, lived.ways, gained(counts * [1, 1, 0, 0]), gained(counts))
+
+
+def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Walk:
+    trips = min(model.trips, WATCHED)
+    counts = model.explore(moment.seed, [moment.run], moment.generation, genomes[None], trips, trips).counts[0]
+    returns = np.pad(gained(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
+    lines = {f"agent {agent}": returns[agent], "average of all": returns.mean(axis=0), "best of all": returns.max(axis=0)}
+    return Walk(lines, "trip", "reward gained until then")
 
 
 class TMazes(Model, name="t-mazes"):
@@ -72,6 +106,12 @@ class TMazes(Model, name="t-mazes"):
     records: ClassVar[Mapping[str, Variable]] = {
         "high": Variable(OF_AGENT, np.float32, "1", "share of trips that reach the high reward"),
         "crashed": Variable(OF_AGENT, np.float32, "1", "share of trips that end in a crash"),
+    }
+    views: ClassVar[Mapping[str, View]] = {
+        "trips": View(
+            "An agent in its maze, place by place, each trip from home on; where it crashes, it faces the wall.", _trips
+        ),
+        "returns": View("What an agent has gained after each trip, beside the average and the best of its generation.", _returns),
     }
 
     @property
@@ -106,26 +146,35 @@ class TMazes(Model, name="t-mazes"):
         return first, earliest + int(when * (latest - earliest + 1)), (first + 1 + int(whither * (ends - 1))) % ends
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+        learned, counts, _ = self.explore(seed, runs, generation, genomes, self.trips, 1)
+        energy = gained(counts[:, :, 0])
+        shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
+        records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
+        return Lives(energy, np.zeros_like(energy), learned, records)
+
+    def explore(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32], trips: int, kept: int
+    ) -> Explored:
+        """So many trips of lives, of which as many are kept apart."""
         sizes = np.full(self.weights(), WEIGHT)
         sizes[-RULE:] = 1, 1, 1, 1, RATE
         weights = np.clip(genomes[:, :, 0], -ONE, ONE) * sizes
         network = self.neurons, self.modulatory, self.plasticity, LASTS[self.memory]
-        numbers = np.array([*network, self.turns, self.homing, self.trips])
+        numbers = np.array([*network, self.turns, self.homing, trips])
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
-        counts = np.zeros((*genomes.shape[:2], 4), np.int64)
-        explore(numbers, mazes, weights, np.zeros(INPUTS + self.neurons, np.float32), counts)
-        high, low, crashes, lost = np.moveaxis(counts, -1, 0)
-        energy = high + 0.2 * low - 0.4 * crashes - 0.3 * lost
-        records = {"high": (high / self.trips).astype(np.float32), "crashed": (crashes / self.trips).astype(np.float32)}
-        return Lives(energy, np.zeros_like(energy), weights / sizes, records)
+        counts = np.zeros((*genomes.shape[:2], kept, 4), np.int64)
+        ways = np.full((kept, 4 * self.turns + 2), NOT_THERE, np.int64)
+        explore(numbers, mazes, weights, np.zeros(INPUTS + self.neurons, np.float32), counts, ways)
+        return Explored(weights / sizes, counts, ways)
 
 
 @entry
-def explore(numbers: Any, mazes: Any, weights: Any, values: Any, counts: Any) -> None:
-    """Fill `counts` [run, agent, 4] of trips; `weights` [run, agent, weight] change as agents learn.
+def explore(numbers: Any, mazes: Any, weights: Any, values: Any, counts: Any, ways: Any) -> None:
+    """Fill `counts` [run, agent, kept, 4] of trips; `weights` [run, agent, weight] change as agents learn.
 
     `numbers` are neurons, modulatory ones, whether there is plasticity, how long activations last, turning points, whether to go
-    home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them; `values` [input and neuron] is scratch.
+    home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them; `values` [input and neuron] is scratch; `ways` [kept, place]
+    keep what is done in each place.
     """
     values[:] = ZERO
     for run in range(mazes.shape[0]):
@@ -134,9 +183,16 @@ def explore(numbers: Any, mazes: Any, weights: Any, values: Any, counts: Any) ->
             for trip in range(numbers[6]):
                 if numbers[3] == TRIP:
                     _be_still(values)
-                high = mazes[run, 0] if trip < mazes[run, 1] else mazes[run, 2]
-                _go(numbers, high, weights[run, agent], values, counts[run, agent])
+                slot = trip % ways.shape[0]
+                high = where_high(mazes[run], trip)
+                _go(numbers, high, weights[run, agent], values, counts[run, agent, slot], ways[slot])
                 _act(numbers, weights[run, agent], values, HOME, ZERO)
+
+
+@compiled
+def where_high(maze: Any, trip: Any) -> int:
+    """The end that has the high reward in a trip."""
+    return maze[0] if trip < maze[1] else maze[2]  # type: ignore[no-any-return]
 
 
 @compiled
@@ -146,25 +202,28 @@ def _be_still(values: Any) -> None:
 
 
 @compiled
-def _go(numbers: Any, high: Any, weights: Any, values: Any, counts: Any) -> None:
-    """One trip, from home on."""
-    turns, end = numbers[4], 0
-    for _ in range(turns):
-        strays = _act(numbers, weights, values, CORRIDOR, ZERO) != 0
-        way = 0 if strays else _act(numbers, weights, values, TURNING, ZERO)
-        if way == 0:
+def _go(numbers: Any, high: Any, weights: Any, values: Any, counts: Any, ways: Any) -> None:
+    """One trip. Its places are a corridor and a turning point for each turn, the end, as many on the way back, and home."""
+    out, end = 2 * numbers[4], 0
+    for place in range(out):
+        turning = place % 2
+        ways[place] = _act(numbers, weights, values, TURNING if turning else CORRIDOR, ZERO)
+        if (ways[place] != 0) != turning:
             counts[CRASHES] += 1
             return
-        end = 2 * end + (way + 1) // 2
+        if turning:
+            end = 2 * end + (ways[place] + 1) // 2
     counts[HIGH if end == high else LOW] += 1
-    _act(numbers, weights, values, END, ONE if end == high else SMALL)
+    ways[out] = _act(numbers, weights, values, END, ONE if end == high else SMALL)
     if numbers[5] == 1:
-        for _ in range(turns):
-            strays = _act(numbers, weights, values, CORRIDOR, ZERO) != 0
-            if strays or _act(numbers, weights, values, TURNING, ZERO) != 1 - 2 * (end & 1):
+        for place in range(out + 1, 2 * out + 1):
+            turning = 1 - place % 2
+            ways[place] = _act(numbers, weights, values, TURNING if turning else CORRIDOR, ZERO)
+            if ways[place] != turning * (1 - 2 * (end & 1)):
                 counts[LOST] += 1
                 return
-            end >>= 1
+            end >>= turning
+        ways[2 * out + 1] = 0
 
 
 @compiled

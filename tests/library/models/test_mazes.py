@@ -12,8 +12,11 @@ from scipy.stats import mannwhitneyu
 
 import baldwinlab as bl
 from baldwinlab.check import check_part
+from baldwinlab.evolution import Moment
 from baldwinlab.experiment import assign
-from baldwinlab.library.models.mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, TMazes
+from baldwinlab.library.models.frames import HIGH, LOW, WALL
+from baldwinlab.library.models.mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, WATCHED, TMazes
+from baldwinlab.parts import Cells, Walk
 from baldwinlab.runs.simulate import live_batch
 
 KINDS: dict[str, dict[str, Any]] = {
@@ -48,6 +51,8 @@ class Life:
         self.a, self.b, self.c, self.d, rate = genes[-RULE:]
         self.rate = 100 * rate
         self.values = [0.0] * (INPUTS + of.neurons)
+        self.acts: list[str] = []
+        self.trips: list[tuple[list[str], float]] = []  # what it did until it was home, and what that was worth
 
     def rest(self) -> None:
         self.values[INPUTS:] = [0.0] * self.of.neurons
@@ -71,7 +76,8 @@ class Life:
                 row[k] += gate * self.rate * (self.a * x * y + self.b * x + self.c * y + self.d)
                 row[k] = min(max(row[k], -10.0), 10.0)
         out = self.values[-1]
-        return "right" if out > 1 / 3 else "left" if out < -1 / 3 else "straight"
+        self.acts.append("right" if out > 1 / 3 else "left" if out < -1 / 3 else "straight")
+        return self.acts[-1]
 
     def trip(self, high: list[str]) -> float:
         """What it is worth; `high` is the way to the high reward."""
@@ -92,15 +98,16 @@ class Life:
 
     def lived(self) -> float:
         first, moves, after = self.maze
-        total = 0.0
         for trip in range(self.of.trips):
             end = first if trip < moves else after
             way = [["left", "right"][end >> turn & 1] for turn in reversed(range(self.of.turns))]
             if self.of.memory == "trip":
                 self.rest()
-            total += self.trip(way)
+            self.acts = []
+            worth = self.trip(way)
+            self.trips.append((self.acts[:], worth))
             self.act("home")
-        return total
+        return sum(worth for _, worth in self.trips)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -116,6 +123,107 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
     died = found.learned[0, :, :-RULE].reshape(len(lives), of.neurons, -1) * 10
     apart = np.abs(died - [life.weights for life in lives]).max(axis=(1, 2))
     assert np.quantile(apart, 0.9) < 1e-3, "what rounding adds grows in some, as their weights saturate"
+
+
+def walked(of: TMazes, acts: list[str], worth: float) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]]]:
+    """Row, column and heading (right, down, left, up) at home and after each act, and the cells on the way: one or two an act."""
+    ahead, turns = ((0, 1), (1, 0), (0, -1), (-1, 0)), {"straight": 0, "right": 1, "left": 3}
+    end = 2 * of.turns  # the place of the end, before and after which corridors are longer, as is that to home
+    legs = [(1, turns[act]) for act in acts]
+    legs[end : end + 1] = [(2, 0)] * len(legs[end : end + 1])
+    legs += [(2, 0)] * (of.homing and worth in (1.0, 0.2))
+    row, column, heading = 2 * of.turns + 1, 3, 3
+    frames, cells = [(row, column, heading)], [(row, column)]
+    for place, (length, turn) in enumerate(legs):
+        heading = (heading + 2) % 4 if place == end + 1 else heading
+        for _ in range(length):
+            row, column = row + ahead[heading][0], column + ahead[heading][1]
+            cells.append((row, column))
+        heading = (heading + turn) % 4
+        frames.append((row, column, heading))
+    faced = row + ahead[heading][0], column + ahead[heading][1]
+    return frames, [*cells, faced]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_view_of_trips_is_that_life(kind: str) -> None:
+    of = TMazes(**{"trips": 12} | KINDS[kind])
+    born, worths, end = genomes(of)[0], set[float](), 2 * of.turns + 1
+    for agent in range(0, 200, 4):
+        life = Life(of, born[agent, 0], of.maze(7, 5, 3))
+        life.lived()
+        seen = of.views["trips"].of(of, Moment(7, 5, 3), born, agent)
+        assert isinstance(seen, Cells) and seen.visit[-1] == 11
+        for trip, (acts, worth) in enumerate(life.trips):
+            place, heading, gained, ground = (
+                each[seen.visit == trip] for each in (seen.place, seen.heading, seen.gained, seen.ground)
+            )
+            frames, (*cells, faced) = walked(of, acts, worth)
+            assert [(*at, looks) for at, looks in zip(place.tolist(), heading, strict=True)] == frames
+            assert all(ground[0][cell] != WALL for cell in cells), "nobody goes through walls"
+            assert worth != -0.4 or ground[0][faced] == WALL, "it faces what it runs into"
+            reward = {HIGH: 1.0, LOW: 0.2}[ground[0][frames[end][:2]]] if len(acts) >= end else 0.0
+            assert gained.tolist() == pytest.approx([0.0] * min(len(acts), end) + [reward] * (len(frames) - 1 - end) + [worth])
+            worths.add(round(worth, 6))
+    assert worths >= ({-0.4, -0.1, 0.7} if of.homing else {-0.4, 0.2, 1.0})
+
+
+@pytest.mark.parametrize(("turns", "ends"), [(1, [(1, 1), (1, 5)]), (2, [(5, 1), (1, 1), (1, 5), (5, 5)])])
+def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(turns: Any, ends: list[tuple[int, int]]) -> None:
+    of = TMazes(turns=turns)
+    first, moves, after = of.maze(7, 5, 3)
+    seen = of.views["trips"].of(of, Moment(7, 5, 3), genomes(of)[0], 0)
+    assert isinstance(seen, Cells) and list(seen.marks) == ["wall", "high reward", "low reward"]
+    for ground, trip in zip(seen.ground, seen.visit, strict=True):
+        high = first if trip < moves else after
+        assert [ground[end] for end in ends] == [HIGH if end == high else LOW for end in range(2**turns)]
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) -> None:
+    """By hand: a neuron that remembers the end, one that is active if that one is so at a turning point, and the output."""
+    of = TMazes(turns=turns, homing=True, standard=2, modulatory=0, plasticity=False, trips=20)
+    weights = np.zeros((of.neurons, INPUTS + of.neurons), np.float32)
+    after_end, turns_back, output = weights
+    after_end[END], after_end[BIAS], after_end[INPUTS] = 10, -0.5, 4
+    turns_back[TURNING], turns_back[BIAS], turns_back[INPUTS] = 6, -8.6, 6
+    output[TURNING], output[BIAS], output[INPUTS + 1] = 3, -3, -3
+    born = np.concatenate([weights.ravel() / 10, np.zeros(RULE)]).astype(np.float32)[None, None]
+    first, moves, after = of.maze(7, 5, 3)
+    high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
+    seen = of.views["trips"].of(of, Moment(7, 5, 3), born, 0)
+    assert isinstance(seen, Cells)
+    places = seen.place.reshape(20, -1, 2)
+    assert (places[:, 0] == places[:, -1]).all() and (seen.heading.reshape(20, -1)[:, -1] == 1).all(), "it looks down"
+    assert seen.gained.reshape(20, -1)[:, -1].tolist() == [1.0 if there else 0.2 for there in high]
+    assert of.live(7, [5], 3, born[None]).energy[0, 0] == pytest.approx(sum(1.0 if there else 0.2 for there in high))
+
+
+def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
+    of = TMazes(trips=12)
+    born = genomes(of)
+    lived = of.live(7, [5], 3, born).energy[0]
+    for agent in range(0, 200, 20):
+        seen = of.views["returns"].of(of, Moment(7, 5, 3), born[0], agent)
+        assert isinstance(seen, Walk)
+        line, average, best = seen.lines.values()
+        life = Life(of, born[0, agent, 0], of.maze(7, 5, 3))
+        life.lived()
+        assert line == pytest.approx(np.cumsum([0.0, *(worth for _, worth in life.trips)]))
+        assert (line[-1], best[-1]) == (lived[agent], lived.max()) and (best >= line).all()
+    assert average[-1] == pytest.approx(lived.mean())
+
+
+def test_of_a_long_life_the_views_have_the_beginning() -> None:
+    of = TMazes(trips=WATCHED + 1)
+    born = genomes(of, 2)[0]
+    trips, returns = (of.views[name].of(of, Moment(7, 5, 3), born, 1) for name in ("trips", "returns"))
+    assert isinstance(trips, Cells) and isinstance(returns, Walk)
+    assert trips.visit[-1] == WATCHED - 1 and len(returns.lines["agent 1"]) == WATCHED + 1
+    first, moves, after = of.maze(7, 5, 3)
+    assert [set(trips.ground[trips.visit == trip, 1, 1]) for trip in (moves - 1, moves)] == [
+        {HIGH if high == 0 else LOW} for high in (first, after)
+    ]
 
 
 def by_hand() -> tuple[TMazes, npt.NDArray[np.float32]]:
