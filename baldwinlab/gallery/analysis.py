@@ -115,14 +115,15 @@ class System:
 
 
 def systems(study: xr.Dataset, stored: Assays, experiments: Mapping[str, Any], wanted: Sequence[str], last: int) -> list[System]:
-    """Those of a study that are wanted, or all unless any is, as far as its assays are stored.
+    """In the study's order, those that are wanted, or all unless any is, as far as its assays are stored.
 
     `study` is its runs (condition, run, generation, agent). "last" and "first" are windows of `last` generations.
     """
     found = evaluate(stored, last)
+    in_order = sorted(found.subjects, key=lambda subject: list(experiments).index(subject.condition))
     return [
         _system(study, stored, found, subject, experiments, last)
-        for subject in found.subjects
+        for subject in in_order
         if subject.phase(1) != NOT_MEASURED and (not wanted or subject.condition in wanted)
     ]
 

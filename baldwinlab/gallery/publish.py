@@ -52,9 +52,10 @@ def lead(found: Sequence[Entry]) -> Iterator[str]:
     both = sum(system.phases == (YES, YES) for system in asked)
     yield f"Learning guides selection (phase one) in {first} and does not in {not_first}; the rest is undecided."
     yield f"What was learned becomes innate as well (phase two) in {both}."
-    held = [system.answers["guidance"].verdict for system in asked if system.rival]
-    higher, lower = held.count(YES), held.count(NO)
-    yield f"Against evolution without learning, innate fitness ends higher in {higher} of {len(held)}, and lower in {lower}."
+    held = [system.answers["guidance"] for system in asked if system.rival]
+    higher, not_higher = ([answer.size for answer in held if answer.verdict == verdict] for verdict in (YES, NO))
+    lower = sum(size is not None and size.median < 0 for size in not_higher)
+    yield f"Against evolution without learning, innate fitness ends higher in {len(higher)} of {len(held)}, and lower in {lower}."
     claims = [verdict for entry in found for verdict in entry.claims.values()]
     counts = [claims.count(verdict) for verdict in (HOLDS, FAILS, OPEN)]
     yield "Of {} claims of {} papers, {} hold, {} do not, and {} are undecided.".format(len(claims), len(found), *counts)

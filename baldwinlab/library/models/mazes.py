@@ -183,7 +183,7 @@ def explore(numbers: Any, mazes: Any, weights: Any, values: Any, counts: Any, wa
             for trip in range(numbers[6]):
                 if numbers[3] == TRIP:
                     _be_still(values)
-                slot = trip % ways.shape[0]
+                slot = min(trip, ways.shape[0] - 1)
                 high = where_high(mazes[run], trip)
                 _go(numbers, high, weights[run, agent], values, counts[run, agent, slot], ways[slot])
                 _act(numbers, weights[run, agent], values, HOME, ZERO)
