@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from baldwinlab import papers
 from baldwinlab.evolution import Moment, bequeath, breed, cost_of_learning, draw_genome
 from baldwinlab.experiment import Experiment
-from baldwinlab.presets import load, names
+from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
@@ -127,7 +128,7 @@ def test_weights_are_drawn_the_same_with_and_without_a_gene_of_the_learning_rate
     np.testing.assert_array_equal(one[..., :-1], other)
 
 
-@pytest.mark.parametrize("control", names("controls"))
+@pytest.mark.parametrize("control", papers.load().names("controls"))
 def test_every_control_differs_from_its_base_and_lives(control: str) -> None:
     shrink = {"lifetime": {"steps": 60}, "evolution": {"generations": 2}, "population": {"size": 5}}
     experiment = load(f"{control}/A").replace(**shrink)

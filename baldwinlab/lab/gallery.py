@@ -16,7 +16,6 @@ from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD, nearest
-from baldwinlab.statistics.rules import VERDICTS
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 
@@ -110,4 +109,6 @@ def _verdicts(lab: Lab, study: Study) -> dict[str, int]:
     except StudyError:
         return {}
     counted = Counter(claim.get("verdict") for claim in claims if isinstance(claim, dict))
+    from baldwinlab.statistics.rules import VERDICTS  # here, because to load SciPy's statistics takes a while
+
     return {verdict: counted[verdict] for verdict in VERDICTS if counted[verdict]}

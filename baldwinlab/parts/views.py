@@ -33,7 +33,7 @@ class Walk(NamedTuple):
 class Cells(NamedTuple):
     """A life on a grid, step by step: where the agent stands, and what lies where. It may be made of several visits."""
 
-    marks: Mapping[str, str]  # what may lie in a cell, with its colour ("green", "#009e73"); the first has number 1
+    marks: Mapping[str, str]  # what may lie in a cell, with its colour ("green", "#rrggbb"); the first has number 1
     ground: npt.NDArray[Any]  # [step, row, column], the number of what lies there; 0 for nothing
     place: npt.NDArray[Any]  # [step, (row, column)] of the agent
     heading: npt.NDArray[Any]  # [step], quarter turns clockwise from the right; -1 where it has none
