@@ -33,10 +33,17 @@ def test_gymnasium_finds_nothing_wrong() -> None:
         check_env(bl.single_env(EXPERIMENT.replace(population={"size": 1})), skip_render_check=True)
 
 
+LONG = pytest.mark.nightly  # a combination of parts to compile
+
+
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"motor": {"noise": 0.3}}, {"motor": {"body": "stay"}}, {"senses": {"kinds": ["food", "last-action"]}}],
-    ids=["the paper's", "noisy", "another body", "a sense of one's own action"],
+    [
+        pytest.param({}, id="the paper's"),
+        pytest.param({"motor": {"noise": 0.3}}, id="noisy"),
+        pytest.param({"motor": {"body": "stay"}}, id="another body", marks=LONG),
+        pytest.param({"senses": {"kinds": ["food", "last-action"]}}, id="a sense of one's own action", marks=LONG),
+    ],
 )
 def test_a_policy_that_copies_an_evolved_network_gets_the_food_of_the_engines_run(changes: dict[str, Any]) -> None:
     experiment = EXPERIMENT.replace(**changes)

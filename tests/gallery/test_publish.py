@@ -4,46 +4,60 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from shutil import rmtree
+from shutil import copytree, rmtree
 
 import pytest
 
+import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.gallery.publish import _percent
+from baldwinlab.gallery.stored import studies
 from tests.commands import Command
 
 
-def reproduce(command: Command, name: str, *words: str) -> None:
-    assert command("reproduce", name, "--runs", "2", "--generations", "4", *words).code == 0
+@pytest.fixture(scope="module")
+def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two papers, small: runs, assays and claims."""
+    folder = tmp_path_factory.mktemp("papers")
+    for name in ("mayley-1996", "paenke-2007"):
+        bl.reproduce(name, runs=2, generations=4, out=folder / name)
+    return folder
 
 
-def test_papers_that_are_stored_stand_beside_each_other(command: Command) -> None:
-    reproduce(command, "mayley-1996", "--out", "all/mayley")
-    reproduce(command, "hinton-nowlan-1987", "--out", "all/needle")
+@pytest.fixture
+def folder(lived: Path, command: Command) -> Path:
+    copytree(lived, "all")
+    return Path("all")
+
+
+def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder: Path) -> None:
     done = command("gallery", "all")
     assert done.code == 0 and "all/gallery.html" in done.out
     page, record = Path("all/gallery.html").read_text(), json.loads(Path("all/gallery.json").read_text())
-    assert [entry["paper"] for entry in record["papers"]] == ["hinton-nowlan-1987", "mayley-1996"], "in the order of their years"
-    systems = {system["condition"]: system for system in record["papers"][1]["systems"]}
+    assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"], "in the order of their years"
+    systems = {system["condition"]: system for system in record["papers"][0]["systems"]}
     assert systems["climbing/smooth"]["rival"] == systems["costly-climbing/smooth"]["rival"] == "not-climbing/smooth"
     assert systems["climbing/smooth"]["answers"]["gain"]["median"] > 0, "who climbs gains by it"
-    assert set(record["papers"][1]["claims"]) == {"M1", "M2", "M3", "M4"}
+    assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
     assert "climbing/smooth" in page and "undecided" in page
     assert {path.name for path in Path("all/figures").iterdir()} == {"gallery.svg", "gallery.png", "gallery.csv"}
+    Path("thesis.html").write_text("mine")
+    assert command("gallery", "all", "--out", "thesis.html").code == 2 and Path("thesis.html").read_text() == "mine"
     assert command("gallery", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
 
 
-def test_of_two_studies_of_a_paper_that_with_more_runs_counts(command: Command) -> None:
-    command("reproduce", "mayley-1996", "--runs", "3", "--generations", "3", "--out", "all/a-larger")
-    command("reproduce", "mayley-1996", "--runs", "2", "--generations", "3", "--out", "all/b-smaller")
-    command("gallery", "all")
-    (entry,) = json.loads(Path("all/gallery.json").read_text())["papers"]
-    assert (entry["study"], entry["runs"]) == ("a-larger", 3)
+def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> None:
+    copytree(folder / "mayley-1996", folder / "another")
+    for record in (folder / "another" / "runs").rglob("0001.nc"):
+        record.unlink()
+    assert studies(folder)["mayley-1996"].directory.name == "mayley-1996"
+    for record in (folder / "mayley-1996" / "runs").rglob("*.nc"):
+        record.unlink()
+    assert studies(folder)["mayley-1996"].directory.name == "another"
 
 
-def test_a_study_without_assays_is_told(command: Command) -> None:
-    reproduce(command, "mayley-1996", "--out", "all/mayley")
-    rmtree("all/mayley/assays")
+def test_a_study_without_assays_is_told(command: Command, folder: Path) -> None:
+    rmtree("all/mayley-1996/assays")
     assert command("gallery", "all").code == 0
     assert "not stored of mayley-1996" in Path("all/gallery.html").read_text()
 
@@ -53,13 +67,6 @@ def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, fol
     Path("empty").mkdir()
     done = command("gallery", folder)
     assert done.code == 2 and f"{folder} holds no study of a paper" in done.err and "baldwinlab reproduce" in done.err
-
-
-def test_a_page_is_never_written_over_another_file(command: Command) -> None:
-    reproduce(command, "mayley-1996", "--out", "all/mayley")
-    Path("thesis.html").write_text("mine")
-    assert command("gallery", "all", "--out", "thesis.html").code == 2
-    assert Path("thesis.html").read_text() == "mine"
 
 
 def test_percents_are_whole_with_a_sign() -> None:
