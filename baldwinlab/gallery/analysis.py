@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.assays.analysis import NOT_MEASURED, OFF, RIVAL, Analysis, Subject, Table, Verdict, evaluate
+from baldwinlab.assays.analysis import NOT_MEASURED, OFF, RIVAL, Subject, Table, Verdict, evaluate
 from baldwinlab.assays.stored import Assays, Quantity, quantities
 from baldwinlab.assays.verdict import phases
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -119,17 +119,17 @@ def systems(study: xr.Dataset, stored: Assays, experiments: Mapping[str, Any], w
 
     `study` is its runs (condition, run, generation, agent). "last" and "first" are windows of `last` generations.
     """
-    found = evaluate(stored, last)
+    found, average = evaluate(stored, last), fitness.mean(study)
     in_order = sorted(found.subjects, key=lambda subject: list(experiments).index(subject.condition))
     return [
-        _system(study, stored, found, subject, experiments, last)
+        _system(study, average, stored, subject, experiments[subject.condition], last)
         for subject in in_order
         if subject.phase(1) != NOT_MEASURED and (not wanted or subject.condition in wanted)
     ]
 
 
 def _system(
-    study: xr.Dataset, stored: Assays, found: Analysis, subject: Subject, experiments: Mapping[str, Any], last: int
+    study: xr.Dataset, average: xr.DataArray, stored: Assays, subject: Subject, experiment: BaseExperiment, last: int
 ) -> System:
     table = dict(quantities(stored, subject.condition, last))
     if subject.rival:
@@ -137,7 +137,7 @@ def _system(
         table |= {RIVAL: rival[OFF]} if OFF in rival else {}
     answers = {one.criterion: Answer(subject.answer(one.criterion).verdict, _share(table, one)) for one in QUESTIONS}
     seen = _size(_seen(stored["innate"][subject.condition], last))
-    clock = _clock(study, subject, experiments[subject.condition], last) if subject.rival else None
+    clock = _clock(study, average, subject, experiment, last) if subject.rival else None
     reached = (subject.phase(1), subject.phase(2))
     return System(subject.condition, subject.rival, phases(subject), reached, answers, seen, clock)
 
@@ -168,8 +168,7 @@ def _seen(innate: xr.Dataset, last: int) -> xr.DataArray:
     return xr.DataArray(found, dims=("run", "generation")).mean("generation")
 
 
-def _clock(study: xr.Dataset, subject: Subject, experiment: BaseExperiment, last: int) -> Clock | None:
-    average = fitness.mean(study)
+def _clock(study: xr.Dataset, average: xr.DataArray, subject: Subject, experiment: BaseExperiment, last: int) -> Clock | None:
     learner, rival = (average.sel(condition=name).dropna("generation", how="all") for name in (subject.condition, subject.rival))
     if not (learner.size and rival.size):
         return None
