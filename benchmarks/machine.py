@@ -73,7 +73,7 @@ def provenance() -> dict[str, Any]:
 
 def _cpu() -> str:
     information = Path("/proc/cpuinfo")
-    text = information.read_text() if information.exists() else ""
+    text = information.read_text(encoding="utf-8") if information.exists() else ""
     names = re.search(r"model name\s*: (.*)", text)
     vectors = next((name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if f" {flag}" in text), "")
     return f"{names[1] if names else platform.processor()}{', ' + vectors if vectors else ''}"

@@ -57,7 +57,7 @@ class Process:
     """A worker, from its start to its end."""
 
     def __init__(self, entry: Entry) -> None:
-        self.entry, self._errors = entry, TemporaryFile("w+")  # noqa: SIM115
+        self.entry, self._errors = entry, TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         command = [sys.executable, "-m", "benchmarks.worker", entry.contender]
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         environment = {**os.environ, **entry.environment, **KEEP, "PYTHONPATH": path, "JAX_PLATFORMS": "cpu"}

@@ -211,7 +211,7 @@ def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
 def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None:
     done = command("phylogeny", str(stored), "--condition", "evo/A", "--run", "0", "--out", "descent.csv")
     assert done.code == 0, done.err
-    lines = Path("descent.csv").read_text().splitlines()
+    lines = Path("descent.csv").read_text(encoding="utf-8").splitlines()
     assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
     assert len(lines) == 1 + 3 * 20
 

@@ -33,7 +33,7 @@ def folder(lived: Path, command: Command) -> Path:
 def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder: Path) -> None:
     done = command("gallery", "all")
     assert done.code == 0 and "all/gallery.html" in done.out
-    page, record = Path("all/gallery.html").read_text(), json.loads(Path("all/gallery.json").read_text())
+    page, record = Path("all/gallery.html").read_text("utf-8"), json.loads(Path("all/gallery.json").read_text("utf-8"))
     assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"], "in the order of their years"
     systems = {system["condition"]: system for system in record["papers"][0]["systems"]}
     assert systems["climbing/smooth"]["rival"] == systems["costly-climbing/smooth"]["rival"] == "not-climbing/smooth"
@@ -41,8 +41,8 @@ def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder
     assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
     assert "climbing/smooth" in page and "undecided" in page
     assert {path.name for path in Path("all/figures").iterdir()} == {"gallery.svg", "gallery.png", "gallery.csv"}
-    Path("thesis.html").write_text("mine")
-    assert command("gallery", "all", "--out", "thesis.html").code == 2 and Path("thesis.html").read_text() == "mine"
+    Path("thesis.html").write_text("mine", encoding="utf-8")
+    assert command("gallery", "all", "--out", "thesis.html").code == 2 and Path("thesis.html").read_text("utf-8") == "mine"
     assert command("gallery", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
 
 
@@ -59,7 +59,7 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
 def test_a_study_without_assays_is_told(command: Command, folder: Path) -> None:
     rmtree("all/mayley-1996/assays")
     assert command("gallery", "all").code == 0
-    assert "not stored of mayley-1996" in Path("all/gallery.html").read_text()
+    assert "not stored of mayley-1996" in Path("all/gallery.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("folder", ["nothing", "empty"])
@@ -89,5 +89,5 @@ def test_every_paper_names_conditions_that_it_has_and_that_learn(name: str) -> N
 @pytest.mark.nightly  # minutes
 def test_all_papers_are_reproduced_by_one_command(command: Command) -> None:
     assert command("reproduce", "all", "--runs", "2", "--generations", "3", "--steps", "40", "--out", "all").code == 0
-    record = json.loads(Path("all/gallery.json").read_text())
+    record = json.loads(Path("all/gallery.json").read_text(encoding="utf-8"))
     assert {entry["paper"] for entry in record["papers"]} == set(papers.built_in())

@@ -124,7 +124,7 @@ def test_memory_that_is_refused_is_a_sentence(page: Page) -> None:
 
 
 def test_a_browser_without_simd_is_told(lonely: Page, file: Path) -> None:
-    text = file.read_text().replace('id="worker">', 'id="worker">WebAssembly.validate = () => false;\n')
+    text = file.read_text(encoding="utf-8").replace('id="worker">', 'id="worker">WebAssembly.validate = () => false;\n')
     old = file.with_name("old.html")
     old.write_text(text)
     lonely.goto(old.as_uri())

@@ -93,7 +93,7 @@ def test_the_commands_on_a_shared_page_bring_the_same_life_about_again(
 ) -> None:
     panel = replay_in(shared(lab_server, a=LIFE))["panels"][0]
     monkeypatch.chdir(tmp_path)
-    Path("experiment.toml").write_text(panel["experiment"])
+    Path("experiment.toml").write_text(panel["experiment"], encoding="utf-8")
     for command in panel["commands"]:
         monkeypatch.setattr("sys.argv", command.replace("life.mp4", "life.nc").split())
         with pytest.raises(SystemExit) as end:
