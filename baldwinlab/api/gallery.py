@@ -9,6 +9,7 @@ from baldwinlab import console, papers
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.reproduce import reproduce
 from baldwinlab.errors import require_positive
+from baldwinlab.experiment import Experiment
 from baldwinlab.gallery.publish import PAGE, lead, publish
 from baldwinlab.outputs import REPORT, require_writable
 
@@ -33,13 +34,16 @@ def compare_papers(folder: str | Path = "results", out: str | Path | None = None
     return page
 
 
-def reproduce_all(folder: str | Path = "results", *, last: int = 10, **how: Any) -> Path:
+def reproduce_all(folder: str | Path = "results", *, steps: int | None = None, last: int = 10, **how: Any) -> Path:
     """Reproduce every paper that comes with baldwinlab, each in a folder of `folder`, and write the gallery; gives its page.
 
-    `how` is as in `reproduce`. What is stored is not run again. Raises as `reproduce` does.
+    `steps` is the length of foragers' lives; `how` is as in `reproduce`, without `reading`, which is of one paper. What is stored
+    is not run again. Raises as `reproduce` does.
     """
     load_installed()
     for number, name in enumerate(papers.built_in(), 1):
         console.say(f"{name}, paper {number} of {len(papers.built_in())}")
-        reproduce(name, out=Path(folder) / ("paper" if name == papers.DEFAULT else name), last=last, **how)
+        foragers = all(isinstance(experiment, Experiment) for experiment in papers.load(name).experiments())
+        place = Path(folder) / ("paper" if name == papers.DEFAULT else name)
+        reproduce(name, out=place, steps=steps if foragers else None, last=last, **how)
     return compare_papers(folder, last=last)

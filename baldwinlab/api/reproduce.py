@@ -13,7 +13,7 @@ from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
 from baldwinlab.assays import missing_assays
 from baldwinlab.assays.estimate import Planned
-from baldwinlab.errors import require_positive
+from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.files import location
 from baldwinlab.publish import of_emergence
@@ -42,16 +42,19 @@ def reproduce(
     `out` is a folder of results/ unless given.
     `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
     `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
-    reading, and as `run` does, which counts in the assays and the report.
+    reading, RefusedError for `steps` where lives have none, and as `run` does, which counts in the assays and the report.
     """
     load_installed()
     chosen = papers.load(paper)
     changes: dict[str, Any] = {}
     if generations is not None:
         changes["evolution"] = {"generations": generations}
+    experiments = chosen.experiments(reading)
     if steps is not None:
+        if not all(isinstance(experiment, Experiment) for experiment in experiments):
+            raise RefusedError(f"--steps is of foragers; {chosen.name} has none, and its lives are as long as its model says")
         changes["lifetime"] = {"steps": steps}
-    experiments = [experiment.replace(**changes) for experiment in chosen.experiments(reading)]
+    experiments = [experiment.replace(**changes) for experiment in experiments]
     given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
     require_positive("last", last)
     directory = Path("results") / _name(chosen, given) if out is None else location(out)

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from baldwinlab.api.gallery import ALL, reproduce_all
 from baldwinlab.api.reproduce import reproduce as reproduce_one
 from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Reading, Seed, Workers, load_parts
+from baldwinlab.errors import RefusedError
 from baldwinlab.papers import DEFAULT
 
 
@@ -20,7 +21,7 @@ def reproduce(
     part: Parts = None,
     runs: Annotated[PerhapsWhole, Parameter(help="runs of each condition; the paper's own number unless given")] = None,
     generations: Annotated[PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")] = None,
-    steps: Annotated[PerhapsWhole, Parameter(help="steps of a life; the paper's own unless given")] = None,
+    steps: Annotated[PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")] = None,
     seed: Seed = 0,
     reading: Reading = "standard",
     workers: Workers = None,
@@ -35,6 +36,8 @@ def reproduce(
     lengths: dict[str, Any] = {"runs": runs, "generations": generations, "steps": steps, "seed": seed, "last": last}
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     if paper == ALL:
-        reproduce_all(out or Path("results"), reading=reading, **lengths, **how)
+        if reading != "standard":
+            raise RefusedError(f"--reading {reading} is of one paper; all of them are reproduced by their standard reading")
+        reproduce_all(out or Path("results"), **lengths, **how)
     else:
         reproduce_one(paper, reading=reading, out=out, **lengths, **how)
