@@ -31,7 +31,7 @@ def told(server: LabServer, step: int, **asked: int) -> str:
     row, column = found["place"][step] + 1
     looks = ("right", "down", "left", "up")[found["heading"][step]]
     where = f"environment {step // 20 + 1} of 6, step {step % 20 + 1} of 20: row {row}, column {column}, looks {looks}"
-    return f"{where}; gained {found['gained'][step]:g} so far"
+    return f"{where}; gained {found['gained'][step]:g} in this environment so far"
 
 
 def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(opened: Page, looks_server: LabServer) -> None:

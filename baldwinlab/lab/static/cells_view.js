@@ -131,7 +131,7 @@ export class CellsView {
     const first = visit.indexOf(visit[step]);
     const end = visit.lastIndexOf(visit[step]);
     const looking = heading[step] < 0 ? "" : `, looks ${LOOKS[heading[step] % 4]}`;
-    return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${looking}; gained ${format(gained[step])} so far`;
+    return `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ${step - first + 1} of ${end - first + 1}: row ${place[2 * step] + 1}, column ${place[2 * step + 1] + 1}${looking}; gained ${format(gained[step])} in this ${visits} so far`;
   }
 
   close() {
