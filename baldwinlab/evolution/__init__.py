@@ -6,7 +6,7 @@ Kernels allocate nothing and validate nothing; what is called from outside of th
 from baldwinlab.evolution.breeding import breed, next_genome
 from baldwinlab.evolution.fitness import cost_of_learning, energy_of, fitness
 from baldwinlab.evolution.founders import draw_genome
-from baldwinlab.evolution.inheritance import bequeath, deal_teachers
+from baldwinlab.evolution.inheritance import bequeath, deal_teachers, elders_of, elders_teach
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 
@@ -21,6 +21,8 @@ __all__ = [
     "cost_of_learning",
     "deal_teachers",
     "draw_genome",
+    "elders_of",
+    "elders_teach",
     "energy_of",
     "fitness",
     "next_genome",

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import entry, kept
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
-from baldwinlab.evolution.moment import Genome, Moment
+from baldwinlab.evolution.moment import Genome, Moment, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution import Inheritance, breeding_part, pass_on, teach
@@ -83,11 +83,17 @@ def keep_teachers(genome: Genome, moment: Moment) -> Genome:
 
 def shuffle_teachers(genome: Genome, moment: Moment) -> Genome:
     """The children's teachers are dealt anew among them."""
-    dealt, order = np.empty_like(genome), np.empty(len(genome), np.int64)
-    draws = moment.uniforms(rng.TEACHER, (len(genome), 1))[:, 0, 0]
-    sort_by(draws, draws, order)
-    deal(genome, order, dealt)
+    dealt = np.empty_like(genome)
+    deal(genome, _dealt(len(genome), moment), dealt)
     return dealt
+
+
+def _dealt(children: int, moment: Moment) -> Order:
+    """Which child's teacher each gets."""
+    order = np.empty(children, np.int64)
+    draws = moment.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
+    sort_by(draws, draws, order)
+    return order
 
 
 def draw_teachers(genome: Genome, moment: Moment) -> Genome:
@@ -104,6 +110,21 @@ def deal(genome: Genome, order: Order, dealt: Genome) -> None:
         for module in range(genome.shape[1]):
             for weight in range(genome.shape[2]):
                 dealt[child, module, weight] = genome[order[child] if module == 1 else child, module, weight]
+
+
+def elders_teach(experiment: Experiment) -> bool:
+    """Whether reinforcement modules are made of what the generation before had learned."""
+    return "reinforcement" in experiment.modules and type(experiment.part("evolution.inheritance")).teach is not teach.default
+
+
+def elders_of(experiment: Experiment, moment: Moment, parents: Parents) -> Parents | None:
+    """Whose learned weights the teachers of a generation's children were passed on from, as `parents` [child, 2] are given.
+
+    They are of the generation before. None where nobody's were. `moment` is the children's.
+    """
+    if not elders_teach(experiment) or experiment.learning.teacher == "fresh":
+        return None
+    return parents[_dealt(len(parents), moment)] if experiment.learning.teacher == "shuffled" else parents
 
 
 TEACHERS: Final[Mapping[str, Callable[[Genome, Moment], Genome]]] = {

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from baldwinlab import presets
 from baldwinlab.errors import RefusedError
+from baldwinlab.evolution import elders_teach
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.base import added_choices
 from baldwinlab.experiment.choices import BUILT_IN, key_of
@@ -120,6 +121,7 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
         "description": description,
         "experiment": experiment.to_dict(),
         "look": _look(experiment),
+        "elders": elders_teach(experiment),
         "about": [topic._asdict() for topic in about(experiment)],
     }
 

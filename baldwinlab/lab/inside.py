@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.evolution import next_genome
+from baldwinlab.evolution import Parents, elders_of, next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, frames
 from baldwinlab.lab.lives import MOST_BYTES, Life, Past, Span, answer, require_agent
@@ -143,16 +143,24 @@ def _links(batch: Batch, weights: Floats) -> Floats:
 
 
 def _kin(life: Life, past: Past, energy: npt.NDArray[np.float64], agent: int) -> dict[str, Any]:
-    """An agent's parents, the fitter one first, and its children. Who breeds follows from `energy` [agent] alone."""
+    """An agent's parents, the fitter one first, whose learned weights teach it, and its children.
+
+    Who breeds follows from `energy` [agent] alone.
+    """
     experiment, moment = life.experiment, life.moment
-    parents, children = None, list[int]()
+    parents, elders, children = None, None, list[int]()
     if moment.generation > 0:
         assert past.energy is not None
         before = past.energy.values[moment.generation - 1]
-        pair = next_genome(experiment, moment, past.genome, before)[1][agent]
-        parents = pair.tolist() if pair.min() >= 0 else None
+        pairs = next_genome(experiment, moment, past.genome, before)[1]
+        parents, elders = _agents(pairs, agent), _agents(elders_of(experiment, moment, pairs), agent)
     if moment.generation + 1 < experiment.evolution.generations:
         after = moment._replace(generation=moment.generation + 1)
         pairs = next_genome(experiment, after, past.genome, energy)[1]
         children = np.flatnonzero((pairs == agent).any(axis=1)).tolist()
-    return {"parents": parents, "children": children}
+    return {"parents": parents, "elders": elders, "children": children}
+
+
+def _agents(pairs: Parents | None, agent: int) -> list[int] | None:
+    """The two of an agent; None where there are none."""
+    return None if pairs is None or pairs[agent].min() < 0 else pairs[agent].tolist()

@@ -13,6 +13,7 @@ from baldwinlab.lab.lives import Life, Past, Span
 from baldwinlab.models.miniworld.make import make_state
 from baldwinlab.parts.kinds import links
 from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
 from tests.lab.asking import SMALL, arrays, refusal
 from tests.lab.conftest import LabServer
@@ -108,6 +109,29 @@ def test_who_inherits_nothing_has_neither() -> None:
     header, _ = frames.unpack(look_inside(life, Span(0, 1), 0))
     assert header["parents"] is None
     assert header["children"] == []
+
+
+@pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
+def test_elders_are_those_who_had_learned_what_the_teacher_holds(teacher: str) -> None:
+    """Children copy one parent whole, and nothing mutates: a teacher is, bit by bit, what one agent died with."""
+    evolution = {"inheritance": "social-heredity", "variation": "copy", "mutation_rate": 0, "generations": 2}
+    experiment = small().replace(evolution=evolution, learning={"teacher": teacher})
+    run = simulate(experiment, seed=1)
+    died_with = replay(experiment, seed=1).weight_death.values[:, 0]
+    life = Life(experiment, Moment(1, 0, 1), lambda: Past(run.genome.values[1], run.energy))
+    kin = []
+    for agent in range(0, 20, 4):
+        header, found = frames.unpack(look_inside(life, Span(0, 1), agent))
+        holders = np.flatnonzero((died_with == found["teacher"]).all(axis=1))
+        assert set(holders) <= set(header["elders"] or ()), "somebody else taught it"
+        assert len(holders) == (teacher != "fresh")
+        assert (header["elders"] is None) == (teacher == "fresh")
+        kin.append(header["elders"] == header["parents"])
+    assert all(kin) if teacher == "inherited" else not all(kin)
+
+
+def test_who_is_born_with_a_teacher_that_evolves_has_no_elders(lab_server: LabServer) -> None:
+    assert arrays(lab_server.address, "inside", **SMALL, agent=3, last=1)[0]["elders"] is None
 
 
 def test_a_part_of_a_life_is_that_part_but_weights_are_of_all_of_it(lab_server: LabServer) -> None:

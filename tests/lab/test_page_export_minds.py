@@ -90,3 +90,11 @@ def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(lonely: Page, tmp
     assert (teacher != np.arange(20)).any(), "somebody learns"
     assert np.array_equal(told(lonely, "teacher").reshape(-1, 20), teacher)
     assert shade("lesson") in lonely.evaluate("drawn.shades")
+
+
+def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path) -> None:
+    heirs = quick(presets.load("evo+self-taught/A"), evolution={"inheritance": "social-heredity", "generations": LAST + 1})
+    opened(lonely, heirs, tmp_path)
+    lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
+    elders = " and ".join(str(elder) for elder in dict.fromkeys(simulate(heirs, seed=0).parents.values[LAST, AGENT].tolist()))
+    expect(lonely.get_by_test_id("elders")).to_contain_text(f"{elders} of generation {LAST - 1}, who")

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from baldwinlab.studies.store import Study
 from tests.lab.conftest import LabServer, serving
 from tests.library.plain import compile_nothing
 from tests.small import small_study
@@ -43,6 +44,7 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     kinds: dict[str, dict[str, Any]] = {
         "follower": {"learning": {"rule": "imitation"}},
         "gated": {"learning": {"rule": "modulated"}},
+        "heir": {"learning": {"rule": "self-taught"}, "evolution": {"inheritance": "social-heredity"}},
         "grown": {
             "network": {"kind": "growing", "hidden": [40]},
             "evolution": {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}},
@@ -87,6 +89,22 @@ def test_the_legend_says_what_a_line_to_a_teacher_is_only_where_there_are_lesson
     guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70")
     expect(guest.get_by_text("gated").first).to_be_visible()
     guest.wait_for_function("document.querySelector('[data-testid=legend] .lesson').parentElement.hidden")
+
+
+@pytest.mark.parametrize("guest", [(1280, 800), (390, 844)], indirect=True)
+def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(guest: Page, minds: LabServer) -> None:
+    guest.goto("/#/world?study=small&condition=heir&run=0&generation=2&agent=3")
+    fitter, other = Study(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
+    assert fitter != other
+    expect(guest.get_by_test_id("elders")).to_have_text(
+        f"Taught by agents {fitter} and {other} of generation 1, who are no longer in the world: "
+        "its reinforcement module was passed on from what they had learned until death."
+    )
+    assert guest.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    expect(guest.get_by_test_id("legend").get_by_text("learns from").first).to_be_hidden()
+    guest.goto("/#/world?study=small&condition=heir&run=0&generation=0&agent=3")
+    expect(guest.get_by_test_id("kin")).to_contain_text("drawn afresh")
+    expect(guest.get_by_test_id("elders")).to_have_count(0)
 
 
 def test_a_gate_is_no_teacher_whose_error_is_shown(guest: Page) -> None:

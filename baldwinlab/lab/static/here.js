@@ -7,7 +7,7 @@ import { changesOf, withChanges } from "./live_setup.js";
 
 /**
  * @typedef {object} Laboratory what Python writes into the page
- * @property {{name: string, description: string, experiment: object, schema: number, look: object, about: import("./guide.js").Topic[]}[]} presets
+ * @property {{name: string, description: string, experiment: object, schema: number, look: object, elders: boolean, about: import("./guide.js").Topic[]}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules
@@ -79,6 +79,11 @@ export class Here {
     const found = this.laboratory.programs.find(({ when }) => Object.entries(when).every(([path, value]) => same(lookUp(experiment, path), value)));
     if (!found) throw new Error("This page has no module for the parts that the experiment chooses; export it with them.");
     return found;
+  }
+
+  /** Whether what agents have learned teaches their own children. */
+  eldersTeach(experiment) {
+    return this.preset(experiment.name).elders && experiment.learning.teacher === "inherited";
   }
 
   /** How the world of an experiment looks. */

@@ -164,7 +164,9 @@ export class HereFeed extends Feed {
     const children = next ? Array.from({ length: next.length / 2 }, (_, child) => child).filter((child) => next[2 * child] === agent || next[2 * child + 1] === agent) : [];
     const energy = this.energies[generation][run];
     const header = { kind: "inside", agent, ...part, look, layer_sizes: sizes, biases: experiment.network.biases };
-    const kin = { parents: pair[0] < 0 ? null : pair, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
+    const parents = pair[0] < 0 ? null : pair;
+    const elders = this.here.eldersTeach(experiment) ? parents : null;
+    const kin = { parents, elders, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
     return { header: { ...header, ...kin }, arrays };
   }
 

@@ -136,7 +136,7 @@ export class Inspector {
     this.tell.seek(null);
   }
 
-  showKin(source, { parents, children }) {
+  showKin(source, { parents, elders, children }) {
     const link = (agent, by) =>
       el(
         "button",
@@ -157,6 +157,7 @@ export class Inspector {
         both.map((agent) => link(agent, -1)),
         "none: its weights were drawn afresh",
       ),
+      ...(elders ? [el("p", { class: "soft", "data-testid": "elders" }, taughtBy([...new Set(elders)], source.generation - 1))] : []),
       line(
         children.length ? `children, in generation ${source.generation + 1}` : "children",
         children.map((agent) => link(agent, 1)),
@@ -254,6 +255,12 @@ export class Inspector {
       else drawNetwork(pen, box, { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, memory });
     });
   }
+}
+
+/** Who taught an agent before it was born; no line in the world could lead to them. */
+function taughtBy(elders, generation) {
+  const [who, are] = elders.length > 1 ? [`agents ${elders.join(" and ")}`, "are"] : [`agent ${elders[0]}`, "is"];
+  return `Taught by ${who} of generation ${generation}, who ${are} no longer in the world: its reinforcement module was passed on from what they had learned until death.`;
 }
 
 function largest(values) {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from baldwinlab.evolution import elders_teach
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.look import Look, look
 
@@ -57,7 +58,8 @@ def _network(experiment: Experiment, seen: Look) -> str:
 
 def _learning(experiment: Experiment, seen: Look) -> str:
     modules = f"A genome holds {len(seen.modules)} networks: the {'; the '.join(seen.modules)}." if len(seen.modules) > 1 else ""
-    return _joined("What happens in life:", _words(experiment.part("learning.rule")), modules)
+    elders = _words(experiment.part("evolution.inheritance")) if elders_teach(experiment) else ""
+    return _joined("What happens in life:", _words(experiment.part("learning.rule")), modules, elders)
 
 
 def _what_to_look_for(experiment: Experiment) -> str:

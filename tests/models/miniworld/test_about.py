@@ -28,6 +28,12 @@ def test_what_does_not_learn_says_so_and_where_nothing_lies_nothing_is_promised(
     assert "lie" not in found["The map"]
 
 
+def test_elders_who_teach_are_told_of() -> None:
+    told = words(load("evo+self-taught/A").replace(evolution={"inheritance": "social-heredity"}))["Learning"]
+    assert told.endswith("but what teaches a child is what its parents had learned.")
+    assert "parents" not in words(load("evo/A").replace(evolution={"inheritance": "social-heredity"}))["Learning"], "no teacher"
+
+
 def test_who_has_wheels_does_not_choose_and_numbers_are_brighter_the_larger_they_are() -> None:
     wheels = words(load("evo/A").replace(motor={"body": "continuous"}, senses={"kinds": ["smell"]}))
     assert "The largest output" not in wheels["Network"]
