@@ -14,9 +14,11 @@ from baldwinlab import papers, presets
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.base import added_choices
 from baldwinlab.lab.export import live_page
+from baldwinlab.lab.history import line_of_ancestors
 from baldwinlab.papers.paper import STANDARD
 from baldwinlab.runs.simulate import simulate
 from tests.axe import barriers
+from tests.lab.test_page_history import rows_of
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
 SIMULATE = """async (wanted) => {
@@ -223,6 +225,26 @@ def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
     items = int(run.food_eaten[2, 4])
     expect(page.locator(".inspector header")).to_contain_text(f"{items} items in its life")
     assert barriers(page) == []
+
+
+def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(page: Page) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    start(page, runs=2)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    page.get_by_test_id("live-run").select_option("1")
+    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 2")
+    page.get_by_test_id("live-canvas-agent").select_option("4")
+    page.get_by_test_id("ancestors-of").click()
+    run = simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=1)
+    line = line_of_ancestors(2, 4, run.parents.values, run.food_eaten.values)
+    rows = page.get_by_test_id("ancestors").locator("tbody tr")
+    expect(rows).to_have_count(2)
+    assert [[cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()] == rows_of(line)
+    assert barriers(page) == []
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.get_by_test_id("ancestor").last.click()
+    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
+    expect(page.get_by_test_id("ancestors")).to_contain_text("It has none: its weights were drawn afresh.")
 
 
 def test_the_form_says_what_is_wrong_and_does_not_start(page: Page) -> None:

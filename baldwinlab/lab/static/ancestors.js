@@ -4,6 +4,8 @@ import { el, format, getJSON, message } from "./common.js";
 import { query } from "./sources.js";
 import { Trace, hint } from "./trace.js";
 
+/** @typedef {{first: number, agents: number[], eaten: number[], others: number[], eaten_of_others: number[], ancestors: number[], mean: number[]}} Line */
+
 const COLUMNS = ["generation", "fitter parent", "other parent", "all"];
 
 export class Ancestors {
@@ -43,7 +45,7 @@ export class Ancestors {
     this.asked = null;
   }
 
-  /** @param {{first: number, agents: number[], eaten: number[], others: number[], eaten_of_others: number[], ancestors: number[], mean: number[]}} line */
+  /** @param {Line} line */
   take(line) {
     this.line = line;
     const { first, agents, eaten, mean } = line;

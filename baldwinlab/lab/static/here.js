@@ -35,7 +35,8 @@ export class Here {
     const number = (name) => (given[name] === undefined ? undefined : Number(given[name]));
     const source = { run: number("run"), generation: number("generation"), first: number("first"), last: number("last") };
     if (pathname === "/api/recording") return feed.recording(given, source);
-    return feed.inside({ ...source, agent: number("agent") });
+    const asked = { ...source, agent: number("agent") };
+    return pathname === "/api/ancestors" ? feed.ancestors(asked) : feed.inside(asked);
   }
 
   async post(path, { experiment, ...order }) {

@@ -1,6 +1,7 @@
 /** Live runs of a page without a server: a pool of workers, and a feed of what lives on them. */
 
 import { inflated } from "./common.js";
+import { lineOfAncestors } from "./descent.js";
 import { Feed } from "./live_feed.js";
 
 const MOST_WORKERS = 16;
@@ -71,7 +72,7 @@ export class HereFeed extends Feed {
   /** @param {import("./here.js").Here} here @param {Object<string, any>|null} order what is to run; null where its link is damaged */
   constructor(id, here, order) {
     super(id);
-    Object.assign(this, { here, order, steps: 0, parents: [], energies: [], stirred: () => {} });
+    Object.assign(this, { here, order, steps: 0, past: [], stirred: () => {} });
   }
 
   connect() {
@@ -117,8 +118,7 @@ export class HereFeed extends Feed {
     this.steps = Math.max(0, this.steps - 1);
     const lived = (await this.all(() => ["next", { group: this.id }])).flat().sort((one, other) => one.run - other.run);
     if (this.ended) return; // stopped in mid-life
-    this.parents.push(lived.map(({ parents }) => parents));
-    this.energies.push(lived.map(({ energy }) => energy));
+    this.past.push(lived);
     this.add(bandsOf(lived, this.here.laboratory.quantiles));
     this.heard();
     const rest = 1000 * this.about.seconds - (performance.now() - began);
@@ -159,15 +159,20 @@ export class HereFeed extends Feed {
     const { experiment } = this.about;
     const look = this.here.look(experiment);
     const { part, sizes, arrays } = await this.looked("inside", { run, generation, agent, look, first, last });
-    const [own, next] = [this.parents[generation][run], this.parents[generation + 1]?.[run]];
+    const { parents: own, energy } = this.past[generation][run];
+    const next = this.past[generation + 1]?.[run].parents;
     const pair = Array.from(own.subarray(2 * agent, 2 * agent + 2));
     const children = next ? Array.from({ length: next.length / 2 }, (_, child) => child).filter((child) => next[2 * child] === agent || next[2 * child + 1] === agent) : [];
-    const energy = this.energies[generation][run];
     const header = { kind: "inside", agent, ...part, look, layer_sizes: sizes, biases: experiment.network.biases };
     const parents = pair[0] < 0 ? null : pair;
     const elders = this.here.eldersTeach(experiment) ? parents : null;
     const kin = { parents, elders, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
     return { header: { ...header, ...kin }, arrays };
+  }
+
+  /** From whom an agent descends. */
+  ancestors({ run, generation, agent }) {
+    return lineOfAncestors(this.past.slice(0, generation + 1).map((lived) => lived[run]), agent);
   }
 
   /** What a worker finds that lives a generation again. */

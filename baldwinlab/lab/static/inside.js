@@ -1,7 +1,7 @@
 /** The inspector: what goes on inside one agent, while time goes on outside. */
 
 import { Ancestors } from "./ancestors.js";
-import { el, format, getBinary, icon, message, serverless } from "./common.js";
+import { el, format, getBinary, icon, message } from "./common.js";
 import { drawGraph, drawNetwork, strongest } from "./network.js";
 import { Responses } from "./responses.js";
 import { query } from "./sources.js";
@@ -49,7 +49,7 @@ export class Inspector {
       this.turn(!this.descent);
       tell.turned();
     };
-    this.turner = el("button", { type: "button", class: "chip spread", hidden: serverless(), "data-testid": "ancestors-of", onclick: turn }, "Ancestors");
+    this.turner = el("button", { type: "button", class: "chip spread", "data-testid": "ancestors-of", onclick: turn }, "Ancestors");
     const close = el(
       "button",
       { type: "button", class: "quiet square", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close },
@@ -75,7 +75,6 @@ export class Inspector {
 
   /** Show from whom the agent descends, in place of what goes on inside it. */
   turn(descent) {
-    descent &&= !serverless(); // for a server tells who they were
     this.descent = descent;
     this.turner.setAttribute("aria-pressed", descent);
     this.body.hidden = descent;
