@@ -55,7 +55,7 @@ export class LiveWorld {
     stage.addEventListener("wheel", (event) => this.letScroll(event), { capture: true });
     const element = el("section", { class: "card live-world", "aria-label": "World" },
       el("div", { class: "row" }, this.title, this.newest, el("span", { class: "spread" }), this.runPicker(runs), this.open),
-      stage, this.bar.root, foot, this.legend.root, this.inspector.root);
+      stage, foot, this.legend.root, this.inspector.root, this.bar.root);
     element.addEventListener("keydown", (event) => this.key(event));
     return element;
   }
