@@ -43,7 +43,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
         lab_results.keep(study)
         return []
     study.require_runs()
-    data = open_study(study.directory)
+    data = fitness.with_curves(open_study(study.directory))
     paper = of_study(study.directory, study.paper)
     results = evaluate(data, last, paper)
     write(results, data, study.directory, last, study.paper)

@@ -44,6 +44,7 @@ def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
         return answer
     if data is None or data["condition"].values.tolist() != names:
         data = open_conditions(study, names)
+    data = fitness.with_curves(data)
     answer["food"] = "food_eaten" in data  # else, what agents do is not called to eat
     answer["generation"] = data["generation"].values.tolist()
     for measure, values in fitness.MEASURES.items():

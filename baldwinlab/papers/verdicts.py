@@ -147,10 +147,12 @@ class _Samples:
     """One value a run: what a measure comes to in a condition's last generations, or its first; or a model's own measure."""
 
     def __init__(self, study: xr.Dataset, last: int, paper: Claiming) -> None:
+        study = fitness.with_curves(study)
         self._study, self._paper = study, paper
         self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
         self._last["most"] = fitness.most(study)
         self._first = {measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES}
+        self._own: dict[tuple[str, str], xr.DataArray] = {}  # of the models, by condition and name
         runs = self._last["best"].notnull().any("run")
         self.present = {str(name) for name in study["condition"].values[runs.values]}
 
@@ -161,13 +163,18 @@ class _Samples:
     def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
         """By run; of none where the measure is that of a model which is not here."""
         if measure not in OF_ALL:
-            own = self._paper.measures(condition)
-            if measure not in own:
-                return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
-            found: xr.DataArray = own[measure].of(_without_gaps(self._study.sel(condition=condition)))
-            return found.dropna("run").astype(np.float64)
+            if (condition, measure) not in self._own:
+                self._own[condition, measure] = self._ask(condition, measure)
+            return self._own[condition, measure]
         table = self._first if first else self._last
         return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
+
+    def _ask(self, condition: str, measure: str) -> xr.DataArray:
+        own = self._paper.measures(condition)
+        if measure not in own:
+            return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
+        found: xr.DataArray = own[measure].of(_without_gaps(self._study.sel(condition=condition)))
+        return found.dropna("run").astype(np.float64)
 
 
 def _without_gaps(runs: xr.Dataset) -> xr.Dataset:

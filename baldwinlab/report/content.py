@@ -15,6 +15,7 @@ from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import Choice
 from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.report import words
+from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import HOLDS, VERDICTS
 
 Experiments = Mapping[str, Experiment]
@@ -63,7 +64,7 @@ def _other_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
 
 def run_counts(study: xr.Dataset) -> dict[str, int]:
     """The finished runs of each condition."""
-    finished = study["energy"].notnull().any(("generation", "agent")).sum("run")
+    finished = fitness.best(study).notnull().any("generation").sum("run")
     return {str(name): int(count) for name, count in zip(study["condition"].values, finished.values, strict=True)}
 
 

@@ -10,29 +10,72 @@ for the share of agents that reach the food.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 from scipy import stats
 
+Lives = npt.NDArray[Any]  # a number of each agent [generation, agent], or of each generation
 
+
+Curve = Callable[[xr.Dataset], xr.DataArray]
+
+
+def _known(measure: Curve) -> Curve:
+    """What `with_curves` has kept of a study, or else what the measure is."""
+
+    @wraps(measure)
+    def of(study: xr.Dataset) -> xr.DataArray:
+        return study[_kept_as(measure.__name__)] if _kept_as(measure.__name__) in study else measure(study)
+
+    return of
+
+
+def _kept_as(measure: str) -> str:
+    return f"{measure} by generation"
+
+
+@_known
 def best(study: xr.Dataset) -> xr.DataArray:
     """Fitness of the fittest agent: (condition, run, generation), energy."""
-    return study["energy"].max("agent")
+    return _of_agents(study["energy"], lambda energy: np.fmax.reduce(energy, axis=-1))
 
 
+@_known
 def mean(study: xr.Dataset) -> xr.DataArray:
     """Fitness of the average agent: (condition, run, generation), energy."""
-    return study["energy"].mean("agent")
+    return _of_agents(study["energy"], lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count(energy))
 
 
+@_known
 def share(study: xr.Dataset) -> xr.DataArray:
     """Share of agents that ate at least one item in their life: (condition, run, generation), 0 to 1.
 
     Of models without food, of those that gained anything.
     """
-    food = gained(study)
-    return (food > 0).where(food.notnull()).mean("agent").assign_attrs(valid_max=1.0)
+    return _of_agents(gained(study), lambda food: (food > 0).sum(axis=-1) / _count(food)).assign_attrs(valid_max=1.0)
+
+
+def _of_agents(values: xr.DataArray, of: Callable[[Lives], Lives]) -> xr.DataArray:
+    """`of` all lives [generation, agent] of a run, run by run: scratch for all runs at once would be as large as the study.
+
+    NaN where nobody lived.
+    """
+    lives = values.transpose(..., "generation", "agent")
+    found = lives.isel(agent=0, drop=True).astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        for run in np.ndindex(lives.shape[:-2]):
+            found.values[run] = of(lives.values[run])
+    return found
+
+
+def _count(values: Lives) -> Lives:
+    """How many agents lived, by generation."""
+    lived: Lives = (~np.isnan(values)).sum(axis=-1)
+    return lived
 
 
 def gained(study: xr.Dataset) -> xr.DataArray:
@@ -41,7 +84,12 @@ def gained(study: xr.Dataset) -> xr.DataArray:
     return study["food_eaten"].fillna(energy) if "food_eaten" in study else energy
 
 
-MEASURES: Mapping[str, Callable[[xr.Dataset], xr.DataArray]] = {"best": best, "mean": mean, "share": share}
+MEASURES: Mapping[str, Curve] = {"best": best, "mean": mean, "share": share}
+
+
+def with_curves(study: xr.Dataset) -> xr.Dataset:
+    """The study, which keeps `MEASURES` from now on: a report asks for them some twenty times, of up to millions of lives."""
+    return study.assign({_kept_as(name): of(study) for name, of in MEASURES.items()})
 
 
 def final(study: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
@@ -80,7 +128,7 @@ def typical_run(study: xr.Dataset, condition: str) -> int:
 
 def most(study: xr.Dataset) -> xr.DataArray:
     """Items eaten by the agent that ate most of all generations: (condition, run); of models without food, fitness."""
-    return gained(study).max(("generation", "agent"))
+    return gained(study).max(("generation", "agent")) if "food_eaten" in study else best(study).max("generation")
 
 
 def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:

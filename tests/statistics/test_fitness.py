@@ -110,3 +110,11 @@ def test_the_typical_run_is_the_one_in_the_middle() -> None:
     assert fitness.typical_run(study({"mine": [9, 1, 5, 100, NAN]}), "mine") in (0, 2)
     with pytest.raises(ValueError, match="no run of mine"):
         fitness.typical_run(study({"mine": [NAN]}), "mine")
+
+
+def test_curves_that_a_study_keeps_are_those_of_its_agents_and_go_with_a_condition_of_it() -> None:
+    two = by_hand([[[[1, 4], [2, 2]]], [[[3, NAN], [NAN, NAN]]]])
+    kept = fitness.with_curves(two)
+    for measure, of in fitness.MEASURES.items():
+        xr.testing.assert_equal(of(kept), of(two))
+        assert of(kept.drop_dims("agent")).sel(condition=1).values.tolist()[0][0] == of(two).values[1, 0, 0], measure
