@@ -29,8 +29,10 @@ def verify(raw: bytes) -> None:
     found = _CHECKSUM.search(raw)
     if found is None:
         raise DamagedError("it carries no checksum")
-    blank = raw[: found.start(1)] + _BLANK.encode() + raw[found.end(1) :]
-    if hashlib.sha256(blank).hexdigest().encode() != found.group(1):
+    whole, digest = memoryview(raw), hashlib.sha256()  # not put together anew, as a record may have many megabytes
+    for piece in (whole[: found.start(1)], _BLANK.encode(), whole[found.end(1) :]):
+        digest.update(piece)
+    if digest.hexdigest().encode() != found.group(1):
         raise DamagedError("its checksum does not fit its content")
 
 

@@ -112,7 +112,7 @@ def of_a_run() -> Run:
             times.append(time.thread_time())
             study.write(experiment.name, 0, record)
             times.append(time.thread_time())
-            study.verified(experiment.name, 0)
+            study.record(experiment.name, 0)
             live, store, check = (after - before for before, after in pairwise([*times, time.thread_time()]))
             fewer = record.assign(genome=record.genome.where(record.generation.isin([0, record.generation[-1]])))
             found.append(Run(live / CPU.worlds, store, check, len(encode(record)), len(encode(fewer))))

@@ -37,7 +37,7 @@ def shares_of(lab: Lab, query: Query) -> bytes:
 
     def make() -> bytes:
         header = {"kind": "alleles", "alleles": list(studies.alleles_of(experiment)), "about": studies.about(experiment)}
-        return frames.pack(header, {"share": shares(experiment, study.read(name, run))})
+        return frames.pack(header, {"share": shares(experiment, study.record(name, run))})
 
     return lab.answers.get(("alleles", experiment, study.seed, run), make)
 

@@ -111,7 +111,7 @@ def _stored(lab: Lab, query: Query, generation: int) -> Life:
     require_generation(experiment, generation)
 
     def past() -> Past:
-        record = study.read(name, run)
+        record = study.record(name, run)
         return Past(stored_genome(experiment, record, generation), record.energy)
 
     studies.require_run(lab, study, name, run)

@@ -41,7 +41,7 @@ def seen(lab: Lab, query: Query) -> bytes:
     studies.require_run(lab, study, name, run)
 
     def make() -> bytes:
-        record = study.read(name, run)
+        record = study.record(name, run)
         agent = int(record.energy.values[generation].argmax()) if asked is None else asked
         genomes = stored_genome(experiment, record, generation)
         found = view.of(experiment.of_model, Moment(study.seed, run, generation), genomes, agent)

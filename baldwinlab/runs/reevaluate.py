@@ -20,6 +20,7 @@ from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.foragers import lives_in
 from baldwinlab.parts import models
 from baldwinlab.runs.replay import genome_at
+from baldwinlab.variables import packed
 
 
 class Lives(NamedTuple):
@@ -60,23 +61,24 @@ def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> 
 
 def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again of the last that were."""
-    genomes, last = record.genome.values, generation
-    while np.isnan(genomes[last]).any():  # the founders are kept in any case
-        last -= 1
+    record = packed(record)
+    place = int(np.searchsorted(record["kept_generation"].values, generation, side="right")) - 1  # the founders are kept
+    last, genome = int(record["kept_generation"].values[place]), np.asarray(record["kept_genome"].values[place], np.float32)
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     if last == generation:
-        return np.asarray(genomes[last], np.float32)
-    return genome_at(experiment, Moment(seed, run, generation), record.energy, (last, genomes[last]))
+        return genome
+    return genome_at(experiment, Moment(seed, run, generation), record.energy, (last, genome))
 
 
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
     """Those of every generation of a stored run, one after the other: as `stored_genome`, but each bred of the one before it."""
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     learned = experiment.part("evolution.inheritance").wants_learned(experiment)
-    genome: Genome = record.genome.values[0]  # the founders are kept in any case
-    for generation, kept in enumerate(record.genome.values):
-        if np.isnan(kept).any() and not learned:
-            genome, _ = next_genome(experiment, Moment(seed, run, generation), genome, record.energy.values[generation - 1])
-        else:
+    record = packed(record)
+    genome, kept = stored_genome(experiment, record, 0), set(record["kept_generation"].values.tolist())
+    for generation in range(record.sizes["generation"]):
+        if generation in kept or learned:
             genome = stored_genome(experiment, record, generation)
+        else:
+            genome, _ = next_genome(experiment, Moment(seed, run, generation), genome, record.energy.values[generation - 1])
         yield genome

@@ -7,8 +7,7 @@ believed only there: its own condition, seed, run and experiment must be those o
 from __future__ import annotations
 
 import errno
-import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -21,11 +20,11 @@ from baldwinlab.experiment.toml import from_toml
 from baldwinlab.files import is_local, write_atomically
 from baldwinlab.netcdf import DamagedError, opened, sealed, verify
 from baldwinlab.outputs import is_study
-from baldwinlab.variables import RECORD, packed, whole
+from baldwinlab.variables import RECORD, packed
 
 MOST_RUNS: Final = 2**31  # a run's number is smaller
 OF_ALL: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
-NUMBERS: Final = ("i", "f", "d")  # in netCDF
+NUMBERS: Final = ("i", "f")  # kinds of NumPy
 
 
 class StudyError(BaldwinLabError):
@@ -41,36 +40,28 @@ def encode(run: xr.Dataset) -> bytes:
     return sealed(packed(run))
 
 
-def decode(raw: bytes, *, genomes: bool = True) -> xr.Dataset:
-    """The run in a record that has been verified; without genomes where those that are not kept would fill memory with NaN."""
-    record = opened(raw)
-    return whole(record) if genomes else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
-
-
-def require_place(raw: bytes, experiment: BaseExperiment, seed: int, run: int) -> None:
+def require_place(record: xr.Dataset, experiment: BaseExperiment, seed: int, run: int) -> None:
     """Raises DamagedRecordError where a record is not that of a run of this experiment, of a study with this seed."""
-    from scipy.io import netcdf_file  # here, because it takes a fifth of a second to load
-
-    try:
-        with netcdf_file(io.BytesIO(raw), mmap=False) as file:
-            own = {name: _text(getattr(file, name, "")) for name in ("condition", "seed", "run", "experiment")}
-            held = {name: (each.dimensions, each.shape, each.typecode()) for name, each in file.variables.items()}
-    except Exception as error:  # whatever a reader meets in bytes that are no netCDF
-        raise DamagedRecordError(f"it is no netCDF file ({error})") from None
+    own = {name: str(record.attrs.get(name, "")) for name in ("condition", "seed", "run", "experiment")}
     if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
         its = f"run {own['run']} of {own['condition']} with seed {own['seed']}" if own["condition"] else "of no study"
         raise DamagedRecordError(f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there")
     if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
         raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
     lived = (experiment.evolution.generations, experiment.population.size)
-    if not all(_is_declared(name, held) for name in OF_ALL) or held["energy"][1] != lived:
+    if not all(_is_declared(name, record) for name in OF_ALL) or record["energy"].shape != lived:
         raise DamagedRecordError(f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents")
 
 
-def _is_declared(name: str, held: Mapping[str, tuple[Sequence[str], tuple[int, ...], str]]) -> bool:
+def _is_declared(name: str, record: xr.Dataset) -> bool:
     """Whether a variable is there as numbers, with its dimensions and their coordinates."""
-    dims, _, kind = held.get(name, ((), (), ""))
-    return dims == RECORD[name].dims and kind in NUMBERS and all(dim in held for dim in dims)
+    found = record.get(name)
+    return (
+        found is not None
+        and found.dims == RECORD[name].dims
+        and found.dtype.kind in NUMBERS
+        and {*found.dims} <= {*record.coords}
+    )
 
 
 @lru_cache(maxsize=64)
@@ -80,20 +71,16 @@ def _fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
-    """One run, whole; whoever reads need not have opened the study. Raises as `verified` does."""
-    return decode(verified(directory, experiment, seed, run))
+    """The record of a run of the study in `directory`, whose seed it is; whoever reads need not have opened the study.
 
-
-def verified(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> bytes:
-    """The record of a run of the study in `directory`, whose seed it is.
-
-    Raises DamagedRecordError, naming the file, and StudyError where there is none.
+    Raises DamagedRecordError, naming the file, where it is not what was written, and StudyError where there is none.
     """
     path = record_path(directory, experiment.name, run)
     try:
         raw = path.read_bytes()
         verify(raw)
-        require_place(raw, experiment, seed, run)
+        record = opened(raw)
+        require_place(record, experiment, seed, run)
     except FileNotFoundError:
         count = len(list(stored_runs(path.parent)))
         raise StudyError(f"{path} does not exist; runs of {experiment.name} that are stored: {count}") from None
@@ -101,11 +88,7 @@ def verified(directory: Path, experiment: BaseExperiment, seed: int, run: int) -
         raise DamagedRecordError(f"{path} is damaged: {error}") from None
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
-    return raw
-
-
-def _text(value: Any) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return record
 
 
 def stored_runs(folder: Path) -> Iterator[int]:

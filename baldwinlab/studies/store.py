@@ -34,12 +34,12 @@ from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
     MOST_RUNS,
     StudyError,
-    decode,
+    read_record,
     record_path,
     stored_runs,
-    verified,
     write_record,
 )
+from baldwinlab.variables import whole
 
 if TYPE_CHECKING:
     from baldwinlab.parts.foreign import Source
@@ -162,12 +162,13 @@ class Study:
         write_record(self.directory, condition, run, record)
 
     def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
-        """One run, whole or without its genomes. Raises as `verified` does."""
-        return decode(self.verified(condition, run), genomes=genomes)
+        """One run, whole; without genomes where those that are not kept would fill memory with NaN. Raises as `record` does."""
+        record = self.record(condition, run)
+        return whole(record) if genomes else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
 
-    def verified(self, condition: str, run: int) -> bytes:
-        """The record of one run. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
-        return verified(self.directory, self.experiment(condition), self.seed, run)
+    def record(self, condition: str, run: int) -> xr.Dataset:
+        """One run as it is stored. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
+        return read_record(self.directory, self.experiment(condition), self.seed, run)
 
     def set_aside(self, condition: str, run: int) -> Path:
         """Move a damaged record out of the way, keeping it."""

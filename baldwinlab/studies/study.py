@@ -67,7 +67,7 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
         stored = set(study.runs(condition))
         for run in sorted(stored & set(range(runs))):
             try:
-                study.verified(condition, run)
+                study.record(condition, run)
             except DamagedRecordError as error:
                 aside = study.set_aside(condition, run)
                 tell(f"{error}; it is kept as {aside.name} and the run is done again")
