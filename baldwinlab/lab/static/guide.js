@@ -39,9 +39,9 @@ export class Guide {
     this.show();
   }
 
-  /** Show it if the address, or a first visit, asks for it. */
+  /** Show it if the address, or a first visit, asks for it; a page that frames this one has words of its own. */
   follow({ guide }) {
-    this.open = guide === "open" || !wasClosed(this.view);
+    this.open = guide === "open" || (window === window.parent && !wasClosed(this.view));
     this.show();
   }
 
