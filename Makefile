@@ -7,11 +7,12 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-com
 # What pip would compile one file after the other, the libraries' own tests among them.
 BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 
-.PHONY: help reproduce test dist nightly faults lint format bench cuda slurm browser firefox wasm clean
+.PHONY: help reproduce test docs dist nightly faults lint format bench cuda slurm browser firefox wasm clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
 	@echo "make test        run all tests"
+	@echo "make docs        build the documentation as a site, site/index.html, which needs no server"
 	@echo "make nightly     run the tests that take long, which make test leaves out"
 	@echo "make faults      try to break it: kills, damaged files, odd inputs, floods"
 	@echo "make lint        check style and types"
@@ -20,7 +21,7 @@ help:
 	@echo "make cuda        add what the GPU backend needs"
 	@echo "make wasm        compile the engine for browsers anew, after a change of what compiled code does"
 	@echo "make slurm       as root: set up a Slurm of one node, and run a study on its jobs"
-	@echo "make clean       remove the virtual environment and what the tools left"
+	@echo "make clean       remove the virtual environment, the site and what the tools left"
 
 reproduce: $(VENV)/.core
 	$(BIN)/baldwinlab reproduce
@@ -28,6 +29,11 @@ reproduce: $(VENV)/.core
 
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
+# Every page of docs/ and of the papers, a reference made from the code, search, and laboratories that run in the page.
+docs: $(VENV)/.docs
+	$(BIN)/python -m scripts.documentation
+	@echo "open site/index.html"
 
 nightly: $(VENV)/.dev $(VENV)/.wasm browser firefox
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
@@ -56,7 +62,11 @@ $(VENV)/.core: $(VENV)/.made requirements.txt pyproject.toml
 	$(BYTECODE)
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/.core requirements-dev.txt
+$(VENV)/.docs: $(VENV)/.core requirements-docs.txt
+	$(PIP) --no-deps -r requirements-docs.txt
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.core requirements-dev.txt requirements-docs.txt
 	$(PIP) --no-deps -r requirements-dev.txt
 	$(BYTECODE)
 	@touch $@
@@ -115,4 +125,4 @@ firefox:
 	$(call installed,firefox-esr firefox,firefox-esr firefox)
 
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) site .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 # A quarter of a minute each, or more.
 LONG = {
     *("assays.md", "breeding.md", "changing-the-model.md", "controls.md", "learning-rules.md", "library.md", "multiverse.md"),
-    *("networks.md", "papers.md", "python.md", "results.md", "senses.md", "sweeps.md", "worlds.md"),
+    *("networks.md", "papers.md", "python.md", "results.md", "senses.md", "start.md", "sweeps.md", "worlds.md"),
 }
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
