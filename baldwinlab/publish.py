@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -19,7 +19,7 @@ from baldwinlab.multiverse.analysis import STANDARD, read
 from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
-from baldwinlab.report import Section, emergence_generations, render, write_report
+from baldwinlab.report import Section, draw_report, emergence_generations, render, write_report
 from baldwinlab.report.content import reading, run_counts
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs.estimate import of_replay, of_tables
@@ -32,8 +32,15 @@ from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps import publish as sweeps
 
 
-def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> list[ClaimResult]:
-    """Write claims.json, statistics.csv, summary.csv, the figures, the report and what the lab shows, and return the claims.
+class Published(NamedTuple):
+    """What came of a study."""
+
+    claims: Sequence[ClaimResult]
+    write: Callable[[], object]  # the report again, with what other commands have left in the study's folder since
+
+
+def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> Published:
+    """Write claims.json, statistics.csv, summary.csv, the figures, the report and what the lab shows.
 
     A sweep has other results, those of `sweeps.publish`, and no claims. A run counts with its average over its `last`
     generations. Raises StudyError if no run is stored yet.
@@ -41,7 +48,7 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     if study.kind == SWEEP:
         sweeps.publish(study, out, last, tell)
         lab_results.keep(study)
-        return []
+        return Published([], lambda: sweeps.publish(study, out, last, tell))
     study.require_runs()
     data = fitness.with_curves(open_study(study.directory))
     paper = of_study(study.directory, study.paper)
@@ -49,23 +56,33 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     write(results, data, study.directory, last, study.paper)
     tell("drawing the figures")
     traces = _emergence(study, data, paper)
-    sections, made_by = _sections(study, data, last, paper, results), paper if study.paper else None
-    write_report(study.directory, data, results, traces, provenance(study), out, last, sections, made_by, _looks(study))
+    made_by = paper if study.paper else None
+    drawn = draw_report(study.directory, data, results, traces, provenance(study), last, made_by, _looks(study))
+    known, beside = _compared(study, data, last, paper), _beside(study, data, paper, results)
+
+    def write_page() -> None:
+        write_report(study.directory, drawn, out, [*known, *_left(study, last, paper, beside)])
+
+    write_page()
     lab_results.keep(study, data)
-    return results
+    return Published(results, write_page)
 
 
-def _sections(study: Study, data: xr.Dataset, last: int, paper: Paper, results: Sequence[ClaimResult]) -> list[Section]:
-    """What else is known of the study: conditions of one's own compared, and what other commands have left in its folder."""
-    found = []
+def _compared(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[Section]:
+    """Conditions of one's own compared, if there are any."""
     own = set(study.experiments) - set(paper.own() if paper.claims else ())
     if own and (compared := contrasts(data, last)):
-        found.append(Section("compared", "Conditions compared", render("report/contrasts.html", contrasts=compared, last=last)))
+        return [Section("compared", "Conditions compared", render("report/contrasts.html", contrasts=compared, last=last))]
+    return []
+
+
+def _left(study: Study, last: int, paper: Paper, beside: readings.Beside | None) -> list[Section]:
+    """What other commands have left in the folder of a study."""
+    found = []
     if measured := stored.read(study.directory, study.factors):
         found.append(assays.section(measured, study.directory, last, paper.words.inference))
     places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
-    beside = _beside(study, data, paper, results)
     return found + [readings.section(multiverse, study.directory / "figures", beside) for multiverse in multiverses[:1]]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from baldwinlab import console, results
@@ -12,15 +13,19 @@ from baldwinlab.files import is_local
 from baldwinlab.multiverse.publish import publish as publish_multiverse
 from baldwinlab.multiverse.section import combinations, verdict
 from baldwinlab.outputs import REPORT, require_writable
+from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.publish import need, publish
 from baldwinlab.resources import require
 from baldwinlab.studies.store import Study
 
 
-def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool = False) -> Path:
+def report(
+    study: Study, out: Path | None = None, *, last: int = 10, force: bool = False, then: Callable[[], None] | None = None
+) -> Path:
     """Write statistics, figures and the page of a study, a sweep or a multiverse, and show its claims; gives the page's path.
 
     `out` is report.html in the study's directory unless given. A run counts with its average over its `last` generations.
+    `then` is done when it is written, and the page of a study is written again, with what that has left in the study's folder.
     Raises StudyError where no run is stored yet, and RefusedError where `out` would be written over a file of a study, or,
     unless forced, over one that is no report or for more memory than is free.
     """
@@ -37,8 +42,18 @@ def report(study: Study, out: Path | None = None, *, last: int = 10, force: bool
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
             console.say(f"- {sentence}")
     else:
-        claims = publish(study, out, last, console.say)
-        if any(claim.record()["verdict"] in VERDICT_STYLE for claim in claims):
-            console.console.print(claims_table(claims))
+        published = publish(study, out, last, console.say)
+        _show(published.claims, out)
+        if then:
+            then()
+            published.write()
+            _show(published.claims, out)
+        return out
     console.say(f"report: {out}")
     return out
+
+
+def _show(claims: Sequence[ClaimResult], out: Path) -> None:
+    if any(claim.record()["verdict"] in VERDICT_STYLE for claim in claims):
+        console.console.print(claims_table(claims))
+    console.say(f"report: {out}")

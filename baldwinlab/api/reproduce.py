@@ -62,11 +62,12 @@ def reproduce(
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     how["afterwards"] = _afterwards(experiments, chosen, wanted, workers)
     study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
-    if any(missing_assays(study, chosen.about.assays).values()):
-        report(study, last=last, force=force)
+
+    def assays() -> None:
         console.say("so far without assays: they follow, and then the report is written again, with them")
         assay(study, chosen.about.assays, workers=workers, executor=executor, force=force)
-    report(study, last=last, force=force)
+
+    report(study, last=last, force=force, then=assays if any(missing_assays(study, chosen.about.assays).values()) else None)
     return Study(study)
 
 

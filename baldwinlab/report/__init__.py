@@ -18,7 +18,7 @@ from baldwinlab.report.sections import Section, finished, render, write_page
 from baldwinlab.report.words import measures
 from baldwinlab.statistics.summary import by_condition
 
-__all__ = ["Section", "emergence_generations", "render", "write_page", "write_report"]
+__all__ = ["Section", "draw_report", "emergence_generations", "render", "write_page", "write_report"]
 
 PANELS = 6
 
@@ -33,25 +33,22 @@ def emergence_generations(generations: int) -> list[int]:
     return sorted({0, *(round((generations - 1) ** (number / (PANELS - 2))) for number in range(PANELS - 1))})
 
 
-def write_report(
+def draw_report(
     directory: Path,
     study: xr.Dataset,
     results: Sequence[ClaimResult],
     traces: Sequence[xr.Dataset],
     provenance: Mapping[str, Any],
-    out: Path,
     last: int = 10,
-    sections: Sequence[Section] = (),
     paper: Paper | None = None,
     looks: Looks = MappingProxyType({}),
-) -> Path:
-    """Write the report to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
+) -> dict[str, Any]:
+    """What `write_report` says of a study; its figures are written to `directory`/figures as SVG and PNG.
 
     `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
     population at `emergence_generations`, or none. Of `provenance`, the report shows what it finds: seed, versions, platform,
-    seconds, agent_steps, workers, compile_seconds. `sections` come after the claims. `paper` is the one that the study was made
-    by; without, it is held against the default. `looks` say how conditions of foragers look, as far as their parts are here.
-    Each file appears whole or not at all. Raises OSError.
+    seconds, agent_steps, workers, compile_seconds. `paper` is the one that the study was made by; without, it is held against the
+    default. `looks` say how conditions of foragers look, as far as their parts are here. Raises OSError.
     """
     about = paper or load()
     texts = content.experiment_texts(study)
@@ -60,26 +57,32 @@ def write_report(
     shown = [
         embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, about, looks)
     ]
-    page = render(
-        "report/report.html",
-        sections=sections,
-        paper=about,
-        reproduced=paper is not None,
-        overview=content.overview(study, conditions, provenance, about),
-        verdict_counts=content.verdict_counts(results),
-        results=results,
-        figures=shown,
-        explaining=EXPLAINING,
-        measures=measures("food_eaten" in study),
-        last=last,
-        pairs=any(finding.comparison.paired for result in results for finding in result.findings),
-        own_measures=any(finding.meaning for result in results for finding in result.findings),
-        differing=differing,
-        open_choices=content.open_choices(differing, conditions),
-        departures=content.departures(study, conditions, about),
-        summary=by_condition(study, last),
-        experiments=texts,
-        provenance=provenance,
-        timing=content.timing(provenance),
-    )
+    return {
+        "paper": about,
+        "reproduced": paper is not None,
+        "overview": content.overview(study, conditions, provenance, about),
+        "verdict_counts": content.verdict_counts(results),
+        "results": results,
+        "figures": shown,
+        "explaining": EXPLAINING,
+        "measures": measures("food_eaten" in study),
+        "last": last,
+        "pairs": any(finding.comparison.paired for result in results for finding in result.findings),
+        "own_measures": any(finding.meaning for result in results for finding in result.findings),
+        "differing": differing,
+        "open_choices": content.open_choices(differing, conditions),
+        "departures": content.departures(study, conditions, about),
+        "summary": by_condition(study, last),
+        "experiments": texts,
+        "provenance": provenance,
+        "timing": content.timing(provenance),
+    }
+
+
+def write_report(directory: Path, drawn: Mapping[str, Any], out: Path, sections: Sequence[Section] = ()) -> Path:
+    """Write what was `drawn` of the study in `directory` to `out`, with `sections` after the claims; gives `out`.
+
+    The file appears whole or not at all. Raises OSError.
+    """
+    page = render("report/report.html", sections=sections, **drawn)
     return write_atomically(out, finished(page, out, directory / "figures").encode())

@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.papers.claims import Comparison
 from baldwinlab.papers.verdicts import Finding, evaluate
 from baldwinlab.presets import factors, load
-from baldwinlab.report import emergence_generations, write_report
+from baldwinlab.report import draw_report, emergence_generations, write_report
 from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import number, probability, sentence
 from tests.axe import barriers
@@ -39,7 +39,8 @@ FACTS = {
 def report_of(
     data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, provenance: dict[str, Any] | None = None
 ) -> Path:
-    return write_report(folder, data, evaluate(data), traces or [], provenance or {}, folder / "report.html", looks=LOOKS)
+    drawn = draw_report(folder, data, evaluate(data), traces or [], provenance or {}, looks=LOOKS)
+    return write_report(folder, drawn, folder / "report.html")
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +92,7 @@ def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) 
 
 def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
     folder, out = tmp_path / "a study", tmp_path / "pages" / "report.html"
-    write_report(folder, study(AS_THE_PAPER), [], [], {}, out)
+    write_report(folder, draw_report(folder, study(AS_THE_PAPER), [], [], {}), out)
     assert 'href="../a%20study/figures/fitness.csv"' in out.read_text("utf-8")
 
 
@@ -161,7 +162,7 @@ def test_the_reading_is_named_or_spelt_out() -> None:
 
 def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
     data = study(AS_THE_PAPER)
-    write_report(tmp_path, data, evaluate(data), [], {}, tmp_path / "report.html")
+    write_report(tmp_path, draw_report(tmp_path, data, evaluate(data), [], {}), tmp_path / "report.html")
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"fitness", "final-fitness", "maps"}
 
 
