@@ -22,8 +22,8 @@ from baldwinlab.lab import (
     Lab,
     MissingError,
     alleles,
+    cards,
     forms,
-    gallery,
     history,
     inside,
     live,
@@ -58,7 +58,7 @@ def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
     def engine(request: Request) -> JSONResponse:
         return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
 
-    parts = (studies, gallery, outcomes, forms, recording, inside, history, alleles, views, live, share)
+    parts = (studies, cards, outcomes, forms, recording, inside, history, alleles, views, live, share)
     routes = [route for part in parts for route in part.routes(lab)]
     routes += [*sweeping.routes(lab, sweeps), Route("/api/engine", engine), Route("/palette.css", _palette)]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
