@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Final, cast
 from urllib.parse import urlsplit
 from uuid import uuid4
 
 from baldwinlab.errors import RefusedError
 
+DEEPEST: Final = 32  # levels of JSON
 PARTIAL = ".partial"  # the ending of a file that is being written
 
 
@@ -24,6 +26,24 @@ def toml_of(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError:
         raise tomllib.TOMLDecodeError("it is nested too deeply") from None
+
+
+def json_of(text: str | bytes) -> Any:
+    """What JSON says. Raises ValueError where it is none, and for what nests too deep to be anything that we know."""
+    try:
+        found = json.loads(text)
+        level = [found]
+        for _ in range(DEEPEST):
+            level = [below for each in level for below in _inside(each)]
+    except RecursionError:
+        level = [None]
+    if level:
+        raise ValueError(f"JSON may nest {DEEPEST} levels deep here, and this nests deeper")
+    return found
+
+
+def _inside(value: Any) -> Iterable[Any]:
+    return value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
 
 
 def location(text: str | Path) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,10 +10,10 @@ from pathlib import Path
 from baldwinlab.assays import stored
 from baldwinlab.errors import RefusedError
 from baldwinlab.factors import CONDITIONS
-from baldwinlab.files import text_of
 from baldwinlab.gallery.analysis import System, systems
 from baldwinlab.outputs import is_study
 from baldwinlab.papers import DEFAULT, Paper, of_study
+from baldwinlab.studies.claims import claims_in
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
 
@@ -74,8 +73,5 @@ def _entry(study: Study, paper: Paper, last: int) -> Entry:
     if measured:
         wanted = [name for name in paper.about.compared if name in there]
         answered = tuple(systems(open_conditions(study, there), measured, study.experiments, wanted, last))
-    return Entry(paper, study.directory, most_runs(study), _claims(study.directory / "claims.json"), learns, answered)
-
-
-def _claims(path: Path) -> dict[str, str]:
-    return {claim["id"]: claim["verdict"] for claim in json.loads(text_of(path))} if path.exists() else {}
+    claims = {claim["id"]: claim["verdict"] for claim in claims_in(study.directory)}
+    return Entry(paper, study.directory, most_runs(study), claims, learns, answered)

@@ -16,6 +16,7 @@ from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD, nearest
+from baldwinlab.studies.claims import claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 
@@ -102,13 +103,11 @@ def _preset(paper: Paper) -> str | None:
 
 def _verdicts(lab: Lab, study: Study) -> dict[str, int]:
     """How many claims have each verdict, as the report of the study has it; of none where there is no report yet."""
-    path = study.directory / "claims.json"
     try:
-        studies.require_inside(lab.root, path)
-        claims = studies.claims_of(path)
+        studies.require_inside(lab.root, study.directory / "claims.json")
+        counted = Counter(claim["verdict"] for claim in claims_in(study.directory))
     except StudyError:
         return {}
-    counted = Counter(claim.get("verdict") for claim in claims if isinstance(claim, dict))
     from baldwinlab.statistics.rules import VERDICTS  # here, because to load SciPy's statistics takes a while
 
     return {verdict: counted[verdict] for verdict in VERDICTS if counted[verdict]}

@@ -23,12 +23,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, validate
+from baldwinlab.files import json_of
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.clients import PATIENCE
 from baldwinlab.lab.live_run import LiveRun, seconds_in
 from baldwinlab.lab.live_size import check_size, memory_of
 from baldwinlab.lab.memory import give_back
-from baldwinlab.lab.query import body, parsed, whole
+from baldwinlab.lab.query import body, whole
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import create
@@ -210,7 +211,7 @@ async def _listen(websocket: WebSocket, run: LiveRun) -> None:
     """Do what the page asks."""
     async for text in websocket.iter_text():
         try:
-            run.obey(parsed(text))
+            run.obey(json_of(text))
         except ValueError as error:
             await _send(websocket, {"type": "problem", "message": str(error)})
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
+from baldwinlab.files import json_of
+
 Query = Mapping[str, str]
 MOST_POSTED: Final = 2**20  # bytes; an experiment takes some thousands
-DEEPEST: Final = 32  # levels of what is posted
 
 
 def text(query: Query, name: str) -> str:
@@ -39,24 +40,6 @@ def whole(order: Mapping[str, Any], name: str, default: int) -> int:
     return value
 
 
-def parsed(text: str | bytes) -> Any:
-    """What JSON says. Raises ValueError where it is none, and for what nests too deep to be anything that we know."""
-    try:
-        found = json.loads(text)
-        level = [found]
-        for _ in range(DEEPEST):
-            level = [below for each in level for below in _inside(each)]
-    except RecursionError:
-        level = [None]
-    if level:
-        raise ValueError(f"JSON may nest {DEEPEST} levels deep here, and this nests deeper")
-    return found
-
-
-def _inside(value: Any) -> Iterable[Any]:
-    return value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-
-
 async def body(request: Request) -> dict[str, Any]:
     """What is posted. Raises ValueError where it is no JSON object, or nests too deep; HTTPException where it is too large."""
     posted = bytearray()
@@ -65,7 +48,7 @@ async def body(request: Request) -> dict[str, Any]:
         if len(posted) > MOST_POSTED:
             raise HTTPException(413, f"at most {MOST_POSTED:,} bytes may be posted")
     try:
-        found = parsed(bytes(posted))
+        found = json_of(bytes(posted))
     except (json.JSONDecodeError, UnicodeDecodeError):
         found = None
     if not isinstance(found, dict):

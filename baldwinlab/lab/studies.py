@@ -16,12 +16,12 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab import papers, presets
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices
 from baldwinlab.factors import Factors
-from baldwinlab.files import text_of
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.query import parsed, text
+from baldwinlab.lab.query import text
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.lab.turns import InTurn
 from baldwinlab.parts import Model, View
+from baldwinlab.studies.claims import claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -270,19 +270,6 @@ def results_of(lab: Lab, name: str) -> bytes:
 
     def answer() -> bytes:
         found = results.kept(study) or results.of_study(study)
-        return json.dumps(found | {"claims": claims_of(claims)}).encode()
+        return json.dumps(found | {"claims": claims_in(study.directory)}).encode()
 
     return lab.answers.get(("results", study.directory, written), answer)
-
-
-def claims_of(path: Path) -> list[dict[str, Any]]:
-    """What the report found of the paper's claims, if one has been made. Raises StudyError for a file that is damaged."""
-    if not path.exists():
-        return []
-    try:
-        found = parsed(text_of(path))
-    except (OSError, ValueError) as error:
-        raise StudyError(f"{path} cannot be read: {error}; `baldwinlab report` makes it again") from None
-    if not isinstance(found, list):
-        raise StudyError(f"{path} holds no list of claims; `baldwinlab report` makes it again")
-    return found

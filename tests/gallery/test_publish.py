@@ -62,6 +62,17 @@ def test_a_study_without_assays_is_told(command: Command, folder: Path) -> None:
     assert "not stored of mayley-1996" in Path("all/gallery.html").read_text(encoding="utf-8")
 
 
+UNREADABLE = {"torn": '[{"id": "M1"', "no list": '{"id": "M1"}', "no verdicts": '[{"id": "M1"}]', "too deep": "[" * 99_999}
+
+
+@pytest.mark.parametrize("text", UNREADABLE.values(), ids=UNREADABLE)
+def test_claims_that_cannot_be_read_are_told_in_a_sentence(command: Command, folder: Path, text: str) -> None:
+    (folder / "mayley-1996" / "claims.json").write_text(text)
+    done = command("gallery", "all")
+    assert done.code == 2 and "all/mayley-1996/claims.json" in done.err and "`baldwinlab report` makes it again" in done.err
+    assert not (folder / "gallery.html").exists()
+
+
 @pytest.mark.parametrize("folder", ["nothing", "empty"])
 def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, folder: str) -> None:
     Path("empty").mkdir()

@@ -34,7 +34,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     root = tmp_path_factory.mktemp("shelf")
     create(root / "mine" / "first", [small("evo/B")], 1, paper="le-2019")
     verdicts = ("holds", "does not hold", "holds", "of an older report")
-    (root / "mine" / "first" / "claims.json").write_text(json.dumps([{"verdict": verdict} for verdict in verdicts]))
+    (root / "mine" / "first" / "claims.json").write_text(json.dumps([{"id": "C", "verdict": one} for one in verdicts]))
     create(root / "tiny", [small("evo/B")], 1, paper="tiny")
     (root / "tiny" / "paper").mkdir()
     (root / "tiny" / "paper" / "paper.toml").write_text(OWN)
