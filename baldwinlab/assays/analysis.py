@@ -111,6 +111,7 @@ class Analysis:
     subjects: tuple[Subject, ...]
     numbers: tuple[Number, ...]
     last: int  # generations in a window
+    tables: Mapping[str, Table]  # by condition: its quantities, and with `RIVAL` what its rival's agents gain at last
 
     @property
     def asked(self) -> list[Criterion]:
@@ -177,7 +178,7 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
         nobody_ate = isinstance(experiments[name], Experiment) and _nobody_ate(assays, name)
         return Subject(name, factors[name], rivals[name], answers, nobody_ate, lamarckian)
 
-    return Analysis(tuple(subject(name) for name in rivals), numbers, last)
+    return Analysis(tuple(subject(name) for name in rivals), numbers, last, tables)
 
 
 def _evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:

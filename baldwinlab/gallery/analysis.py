@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.assays.analysis import NOT_MEASURED, OFF, RIVAL, Subject, Table, Verdict, evaluate
-from baldwinlab.assays.stored import Assays, Quantity, quantities
+from baldwinlab.assays.analysis import NOT_MEASURED, OFF, RIVAL, Analysis, Subject, Table, Verdict, evaluate
+from baldwinlab.assays.stored import Assays, Quantity
 from baldwinlab.assays.verdict import phases
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.statistics import fitness, median_interval
@@ -122,19 +122,16 @@ def systems(study: xr.Dataset, stored: Assays, experiments: Mapping[str, Any], w
     found, average = evaluate(stored, last), fitness.mean(study)
     in_order = sorted(found.subjects, key=lambda subject: list(experiments).index(subject.condition))
     return [
-        _system(study, average, stored, subject, experiments[subject.condition], last)
+        _system(study, average, stored, found, subject, experiments[subject.condition])
         for subject in in_order
         if subject.phase(1) != NOT_MEASURED and (not wanted or subject.condition in wanted)
     ]
 
 
 def _system(
-    study: xr.Dataset, average: xr.DataArray, stored: Assays, subject: Subject, experiment: BaseExperiment, last: int
+    study: xr.Dataset, average: xr.DataArray, stored: Assays, found: Analysis, subject: Subject, experiment: BaseExperiment
 ) -> System:
-    table = dict(quantities(stored, subject.condition, last))
-    if subject.rival:
-        rival = quantities(stored, subject.rival, last)
-        table |= {RIVAL: rival[OFF]} if OFF in rival else {}
+    table, last = found.tables[subject.condition], found.last
     answers = {one.criterion: Answer(subject.answer(one.criterion).verdict, _share(table, one)) for one in QUESTIONS}
     seen = _size(_seen(stored["innate"][subject.condition], last))
     clock = _clock(study, average, subject, experiment, last) if subject.rival else None
