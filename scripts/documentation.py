@@ -109,8 +109,13 @@ def expanded(pattern: str, made: dict[str, str]) -> list[str]:
     if "*" not in pattern:
         return [pattern]
     found = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern))
-    years = [(paper.folder / "README.md").relative_to(ROOT).as_posix() for paper in reference.by_year()]
+    years = list(papers())
     return sorted(found, key=lambda path: years.index(path) if path in years else -1)
+
+
+def papers() -> dict[str, str]:
+    """What each paper is called in the tree, by the path of its page and in the order of years."""
+    return {(paper.folder / "README.md").relative_to(ROOT).as_posix(): reference.short(paper) for paper in reference.by_year()}
 
 
 def markdown_of(path: Path) -> str:
@@ -118,7 +123,7 @@ def markdown_of(path: Path) -> str:
     text = path.read_text("utf-8")
     if path.suffix == ".py":
         return "\n".join(_cells(text))
-    return re.sub(r"^```\{code-cell\}.*$", "```python", text, flags=re.MULTILINE)
+    return re.sub(r"^```\{code-cell\}.*\n(:.*\n)*", "```python\n", text, flags=re.MULTILINE)
 
 
 def _cells(text: str) -> Iterator[str]:
@@ -150,7 +155,7 @@ def _frame(address: str, first: Experiment) -> str:
 
 
 def _toctree(title: str, pages: list[str]) -> str:
-    labels = {(paper.folder / "README.md").relative_to(ROOT).as_posix(): reference.short(paper) for paper in reference.by_year()}
+    labels = papers()
     lines = [f"{labels[page]} <{_document(page)[:-3]}>" if page in labels else _document(page)[:-3] for page in pages]
     return "\n".join([f"\n```{{toctree}}\n:hidden:\n:caption: {title}\n", *lines, "```\n"])
 

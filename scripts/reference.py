@@ -212,7 +212,8 @@ beside this one.
 {prose(evolution.__doc__)}
 """
     of_part = {each: kind for each, kind in vars(parts).items() if isinstance(kind, type) and issubclass(kind, Part)}
-    for each, kind in of_part.items():
+    order = ["", *choices.BUILT_IN]  # a part is of no kind
+    for each, kind in sorted(of_part.items(), key=lambda item: order.index(item[1].kind)):
         text += f"\n## {each}\n\n{prose(kind.__doc__)}\n\n```py\n{_declared(kind)}\n```\n"
         for phase in phase_names(kind) if kind is not Part else ():
             text += f"\n### {each}.{phase}\n\n{function(getattr(kind, phase), phase)}"

@@ -217,7 +217,7 @@ def test_a_folder_that_holds_anything_else_is_left_as_it_is(tmp_path: Path) -> N
     ("name", "text"),
     [
         ("one.py", "# ---\n# jupyter: x\n# ---\n\n# %% [markdown]\n# # Title\n#\n# Words.\n\n# %%\nprint(1)\n"),
-        ("one.md", "# Title\n\nWords.\n\n```{code-cell} python\nprint(1)\n```\n"),
+        ("one.md", "# Title\n\nWords.\n\n```{code-cell} python\n:tags: [one]\n\nprint(1)\n```\n"),
     ],
 )
 def test_a_notebook_s_text_is_a_page(tmp_path: Path, name: str, text: str) -> None:
