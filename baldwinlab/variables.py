@@ -11,6 +11,14 @@ import xarray as xr
 PARENTS = ("fitter", "other")
 OF_AGENT = ("generation", "agent")  # the dimensions of what is recorded of every agent of every generation
 
+DIMENSIONS: Mapping[str, str] = {  # what a study's data are labelled with, and what it means
+    "condition": "the condition's name",
+    "run": "number of the run",
+    "generation": "number of the generation, from 0",
+    "agent": "number of the agent in its generation",
+    "parent": "which of the two",
+}
+
 
 class Variable(NamedTuple):
     dims: tuple[str, ...]

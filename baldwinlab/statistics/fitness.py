@@ -19,8 +19,6 @@ import xarray as xr
 from scipy import stats
 
 Lives = npt.NDArray[Any]  # a number of each agent [generation, agent], or of each generation
-
-
 Curve = Callable[[xr.Dataset], xr.DataArray]
 
 
@@ -56,7 +54,8 @@ def share(study: xr.Dataset) -> xr.DataArray:
 
     Of models without food, of those that gained anything.
     """
-    return _of_agents(gained(study), lambda food: (food > 0).sum(axis=-1) / _count(food)).assign_attrs(valid_max=1.0)
+    eaters = _of_agents(gained(study), lambda food: (food > 0).sum(axis=-1) / _count(food))
+    return eaters.drop_attrs(deep=False).assign_attrs(valid_max=1.0)
 
 
 def _of_agents(values: xr.DataArray, of: Callable[[Lives], Lives]) -> xr.DataArray:

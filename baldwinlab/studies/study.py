@@ -22,7 +22,7 @@ from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
 from baldwinlab.studies.records import DamagedRecordError, write_record
 from baldwinlab.studies.store import Study
-from baldwinlab.variables import PARENTS, RUN
+from baldwinlab.variables import DIMENSIONS, PARENTS, RUN
 
 __all__ = ["Evolve", "agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
 
@@ -139,8 +139,10 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
 
     `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
     `experiment(condition)` is each condition as TOML; `learner`, `map` and `reading` are coordinates along `condition`, as far as
-    the conditions have them ("" where one has not). Raises StudyError for a condition that the study has not, and (as
-    DamagedRecordError) for a record that is not what was written.
+    the conditions have them ("" where one has not). Units and meanings are attributes, `units` and `long_name`.
+
+    Raises StudyError for a condition that the study has not, and (as DamagedRecordError) for a record that is not what was
+    written.
     """
     study = Study(location(directory))
     return open_conditions(study, list(study.experiments if conditions is None else conditions))
@@ -152,8 +154,11 @@ def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
     opened = [_open_condition(study, name) for name in names]
     found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
     found = found.assign_coords(condition=list(names)).assign_coords(coordinates([study.factors[name] for name in names]))
-    gains = [one["energy"].attrs for one in opened if one["energy"].attrs]
-    found["energy"].attrs = gains[0] if gains and all(each == gains[0] for each in gains) else {}
+    for name in found.data_vars:  # a gain may be another in each model, and then has no one unit and meaning
+        told = [one[name].attrs for one in opened if name in one and one[name].attrs]
+        found[name].attrs = told[0] if told and all(each == told[0] for each in told) else {}
+    for name, meaning in DIMENSIONS.items():
+        found[name].attrs = {"long_name": meaning}
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 
@@ -163,7 +168,8 @@ def _open_condition(study: Study, condition: str) -> xr.Dataset:
         return _no_runs(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in numbers]
     found = xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
-    found["energy"].attrs = records[0]["energy"].attrs  # its unit and its meaning, which are the model's
+    for name, variable in records[0].data_vars.items():
+        found[name].attrs = variable.attrs  # its unit and its meaning
     return found
 
 

@@ -16,6 +16,7 @@ import xarray as xr
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.runs.simulate import simulate
+from baldwinlab.statistics import fitness
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.store import create
@@ -171,3 +172,15 @@ def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
     assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
     assert session["workers"] == 2
     assert session["seconds"] > 0
+
+
+def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(tmp_path: Path) -> None:
+    data = open_study(small_study(tmp_path / "study", runs=1).directory)
+    assert {name: data[name].attrs["units"] for name in ("food_eaten", "energy", "parents")} == {
+        "food_eaten": "items",
+        "energy": "energy",
+        "parents": "1",
+    }
+    assert data.food_eaten.attrs["long_name"] == "items eaten in life"
+    assert all(data[name].attrs["long_name"] for name in data.dims)
+    assert "units" not in fitness.share(data).attrs, "a share is no items"
