@@ -98,23 +98,40 @@ def writing(path: Path) -> Iterator[None]:
         raise OSError(error.errno, why, str(path) if full else error.filename or str(path)) from None
 
 
-def write_atomically(path: Path, content: bytes) -> Path:
-    """Write under another name in the same folder, made where it is missing, and rename. Raises OSError, leaving no trace."""
+@contextmanager
+def appearing(path: Path) -> Iterator[Path]:
+    """Where to write a file or folder of this machine, under another name in the same folder, made where it is missing.
+
+    At the end it is renamed. Raises OSError, leaving no trace.
+    """
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        if not is_local(path):
-            path.write_bytes(content)  # an object appears with its last byte: a put to a store is atomic, a rename is not
-            return path
         partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
         try:
-            with partial.open("xb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
+            yield partial
+            if partial.is_file():
+                with partial.open("rb+") as file:
+                    os.fsync(file.fileno())
             partial.replace(path)
         except BaseException:
-            partial.unlink(missing_ok=True)
+            if partial.is_dir():
+                import shutil  # here, because to load it takes a while
+
+                shutil.rmtree(partial, ignore_errors=True)
+            else:
+                partial.unlink(missing_ok=True)
             raise
+
+
+def write_atomically(path: Path, content: bytes) -> Path:
+    """Write a file whole or not at all. Raises OSError as `appearing` does."""
+    if is_local(path):
+        with appearing(path) as partial, partial.open("xb") as file:
+            file.write(content)
+    else:
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)  # an object appears with its last byte: a put to a store is atomic, a rename is not
     return path
 
 
