@@ -21,6 +21,7 @@ State = Literal["well", "missing", "problem"]  # missing is what may be
 FOR: Final = {  # what an extra is for; those that developers need are not listed
     "cuda": "lives on an NVIDIA GPU",
     "cluster": "studies on the workers of a Dask or Slurm cluster, and in object stores",
+    "exchange": "studies as Zarr, as Parquet, in polars, and as RO-Crates",
     "lab": "the lab in the browser",
     "rl": "worlds as environments of PettingZoo and Gymnasium",
     "video": "lives as .mp4",

@@ -30,7 +30,7 @@ FLOORS = [
     {"figures"},
     {"report"},
     {"assays", "multiverse", "sweeps"},
-    {"results", "console", "gallery"},
+    {"results", "console", "gallery", "exchange"},
     {"publish"},
     {"api"},
     {"lab"},

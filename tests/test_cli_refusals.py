@@ -88,8 +88,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (["report"], "DIRECTORY is missing; write: baldwinlab report DIRECTORY; for its options see baldwinlab report --help"),
         (
-            ["phylogeny", "mine", "--run", "0", "--out", "tree.nex"],
-            "--condition needs a value; write: baldwinlab phylogeny DIRECTORY --condition CONDITION --run RUN --out OUT",
+            ["phylogeny", "mine", "--run", "0"],
+            "--out needs a value; write: baldwinlab phylogeny DIRECTORY --out OUT; for its options see",
         ),
         (["run", "evo/A", "--part", "nothing.py"], "cannot read the part nothing.py: No such file or directory"),
         (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --last?"),

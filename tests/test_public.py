@@ -80,7 +80,7 @@ def test_to_run_a_study_loads_no_figures() -> None:
 def test_whatever_is_imported_is_declared() -> None:
     """In pyproject.toml, so that it is there wherever baldwinlab is; what comes by way of another package may go."""
     project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]
-    extras = [project["optional-dependencies"][name] for name in ("cuda", "cluster", "lab", "rl", "video")]
+    extras = [project["optional-dependencies"][name] for name in ("cuda", "cluster", "exchange", "lab", "rl", "video")]
     lines = sum(extras, project["dependencies"])
     declared = {re.split(r"[^A-Za-z0-9_-]", line)[0].replace("_", "-").lower() for line in lines}
     owners = packages_distributions()

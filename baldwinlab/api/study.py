@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomlkit
 import xarray as xr
@@ -19,15 +19,23 @@ from baldwinlab.api.bring import assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
+from baldwinlab.exchange import frames, written
+from baldwinlab.exchange.table import Table
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
+from baldwinlab.resources import require
+from baldwinlab.runs.estimate import of_tables
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies import store
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps.design import open_sweep
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
 
 SHOWN = 10  # conditions that are listed; a sweep may have thousands
 
@@ -109,6 +117,55 @@ class Study:
         self._stored.require_parts(condition)
         energy = self._stored.read(condition, run, genomes=False).energy
         return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force)
+
+    def to_zarr(self, path: str | Path, *, force: bool = False) -> None:
+        """Write `data` as a Zarr store, version 3: a folder that is not there yet.
+
+        Raises RefusedError where it is, and, unless forced, for more memory than is free. This and all that follow raise
+        StudyError where no run is stored and for a damaged record, and RefusedError where a library is missing.
+        """
+        self._stored.require_runs()
+        require(f"the data of {self.directory}", of_tables(self._sizes()), force=force)
+        written.write_zarr(self.data(), Path(path))
+
+    def to_parquet(self, path: str | Path, *, force: bool = False) -> None:
+        """Write a tidy table: a row for each condition, run, generation and agent, and a column for each variable.
+
+        Units and meanings are the fields' metadata. It is written run by run. Raises RefusedError where a file is there that this
+        has not written, unless forced.
+        """
+        written.write_parquet(Table(self._stored), Path(path), force=force)
+
+    def to_csv(self, path: str | Path, *, force: bool = False) -> None:
+        """Write the same table as CSV, with units and meanings beside it, in PATH-metadata.json. Raises as `to_parquet` does."""
+        written.write_csv(Table(self._stored), Path(path), force=force)
+
+    def to_phylogeny(
+        self, path: str | Path, condition: str | None = None, run: int | None = None, *, force: bool = False
+    ) -> None:
+        """Write who begot whom in all runs, those of a condition, or one: CSV in the ALife data standard.
+
+        Raises as `to_parquet` does.
+        """
+        written.write_phylogeny(self._stored, Path(path), condition, run, force=force)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The table of `to_parquet` in memory; `attrs` has `units` and `long_name` of its columns."""
+        return frames.to_pandas(Table(self._stored))
+
+    def to_polars(self) -> pl.DataFrame:
+        """The table of `to_parquet` in memory. Polars keeps no units."""
+        return frames.to_polars(Table(self._stored))
+
+    def to_arviz(self, *, last: int = 10) -> xr.DataTree:
+        """The outcome of each run, averaged over its `last` generations, as ArviZ has observations: see `exchange.inference`."""
+        from baldwinlab.exchange.inference import outcomes  # here, because to load SciPy's statistics takes a while
+
+        self._stored.require_runs()
+        return outcomes(self.data(), last)
+
+    def _sizes(self) -> list[tuple[BaseExperiment, int]]:
+        return [(self.experiment(condition), len(self.runs(condition))) for condition in self.conditions]
 
     def __repr__(self) -> str:
         shown = [f"  {condition}: runs: {len(self.runs(condition))}" for condition in self.conditions[:SHOWN]]

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab.assays.sample import Conditions, Sample
 
@@ -98,22 +97,17 @@ def fitter_line(parents: Parents, generation: int, agent: int) -> list[tuple[int
 HEADER = "id,ancestor_list,origin_time,destruction_time"
 
 
-def phylogeny(record: xr.Dataset) -> str:
-    """The pedigree of a run as CSV in the ALife data standard: an agent is generation * agents + its number in it.
+def phylogeny_lines(parents: Parents, first: int = 0) -> Iterator[str]:
+    """The pedigree of a run in the ALife data standard, below `HEADER`.
 
-    An agent's time is its generation; it is gone with the next. `ancestor_list` holds both parents, one of them where they are
-    the same, and `none` where nothing was inherited.
+    An agent is first + generation * agents + its number in its generation, which is its time; it is gone with the next.
+    `ancestor_list` holds both parents, one of them where they are the same, and `none` where nothing was inherited.
     Source: Lalejini et al., "Data standards for artificial life software", ALIFE 2019.
     """
-    return "".join(f"{line}\n" for line in _phylogeny_lines(record.parents.values))
-
-
-def _phylogeny_lines(parents: Parents) -> Iterator[str]:
-    yield HEADER
     agents = parents.shape[1]
     for generation, couples in enumerate(parents.tolist()):
         for agent, couple in enumerate(couples):
-            before = (generation - 1) * agents
+            before = first + (generation - 1) * agents
             ancestors = ",".join(str(before + parent) for parent in dict.fromkeys(couple) if parent >= 0) or "none"
-            number = generation * agents + agent
+            number = first + generation * agents + agent
             yield f'{number},"[{ancestors}]",{generation},{generation + 1}'

@@ -1,4 +1,4 @@
-"""A laboratory to give away."""
+"""A laboratory to give away, and a study for other people's tools."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.cli.common import Assignments, Force, Parts, PerhapsWhole, load_parts
+from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.idle import require_effect
-from baldwinlab.files import write_atomically
+from baldwinlab.files import location, write_atomically
 from baldwinlab.outputs import EXPORT, is_study, require_writable
 from baldwinlab.presets import load
 from baldwinlab.studies.store import Study
@@ -21,13 +22,20 @@ def export(
     source: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, a TOML file, or the directory of a study")],
     /,
     *,
-    out: Annotated[Path, Parameter(help="the HTML file")],
+    out: Annotated[Path, Parameter(help="ends in .html, or of a study in .zarr, .parquet or .csv")],
     part: Parts = None,
     assignments: Assignments = None,
     seed: Annotated[PerhapsWhole, Parameter(help="that the page begins with; a study's own, else 0")] = None,
     force: Force = False,
 ) -> None:
-    """Write a live laboratory: one HTML file in which evolution runs in the reader's own browser, to the same bits."""
+    """Write a live laboratory, one HTML file in which evolution runs in the reader's own browser, to the same bits; or a study's
+    results for other people's tools: a Zarr store, a table as Parquet, or as CSV.
+    """
+    if out.suffix != ".html":
+        if part or assignments or seed is not None:
+            raise RefusedError(f"--part, --set and --seed are for pages, which end in .html, and not for {out}")
+        _write_results(location(source), out, force=force)
+        return
     from baldwinlab.lab.export import live_page  # here, because to load the engine takes a while
     from baldwinlab.models.miniworld.modules import is_ready
 
@@ -40,6 +48,22 @@ def export(
     write_atomically(out, page)
     names = ", ".join(experiment.name for experiment in experiments)
     console.say(f"{out}: {names}; {len(page):,} bytes that need no server")
+
+
+def _write_results(directory: Path, out: Path, *, force: bool) -> None:
+    """As the ending says. Raises RefusedError for another, and StudyError where there is no study."""
+    if out.suffix not in (".zarr", ".parquet", ".csv"):
+        raise RefusedError(f"--out {out} must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study")
+    from baldwinlab.api.study import Study as Whole  # here, because to load it takes a while
+
+    study = Whole(Study(directory))
+    if out.suffix == ".zarr":
+        study.to_zarr(out, force=force)
+    elif out.suffix == ".parquet":
+        study.to_parquet(out, force=force)
+    else:
+        study.to_csv(out, force=force)
+    console.say(f"{out}: runs: {sum(len(study.runs(condition)) for condition in study.conditions):,}")
 
 
 def _given(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.assays.descent import HEADER
-from baldwinlab.assays.descent import phylogeny as pedigree
-from baldwinlab.cli.common import Directory, Force, Whole
-from baldwinlab.files import write_atomically
-from baldwinlab.outputs import require_writable
+from baldwinlab.cli.common import Directory, Force, PerhapsWhole
+from baldwinlab.exchange.written import write_phylogeny
 from baldwinlab.studies.store import Study
 
 
-def phylogeny(directory: Directory, /, *, condition: str, run: Whole, out: Path, force: Force = False) -> None:
-    """Write who begot whom in a run as CSV in the ALife data standard for phylogenies."""
-    require_writable("--out", out, HEADER.encode(), force=force)
-    study = Study(directory)
-    study.experiment(condition)
-    record = study.read(condition, run, genomes=False)
-    write_atomically(out, pedigree(record).encode())
-    console.say(f"{out}: {record.parents.sizes['generation'] * record.parents.sizes['agent']} agents")
+def phylogeny(
+    directory: Directory,
+    /,
+    *,
+    out: Annotated[Path, Parameter(help="the CSV file")],
+    condition: Annotated[str | None, Parameter(help="all conditions unless given")] = None,
+    run: Annotated[PerhapsWhole, Parameter(help="all runs unless given")] = None,
+    force: Force = False,
+) -> None:
+    """Write who begot whom as CSV in the ALife data standard for phylogenies: of a run, a condition, or a whole study."""
+    count = write_phylogeny(Study(directory), out, condition, run, force=force)
+    console.say(f"{out}: {count:,} agents")

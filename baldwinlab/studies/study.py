@@ -159,6 +159,7 @@ def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
         found[name].attrs = told[0] if told and all(each == told[0] for each in told) else {}
     for name, meaning in DIMENSIONS.items():
         found[name].attrs = {"long_name": meaning}
+    found = found.drop_encoding()  # which says how records are stored: written so, gaps among whole numbers would be lost
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 

@@ -172,10 +172,16 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
 
 def settings(study: Study) -> dict[str, list[int | float] | list[str]]:
     """What each swept field, by its name in words, is at each point of a sweep; nothing where its file is gone."""
+    points = list(study.experiments.values())
+    return {name_of(field, points[0]): values for field, values in settings_by_path(study).items()}
+
+
+def settings_by_path(study: Study) -> dict[str, list[int | float] | list[str]]:
+    """As `settings`, by the path of each field, such as learning.rate."""
     if not (study.directory / FILE).exists():
         return {}
     points = list(study.experiments.values())
-    return {name_of(field, points[0]): _labels(points, field) for field in read(study.directory / FILE).fields}
+    return {field: _labels(points, field) for field in read(study.directory / FILE).fields}
 
 
 def _as_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
