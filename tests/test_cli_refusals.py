@@ -106,7 +106,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["reproduce", "--steps", "100000000", "--runs", "1"], "of memory would be needed, and"),
         (["multiverse", "--runs", "100000000"], "runs: 9,000,000,000: about"),
         (["check", "part.py", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
-        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, claims, doctor"),
+        (["rum"], "there is no command 'rum' (did you mean 'run'?); there are assay, bench, check, claims, crate, doctor"),
     ],
 )
 def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(

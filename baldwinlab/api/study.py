@@ -20,6 +20,7 @@ from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
 from baldwinlab.exchange import frames, written
+from baldwinlab.exchange.crate import write_crate
 from baldwinlab.exchange.table import Table
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
@@ -163,6 +164,13 @@ class Study:
 
         self._stored.require_runs()
         return outcomes(self.data(), last)
+
+    def crate(self, *, authors: Sequence[str] = (), license: str = "", force: bool = False) -> Path:
+        """Write an RO-Crate's metadata into the study's folder, who, what, how and with which versions; gives the file's path.
+
+        Raises as `exchange.crate.write_crate` does, which says what may be given.
+        """
+        return write_crate(self._stored, authors, license, force=force)
 
     def _sizes(self) -> list[tuple[BaseExperiment, int]]:
         return [(self.experiment(condition), len(self.runs(condition))) for condition in self.conditions]

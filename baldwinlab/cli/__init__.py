@@ -16,6 +16,7 @@ COMMANDS = {  # module and function of each
     "bench": ("cli.measure", "bench"),
     "check": ("cli.check", "check"),
     "claims": ("cli.claims", "claims"),
+    "crate": ("cli.crate", "crate"),
     "doctor": ("cli.doctor", "doctor"),
     "export": ("cli.export", "export"),
     "gallery": ("gallery.command", "gallery"),

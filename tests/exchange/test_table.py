@@ -134,6 +134,7 @@ WAYS: list[Callable[[Study, Path], object]] = [
     lambda study, path: study.to_csv(path / "x.csv"),
     lambda study, path: study.to_zarr(path / "x.zarr"),
     lambda study, path: study.to_phylogeny(path / "x.csv"),
+    lambda study, path: study.crate(),
 ]
 
 

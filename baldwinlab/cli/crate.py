@@ -1,0 +1,26 @@
+"""What a study is, for those who find it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from baldwinlab import console
+from baldwinlab.cli.common import Directory, Force
+from baldwinlab.exchange.crate import write_crate
+from baldwinlab.studies.store import Study
+
+
+def crate(
+    directory: Directory,
+    /,
+    *,
+    author: Annotated[
+        list[str] | None, Parameter(negative="", help="a name, which the address of an ORCID may follow; repeatable")
+    ] = None,
+    license: Annotated[str, Parameter(help="how it may be used: an address, or a name of SPDX such as CC-BY-4.0")] = "",
+    force: Force = False,
+) -> None:
+    """Write an RO-Crate's metadata into a study's directory: who made it, what it holds, how it came about, by which versions."""
+    console.say(f"RO-Crate: {write_crate(Study(directory), author or (), license, force=force)}")

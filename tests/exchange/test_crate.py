@@ -1,0 +1,176 @@
+"""RO-Crates, held to the specification by its own validator."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections import defaultdict
+from datetime import datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+import requests
+from rocrate.rocrate import ROCrate
+from rocrate_validator import models, services
+
+import baldwinlab as bl
+from baldwinlab import Study
+from baldwinlab.errors import RefusedError
+from baldwinlab.studies.store import create
+from tests.commands import Command
+from tests.small import small
+
+CONTEXT = "https://w3id.org/ro/crate/1.1/context"
+UNKNOWN = {  # what the specifications recommend, and nobody has told
+    "The `publisher` property of a `Root Data Entity` SHOULD be an `Organization`": {"./"},
+    "The author SHOULD have an organizational affiliation.": {"https://orcid.org/0000-0002-1825-0097"},
+    "The author SHOULD have a Contextual Entity which specifies the organizational `affiliation`.": {
+        "https://orcid.org/0000-0002-1825-0097"
+    },
+    "The Application SHOULD have a url": {"baldwinlab"},
+    "The SoftwareApplication id SHOULD be an absolute URI": {"http://schema.org/SoftwareApplication"},
+}
+
+
+@pytest.fixture
+def copy(mixed: Study, tmp_path: Path) -> Study:
+    return bl.open(shutil.copytree(mixed.directory, tmp_path / "study"))
+
+
+@pytest.fixture
+def issues_of(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The validator, which asks the net for the context of terms alone: it is given that which the library `rocrate` ships."""
+
+    def answer(self: object, request: requests.PreparedRequest, **_: object) -> requests.Response:
+        assert request.url == CONTEXT
+        found = requests.Response()
+        found.status_code, found.url, found.request = 200, CONTEXT, request
+        found._content = files("rocrate").joinpath("data/ro-crate.jsonld").read_bytes()
+        found.headers["Content-Type"] = "application/ld+json"
+        return found
+
+    monkeypatch.setattr(requests.adapters.HTTPAdapter, "send", answer)
+
+    def validate(folder: Path, severity: models.Severity) -> dict[str, set[str]]:
+        """What it finds, and of which entities."""
+        settings = services.ValidationSettings(
+            rocrate_uri=str(folder),
+            profile_identifier="process-run-crate-0.5",
+            requirement_severity=severity,
+            no_cache=True,
+        )
+        found = defaultdict(set)
+        for issue in services.validate(settings).get_issues():
+            entity = str(issue.violatingEntity).removeprefix("./#").partition("-0.")[0]
+            found[str(issue.message)].add(entity)
+        return dict(found)
+
+    return validate
+
+
+def entities(study: Study) -> dict[str, Any]:
+    graph = json.loads((study.directory / "ro-crate-metadata.json").read_text("utf-8"))["@graph"]
+    return {entity["@id"]: entity for entity in graph}
+
+
+def test_its_own_validator_misses_nothing_but_what_nobody_has_told(copy: Study, issues_of: Any) -> None:
+    copy.crate(authors=["Josiah Carberry https://orcid.org/0000-0002-1825-0097"], license="CC-BY-4.0")
+    assert issues_of(copy.directory, models.Severity.RECOMMENDED) == UNKNOWN
+
+
+@pytest.mark.nightly  # it takes five seconds
+def test_what_is_required_is_there_also_where_nothing_is_told(copy: Study, issues_of: Any) -> None:
+    copy.crate()
+    assert issues_of(copy.directory, models.Severity.REQUIRED) == {}
+    (copy.directory / "study.toml").unlink()
+    assert issues_of(copy.directory, models.Severity.REQUIRED), "it would notice"
+
+
+def test_it_says_who_what_how_and_with_which_versions(copy: Study) -> None:
+    path = copy.crate(authors=["Josiah Carberry https://orcid.org/0000-0002-1825-0097", "Ada"], license="CC-BY-4.0")
+    assert path == copy.directory / "ro-crate-metadata.json"
+    found = entities(copy)
+    root, action = found["./"], found["#the-runs"]
+    assert (root["name"], root["license"]) == ("study", {"@id": "https://spdx.org/licenses/CC-BY-4.0"})
+    assert [found[each["@id"]]["name"] for each in root["author"]] == ["Josiah Carberry", "Ada"]
+    assert action["agent"] == root["author"]
+    assert found["runs/evo/A/"]["description"] == "2 runs, netCDF 3"
+    assert {each["@id"] for each in action["object"]} == {f"runs/{name}/experiment.toml" for name in copy.conditions}
+    assert found["study.toml"]["encodingFormat"] == "application/toml"
+    assert found["#variable-food_eaten"]["unitText"] == "items"
+    record = bl.simulate(small("evo/A"), seed=5)
+    software = found[action["instrument"]["@id"]]
+    assert (software["name"], software["softwareVersion"]) == ("baldwinlab", record.attrs["baldwinlab"])
+    needed = {found[each["@id"]]["name"]: found[each["@id"]]["softwareVersion"] for each in software["softwareRequirements"]}
+    assert needed == {"Python": record.attrs["python"], "NumPy": record.attrs["numpy"], "Numba": record.attrs["numba"]}
+    began, ended = (datetime.fromisoformat(action[time]) for time in ("startTime", "endTime"))
+    assert began <= ended <= datetime.fromisoformat(root["datePublished"])
+
+
+def test_it_tells_of_no_file_that_is_not_there(copy: Study) -> None:
+    (copy.directory / "my notes.md").write_text("an idea")
+    (copy.directory / "assays").mkdir()
+    copy.crate()
+    crate = ROCrate(copy.directory)
+    assert {"study.toml", "my%20notes.md", "assays/", "runs/guessing/"} <= {each.id for each in crate.data_entities}
+    assert all(Path(each.source).exists() for each in crate.data_entities)
+
+
+def test_neither_author_nor_license_is_made_up(copy: Study) -> None:
+    copy.crate()
+    found = entities(copy)
+    assert "author" not in found["./"] and "agent" not in found["#the-runs"]
+    assert found[found["./"]["license"]["@id"]]["name"] == "no license has been given"
+
+
+def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(copy: Study, command: Command) -> None:
+    before = copy.to_pandas()
+    for _ in range(2):
+        done = command("crate", str(copy.directory), "--author", "Ada", "--license", "https://example.org/terms")
+        assert (done.code, done.out) == (0, f"RO-Crate: {copy.directory / 'ro-crate-metadata.json'}\n"), done.err
+    assert bl.open(copy.directory).to_pandas().equals(before)
+    again = bl.run([copy.experiment(name) for name in copy.conditions], runs=2, seed=5, out=copy.directory)
+    assert again.runs("guessing") == [0, 1]
+    copy.crate()
+    assert entities(copy)["runs/guessing/"]["description"] == "2 runs, netCDF 3"
+
+
+def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
+    stored = create(tmp_path / "study", [small("evo/A")], seed=5, paper="le-2019")
+    stored.write("evo/A", 0, bl.simulate(small("evo/A"), seed=5))
+    study = bl.open(stored.directory)
+    study.crate()
+    cited = entities(study)[entities(study)["./"]["citation"]["@id"]]
+    assert cited["@type"] == "ScholarlyArticle" and cited["name"].startswith("Evolving Self-taught Neural Networks")
+
+
+def test_a_crate_of_somebody_elses_is_not_written_over(copy: Study, command: Command) -> None:
+    (copy.directory / "ro-crate-metadata.json").write_text('{"@graph": []}')
+    done = command("crate", str(copy.directory))
+    assert done.code == 2 and "is there already, and not made by this command" in done.err
+    assert command("crate", str(copy.directory), "--force").code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["--license", "ask me first"],
+            "--license ask me first must be an address, https://..., or a name of SPDX such as CC-BY-4.0",
+        ),
+        (["--author", " "], "--author   must have a name, which the address of an ORCID may follow"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_nothing_is_written(copy: Study, command: Command, words: list[str], sentence: str) -> None:
+    done = command("crate", str(copy.directory), *words)
+    assert (done.code, done.err) == (2, f"baldwinlab: {sentence}\n")
+    assert not (copy.directory / "ro-crate-metadata.json").exists()
+
+
+def test_without_its_library_it_is_told_how_to_install_it(copy: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
+    with pytest.raises(RefusedError, match=r"an RO-Crate needs the extra 'exchange': pip install 'baldwinlab\[exchange\]'"):
+        copy.crate()
