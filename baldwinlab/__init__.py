@@ -7,6 +7,7 @@
 2
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -95,3 +96,16 @@ if not TYPE_CHECKING:  # a type checker would take any name
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+def _in_a_notebook() -> None:
+    """A trace plays there. Its class is xarray's, so IPython, where this is imported in it, is told how to show a dataset."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    if shell is not None:
+        formatter = shell.display_formatter.formatters["text/html"]
+        formatter.for_type_by_name(
+            "xarray.core.dataset", "Dataset", lambda dataset: import_module("baldwinlab.lab.inline").html(dataset)
+        )
+
+
+_in_a_notebook()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 
 import numpy as np
 import pytest
@@ -19,6 +20,19 @@ def test_what_is_packed_is_unpacked() -> None:
     for name, array in arrays.items():
         assert found[name].dtype == array.dtype
         assert np.array_equal(found[name], array)
+
+
+def test_differences_from_row_to_row_are_exact_and_deflate_well() -> None:
+    rng = np.random.default_rng(3)
+    steps = np.float32(2) * np.sin(rng.integers(0, 40, (1, 4)).astype(np.float32))
+    walk = (np.float32(600) + np.cumsum(np.broadcast_to(steps, (3000, 4)), axis=0, dtype=np.float32)) % np.float32(640)
+    arrays = {"walk": walk, "none": walk[:0], "bytes": rng.integers(0, 256, (50, 3), np.uint8), "counts": np.arange(9)[:, None]}
+    arrays = {name: array.astype(np.int32) if name == "counts" else array for name, array in arrays.items()}
+    raw = pack({}, arrays, differences=arrays)
+    for name, array in unpack(raw)[1].items():
+        assert array.dtype == arrays[name].dtype
+        assert array.tobytes() == arrays[name].tobytes(), name
+    assert len(zlib.compress(raw)) < len(zlib.compress(pack({}, arrays))) / 4
 
 
 @pytest.mark.parametrize("text", ["", "a", "ab", "abcdefg"])

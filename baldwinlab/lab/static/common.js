@@ -83,18 +83,32 @@ const TYPES = {
   float32: Float32Array,
 };
 
-/** The header and arrays of a container; the arrays look into `buffer`, nothing is copied. */
+/** The header and arrays of a container; the arrays look into `buffer`, nothing is copied but what is kept as differences. */
 export function unpack(buffer) {
   const bytes = new Uint8Array(buffer, 0, 8);
   if (String.fromCharCode(...bytes.subarray(0, 4)) !== "BALD") throw new Error("The server sent something that is no recording.");
   const length = new DataView(buffer).getUint32(4, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
   const arrays = {};
-  for (const { name, dtype, shape, offset } of header.arrays) {
+  for (const { name, dtype, shape, offset, differences } of header.arrays) {
     const count = shape.reduce((product, size) => product * size, 1);
     arrays[name] = new TYPES[dtype](buffer, 8 + length + offset, count);
+    if (differences) arrays[name] = summed(arrays[name], shape);
   }
   return { header, arrays };
+}
+
+/** An array [row, column] of which the differences from row to row are kept, column by column: sums of bits. */
+function summed(kept, [rows, columns]) {
+  const bits = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[kept.BYTES_PER_ELEMENT];
+  const differences = new bits(kept.buffer, kept.byteOffset, kept.length);
+  const whole = new bits(kept.length);
+  for (let column = 0; column < columns; column++) {
+    for (let row = 0; row < rows; row++) {
+      whole[row * columns + column] = differences[column * rows + row] + (row ? whole[(row - 1) * columns + column] : 0);
+    }
+  }
+  return new kept.constructor(whole.buffer);
 }
 
 /** Base64 of deflated bytes, unpacked. @returns {Promise<ArrayBuffer>} */
