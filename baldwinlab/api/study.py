@@ -183,6 +183,12 @@ class Study:
         stored = [name for name in ASSAYS if (self.directory / "assays" / name).exists()]
         return "\n".join([f"<Study {self.directory}, seed {self.seed}>", *shown, f"  assays: {', '.join(stored) or 'none'}"])
 
+    def _repr_html_(self) -> str:
+        """In a notebook: what it holds, and the curves of its first conditions."""
+        from baldwinlab.api.inline import html  # here, because to load the figures takes a while
+
+        return html(repr(self), self._stored, self.conditions[:SHOWN])
+
 
 def open(directory: str | Path) -> Study:
     """The study in a directory, or at any location that fsspec reaches. Raises StudyError where there is none."""

@@ -103,6 +103,12 @@ class BaseExperiment(Fields):
     def to_dict(self) -> dict[str, Any]:
         return self.model_dump(mode="json")
 
+    def _repr_html_(self) -> str:
+        """In a notebook: a table of its fields."""
+        from baldwinlab.experiment.inline import html  # here, because it needs this class
+
+        return html(self)
+
     @property
     def of_model(self) -> Any:
         """The model, with its fields. Raises ExperimentError for one that is not here."""
