@@ -23,6 +23,7 @@ FOR: Final = {  # what an extra is for; those that developers need are not liste
     "cluster": "studies on the workers of a Dask or Slurm cluster, and in object stores",
     "exchange": "studies as Zarr, as Parquet, in polars, and as RO-Crates",
     "lab": "the lab in the browser",
+    "notebook": "the notebooks, kept as text",
     "rl": "worlds as environments of PettingZoo and Gymnasium",
     "video": "lives as .mp4",
     "wasm": "pages in which parts of your own run",

@@ -48,6 +48,11 @@ class Firefox:
         self._do("browsingContext.navigate", context=self._page, url="about:blank", wait="complete")  # or # alone changes
         self._do("browsingContext.navigate", context=self._page, url=address, wait="complete")
 
+    def look_inside(self) -> None:
+        """Ask the first frame of the page from now on, and not the page around it."""
+        (page,) = self._do("browsingContext.getTree", root=self._page)["contexts"]
+        self._page = page["children"][0]["context"]
+
     def ask(self, expression: str) -> Any:
         """The value of an expression of JavaScript, which is waited for."""
         text = f"(async () => JSON.stringify(await ({expression})))()"

@@ -10,6 +10,8 @@ import pytest
 
 from baldwinlab import presets
 from baldwinlab.lab.export import live_page
+from baldwinlab.lab.inline import html
+from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from tests.lab.asking import WINDOWS, ask
 from tests.lab.conftest import LabServer
@@ -66,3 +68,14 @@ def test_an_exported_page_has_python_s_bits(browser: Firefox, tmp_path: Path, na
     for variable, kind in TYPES.items():
         values = here[variable].values
         assert values.dtype == kind and bytes(there[variable]) == np.ascontiguousarray(values).tobytes(), variable
+
+
+def test_a_trace_plays_in_a_notebook_s_frame(tmp_path: Path) -> None:
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!doctype html><meta charset='utf-8'>{html(replay(quick(presets.load('evo/A'))))}")
+    (tmp_path / "profile").mkdir()
+    with firefox(tmp_path / "profile") as opened:
+        opened.open(path.as_uri(), 800, 800)
+        opened.look_inside()
+        opened.wait_for("""document.querySelector('[data-testid="replay-step"]')?.textContent.startsWith('step 0 of')""")
+        assert opened.faults == []
