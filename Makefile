@@ -30,9 +30,12 @@ reproduce: $(VENV)/.core
 test: $(VENV)/.dev browser
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
-# Every page of docs/ and of the papers, a reference made from the code, search, and laboratories that run in the page.
+# Every page of docs/ and of the papers, a reference made from the code, search, laboratories that run in the page, and the
+# notebooks with what their cells give. About two minutes.
 docs: $(VENV)/.docs
-	$(BIN)/python -m scripts.documentation
+	rm -rf $(VENV)/notebooks
+	$(BIN)/python -m scripts.notebooks $(VENV)/notebooks
+	$(BIN)/python -m scripts.documentation site $(VENV)/notebooks
 	@echo "open site/index.html"
 
 nightly: $(VENV)/.dev $(VENV)/.wasm browser firefox

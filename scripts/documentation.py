@@ -1,8 +1,9 @@
-"""Build the documentation's site: `python -m scripts.documentation [FOLDER]`, by `make docs` into site/.
+"""Build the documentation's site: `python -m scripts.documentation [FOLDER] [NOTEBOOKS]`, by `make docs` into site/.
 
 Its pages are Markdown files of this repository, laid out for Sphinx as they lie here, so that a link between two files is one
 between two pages; with what `reference` makes of the code, and laboratories that run in the page. Any warning of Sphinx's, such
-as of a link that leads nowhere or a page that stands in no section, is a fault.
+as of a link that leads nowhere or a page that stands in no section, is a fault. NOTEBOOKS is where
+`scripts.notebooks` has written the notebooks with what their cells gave.
 """
 
 from __future__ import annotations
@@ -48,8 +49,10 @@ SPHINX: Final = {
 }
 
 
-def build(out: Path) -> bool:
+def build(out: Path, notebooks: Path | None = None) -> bool:
     """Make the site in a folder, anew; whether all is well, else the folder stays as it was.
+
+    `notebooks` holds pages of executed notebooks.
 
     Raises RefusedError for a folder that holds anything else, and where the extra `docs` is missing.
     """
@@ -60,6 +63,8 @@ def build(out: Path) -> bool:
         tree = tomllib.loads(TREE.read_text("utf-8"))
         lay_out(source, tree)
         add_laboratories(source, files, tree["laboratories"])
+        for page in sorted(notebooks.glob("*.html")) if notebooks else ():
+            add_notebook(source, files, page)
         well = is_made(source, made, html_extra_path=[str(files)])
         if well:
             shutil.rmtree(out, ignore_errors=True)
@@ -147,6 +152,17 @@ def add_laboratories(source: Path, files: Path, wanted: list[dict[str, Any]]) ->
         _write(page, f"{introduction}\n{_frame(address, presets[0])}\n{heading}{rest}")
 
 
+def add_notebook(source: Path, files: Path, executed: Path) -> None:
+    """Put the page of an executed notebook beside that of its text, whose first lines lead there."""
+    there = re.sub(r'href="(\.\./[^"]+)\.md', r'href="\1.html', executed.read_text("utf-8"))
+    _write(files / "executed" / executed.name, there)
+    page = source / "notebooks" / f"{executed.stem}.md"
+    link = f'<p><a href="../executed/{executed.name}">The same with what its cells give</a>: curves, tables, lives that play.</p>'
+    title, heading, rest = page.read_text("utf-8").partition("\n# ")
+    head, _, text = rest.partition("\n")
+    _write(page, f"{title}{heading}{head}\n\n{link}\n{text}")
+
+
 def _frame(address: str, first: Experiment) -> str:
     return (
         f'<div class="laboratory"><iframe src="{address}" title="{first.name} evolves" loading="lazy"></iframe>\n'
@@ -172,6 +188,7 @@ def _write(path: Path, text: str) -> None:
 
 if __name__ == "__main__":
     try:
-        sys.exit(not build(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "site"))
+        given = [Path(argument) for argument in sys.argv[1:3]]
+        sys.exit(not build(*(given or [ROOT / "site"])))
     except (BaldwinLabError, OSError) as error:
         sys.exit(str(error))

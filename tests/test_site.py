@@ -45,8 +45,10 @@ class Links(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("site")
-    assert documentation.build(out), "Sphinx has complained, see above"
+    out, executed = tmp_path_factory.mktemp("site"), tmp_path_factory.mktemp("executed")
+    linked = '<p id="gave">42</p><a href="../docs/results.md#claims-and-statistics">more</a>'  # as a notebook links
+    (executed / "first-steps.html").write_text(linked, "utf-8")
+    assert documentation.build(out, executed), "Sphinx has complained, see above"
     return out
 
 
@@ -204,6 +206,12 @@ def test_a_page_fits_a_phone(site: Path, lonely: Page, page: str) -> None:
     lonely.set_viewport_size({"width": 390, "height": 844})
     lonely.goto((site / page).as_uri())
     assert lonely.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_notebook_s_text_leads_to_what_its_cells_gave(site: Path, lonely: Page) -> None:
+    lonely.goto((site / "notebooks" / "first-steps.html").as_uri())
+    lonely.get_by_role("link", name="what its cells give").click()
+    expect(lonely.locator("#gave")).to_have_text("42")
 
 
 def test_a_folder_that_holds_anything_else_is_left_as_it_is(tmp_path: Path) -> None:
