@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from mimetypes import MimeTypes
 from pathlib import Path
@@ -67,7 +68,7 @@ def write_crate(study: Study, authors: Sequence[str] = (), license: str = "", *,
     runs = {name: len(study.runs(name)) for name in study.experiments}
     root["name"] = study.directory.resolve().name
     root["description"] = (
-        f"Evolution x lifetime learning, seed {study.seed}: {sum(runs.values()):,} runs of {len(runs):,} conditions. "
+        f"A study of evolution x lifetime learning; conditions: {len(runs):,}, runs: {sum(runs.values()):,}, seed: {study.seed}. "
         f"Described by `{MARK}`."
     )
     root["license"] = _add(crate, licensed or "#unlicensed", "CreativeWork", {"name": license} if license else UNLICENSED)
@@ -145,7 +146,7 @@ def _action(crate: ROCrate, study: Study, runs: dict[str, int], people: Sequence
     experiments, folders = [], []
     for name, count in runs.items():
         experiments.append(_add_file(crate, f"runs/{name}/experiment.toml"))
-        told = {"name": name, "description": f"{count:,} runs, netCDF 3", "encodingFormat": "application/x-netcdf"}
+        told = {"name": name, "description": f"runs: {count:,}; netCDF 3", "encodingFormat": "application/x-netcdf"}
         folders.append(crate.add_dataset(dest_path=f"runs/{name}/", properties=told))
     told = {"name": "the runs", "description": "each experiment, run by run: founders, lives, selection and children"}
     action = _add(crate, "#the-runs", "CreateAction", told | _times(study))
@@ -159,11 +160,14 @@ def _action(crate: ROCrate, study: Study, runs: dict[str, int], people: Sequence
 
 def _times(study: Study) -> dict[str, str]:
     """When the first session began and the last ended, as far as any is noted."""
-    spans = [(datetime.fromisoformat(one["began"]), timedelta(seconds=one["seconds"])) for one in study.sessions()]
+    spans = []
+    for one in study.sessions():
+        with suppress(KeyError, TypeError, ValueError):  # a line of another kind
+            spans.append((datetime.fromisoformat(one["began"]).astimezone(UTC), timedelta(seconds=one["seconds"])))
     if not spans:
         return {}
-    ended = max(began + lasted for began, lasted in spans).astimezone(UTC)
-    return {"startTime": min(began for began, _ in spans).isoformat(), "endTime": ended.isoformat(timespec="seconds")}
+    began, ended = min(began for began, _ in spans), max(began + lasted for began, lasted in spans)
+    return {"startTime": began.isoformat(timespec="seconds"), "endTime": ended.isoformat(timespec="seconds")}
 
 
 def _software(crate: ROCrate, study: Study) -> Iterator[ContextEntity]:
@@ -171,7 +175,9 @@ def _software(crate: ROCrate, study: Study) -> Iterator[ContextEntity]:
     names = ("baldwinlab", "platform", *LIBRARIES)
     runs = ((name, run) for name in study.experiments for run in study.runs(name))
     made = (study.read(name, run, genomes=False).attrs for name, run in runs)
-    for said in map(dict, dict.fromkeys(tuple((name, str(attributes[name])) for name in names) for attributes in made)):
+    for said in map(
+        dict, dict.fromkeys(tuple((name, str(attributes.get(name, "unknown"))) for name in names) for attributes in made)
+    ):
         needs = [
             _add(crate, f"#{key}-{said[key]}", "SoftwareApplication", {"name": title, "url": url, "softwareVersion": said[key]})
             for key, (title, url) in LIBRARIES.items()

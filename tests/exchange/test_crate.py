@@ -97,7 +97,7 @@ def test_it_says_who_what_how_and_with_which_versions(copy: Study) -> None:
     assert (root["name"], root["license"]) == ("study", {"@id": "https://spdx.org/licenses/CC-BY-4.0"})
     assert [found[each["@id"]]["name"] for each in root["author"]] == ["Josiah Carberry", "Ada"]
     assert action["agent"] == root["author"]
-    assert found["runs/evo/A/"]["description"] == "2 runs, netCDF 3"
+    assert found["runs/evo/A/"]["description"] == "runs: 2; netCDF 3"
     assert {each["@id"] for each in action["object"]} == {f"runs/{name}/experiment.toml" for name in copy.conditions}
     assert found["study.toml"]["encodingFormat"] == "application/toml"
     assert found["#variable-food_eaten"]["unitText"] == "items"
@@ -135,7 +135,7 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(copy: Stud
     again = bl.run([copy.experiment(name) for name in copy.conditions], runs=2, seed=5, out=copy.directory)
     assert again.runs("guessing") == [0, 1]
     copy.crate()
-    assert entities(copy)["runs/guessing/"]["description"] == "2 runs, netCDF 3"
+    assert entities(copy)["runs/guessing/"]["description"] == "runs: 2; netCDF 3"
 
 
 def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
