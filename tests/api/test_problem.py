@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import neat
 import numpy as np
 import pytest
 
@@ -9,6 +15,7 @@ import baldwinlab as bl
 from baldwinlab.errors import ArgumentError, RefusedError
 from tests.worlds import small
 
+ROOT = Path(__file__).parents[2]
 EXPERIMENT = small("evo+self-taught", population={"size": 5}, record={"genome_every": 1})
 
 
@@ -88,3 +95,35 @@ def test_what_is_out_of_range_is_refused() -> None:
 def test_graphs_that_grow_are_no_free_numbers() -> None:
     with pytest.raises(RefusedError, match="graphs"):
         bl.problem(bl.load("neat-xor"))
+
+
+def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> None:
+    experiment = small("evo", network={"hidden": [10]})
+    life = bl.replay(experiment, seed=5)
+    kinds = (neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)
+    config = neat.Config(SameUnits, *kinds, ROOT / "examples" / "neat-python.ini").genome_config
+    config.innovation_tracker = neat.innovation.InnovationTracker()
+    config.add_activation("logistic", lambda x: 1 / (1 + math.exp(-x)))
+    genome = SameUnits(0)
+    genome.configure_new(config)
+    links = [(one, other) for one in (-1, -2, -3) for other in range(3, 13)]
+    links += [(one, other) for one in range(3, 13) for other in range(3)]
+    assert genome.connections.keys() == set(links)
+    for link, weight in zip(links, life["weight_birth"].values[0, 0], strict=True):
+        genome.connections[link].weight = float(weight)
+    for node in genome.nodes.values():
+        node.activation = "logistic"
+    network = neat.nn.FeedForwardNetwork.create(genome, SimpleNamespace(genome_config=config))
+    sensed, answers = life["sensor"].values[:, 0], life["output"].values[:, 0]
+    seen = {tuple(map(int, code)): answer for code, answer in zip(sensed, answers, strict=True)}
+    assert len(seen) > 1, "it saw food"
+    for code, answer in seen.items():
+        np.testing.assert_allclose(network.activate(code), answer, rtol=1e-5)
+
+
+class SameUnits(neat.DefaultGenome):  # type: ignore[misc]
+    """As docs/optimisers.md has it."""
+
+    def configure_new(self, config: Any) -> None:
+        config.node_indexer = None
+        super().configure_new(config)
