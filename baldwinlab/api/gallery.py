@@ -10,7 +10,7 @@ from baldwinlab.api.installed import load_installed
 from baldwinlab.api.reproduce import reproduce
 from baldwinlab.errors import require_positive
 from baldwinlab.experiment import Experiment
-from baldwinlab.gallery.publish import PAGE, lead, publish
+from baldwinlab.gallery.publish import PAGE, lead, left_out, publish
 from baldwinlab.outputs import REPORT, require_writable
 
 ALL = "all"  # the word for every paper, where one could be named
@@ -28,7 +28,7 @@ def compare_papers(folder: str | Path = "results", out: str | Path | None = None
     if out is not None:
         require_writable("--out", page, REPORT.encode(), force=force)
     found = publish(Path(folder), page, last, console.say)
-    for sentence in lead(found):
+    for sentence in (*lead(found), *left_out(found)):
         console.say(sentence)
     console.say(f"gallery: {page}")
     return page

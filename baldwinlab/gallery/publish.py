@@ -61,12 +61,18 @@ def lead(found: Sequence[Entry]) -> Iterator[str]:
     yield "Of {} claims of {} papers, {} hold, {} do not, and {} are undecided.".format(len(claims), len(found), *counts)
 
 
+def left_out(found: Sequence[Entry]) -> Iterator[str]:
+    """A sentence for each paper that is not asked, which says why."""
+    for entry in found:
+        if entry.why_not:
+            mend = f"; {' and then '.join(f'`{one}`' for one in entry.mend)} bring it in" if entry.mend else ""
+            yield f"{entry.paper.name} is not asked: {entry.why_not}{mend}."
+
+
 def _answers(found: Sequence[Entry], folder: Path, last: int) -> str:
     asked = {entry.paper.name: entry.systems for entry in found if entry.systems}
-    silent = [entry.paper.name for entry in found if not entry.systems and not entry.learns]
-    unasked = [entry.paper.name for entry in found if not entry.systems and entry.learns]
     shown = [embed(_picture(asked, last), folder)] if asked else []
-    said = {"papers": asked, "questions": QUESTIONS, "silent": silent, "unasked": unasked}
+    said = {"papers": asked, "questions": QUESTIONS, "left_out": [entry for entry in found if entry.why_not]}
     return render("gallery/answers.html", figures=shown, percent=_percent, **said)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,8 +26,9 @@ class Entry:
     directory: Path
     runs: int  # of the condition with the most
     claims: dict[str, str]  # verdicts by claim; empty where no report was written yet
-    learns: bool  # whether anybody does
     systems: tuple[System, ...]
+    why_not: str  # why there is no system, in words; empty where there is one
+    mend: tuple[str, ...]  # the commands that bring it in
 
     def counted(self, verdict: str) -> int:
         return Counter(self.claims.values())[verdict]
@@ -68,10 +69,23 @@ def entries(folder: Path, last: int, tell: Callable[[str], None]) -> list[Entry]
 def _entry(study: Study, paper: Paper, last: int) -> Entry:
     measured = stored.read(study.directory, study.factors, ["innate"])
     there = [name for name in study.experiments if study.runs(name)]
-    learns = any(study.experiments[name].learns for name in there)
     answered: tuple[System, ...] = ()
     if measured:
         wanted = [name for name in paper.about.compared if name in there]
         answered = tuple(systems(open_conditions(study, there), measured, study.experiments, wanted, last))
+    why_not, mend = ("", ()) if answered else _why_not(study, there, bool(measured))
     claims = {claim["id"]: claim["verdict"] for claim in claims_in(study.directory)}
-    return Entry(paper, study.directory, most_runs(study), claims, learns, answered)
+    return Entry(paper, study.directory, most_runs(study), claims, answered, why_not, mend)
+
+
+def _why_not(study: Study, there: Sequence[str], measured: bool) -> tuple[str, tuple[str, ...]]:
+    """Why nothing can be asked of a study with runs of these conditions, in words, and the commands that change it."""
+    learning = [study.experiments[name] for name in there if study.experiments[name].learns]
+    if not learning:
+        return "nobody learns there", ()
+    if all(one.evolution.generations == 1 for one in learning):
+        return "there are no generations to compare", ()
+    if measured:
+        return "the assay innate has measured nobody who learns and evolves", ()
+    commands = f"baldwinlab assay {study.directory} --only innate", f"baldwinlab gallery {study.directory.parent}"
+    return "the assay innate is not stored", commands

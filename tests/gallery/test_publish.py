@@ -56,10 +56,25 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
     assert studies(folder)["mayley-1996"].directory.name == "another"
 
 
-def test_a_study_without_assays_is_told(command: Command, folder: Path) -> None:
+def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(command: Command, folder: Path) -> None:
     rmtree("all/mayley-1996/assays")
-    assert command("gallery", "all").code == 0
-    assert "not stored of mayley-1996" in Path("all/gallery.html").read_text(encoding="utf-8")
+    done = command("gallery", "all")
+    assert done.code == 0 and "paenke-2007 is not asked" not in done.out
+    for said in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
+        assert "mayley-1996 is not asked: the assay innate is not stored" in said
+        assert "baldwinlab assay all/mayley-1996 --only innate" in said
+    assert command("assay", "all/mayley-1996", "--only", "innate").code == 0
+    assert "is not asked" not in command("gallery", "all").out
+
+
+def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> None:
+    for left in ("mayley-1996/assays", "mayley-1996/runs/climbing", "mayley-1996/runs/costly-climbing", "paenke-2007"):
+        for record in (folder / left).rglob("*.nc"):
+            record.unlink()
+    rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
+    said = " ".join(command("gallery", "all").out.split())
+    assert "mayley-1996 is not asked: nobody learns there." in said
+    assert "paenke-2007 is not asked: there are no generations to compare." in said
 
 
 UNREADABLE = {"torn": '[{"id": "M1"', "no list": '{"id": "M1"}', "no verdicts": '[{"id": "M1"}]', "too deep": "[" * 99_999}
