@@ -25,7 +25,7 @@ class Matrix(NamedTuple):
 class Walk(NamedTuple):
     """Numbers that follow each other in a life, such as fitness trial by trial: a line each, from birth on."""
 
-    lines: Mapping[str, npt.NDArray[Any]]  # by name, [step]; all as long
+    lines: Mapping[str, npt.NDArray[Any]]  # by name, [step]; all as long, and of a single number where nothing follows birth
     step: str  # what lies between two numbers: "trial"
     value: str  # what a number is, with its unit
 

@@ -84,7 +84,8 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     climbers = load("climbing/rugged").replace(name="climbers", **sizes, nk_climbers={"bits": 8, "others": 3, "trials": 5})
     hawks = validate({"model": "hawks-and-doves", "name": "hawks"})
     sparse = cells.replace(name="sparse", record={"genome_every": 3})
-    small_study(root / "looks", [cells.replace(name="cells"), sparse, climbers, hawks], runs=2)
+    still = climbers.replace(name="still", nk_climbers={"trials": 0})
+    small_study(root / "looks", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2)
     with serving(root) as server:
         yield server
     choices.forget("model", "hawks-and-doves")

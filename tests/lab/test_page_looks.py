@@ -99,6 +99,19 @@ def test_where_alleles_are_declared_too_the_reader_chooses_what_to_look_at(opene
     expect(opened.get_by_test_id("look-a")).to_be_hidden()
 
 
+def test_where_nothing_follows_birth_a_walk_is_a_sentence_and_not_a_chart(opened: Page) -> None:
+    opened.get_by_test_id("condition-a").select_option("climbers")
+    opened.get_by_test_id("look-a").select_option("climb")
+    walk = opened.get_by_test_id("walk")
+    expect(walk.locator(".uplot")).to_be_visible()
+    opened.get_by_test_id("condition-a").select_option("still")
+    expect(walk).to_contain_text("These lives have no trial, so what is there at birth stays: fitness of the string")
+    expect(walk.locator("li")).to_have_text(
+        [re.compile(rf"^{who}.*: 0\.\d+$") for who in ("agent", "average of all", "best of all")]
+    )
+    expect(walk.locator(".uplot")).to_have_count(0)
+
+
 def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
     opened.get_by_test_id("condition-a").select_option("hawks")
     table = opened.get_by_test_id("matrix")
@@ -146,5 +159,7 @@ def test_views_have_room_in_every_window(browser: Browser, looks_server: LabServ
             expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
             found = page.evaluate(MEASURE, "/world.js")
             assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
+            for chooser in page.locator("[data-testid=condition-a]:visible, [data-testid=agent-a]:visible").all():
+                assert chooser.evaluate("chooser => chooser.clientWidth") > 80, "its choice can be read"
         page.goto(f"/#/world?{CELLS}&step=9")
         assert page.get_by_test_id("cells").evaluate("cells => cells.clientWidth") >= 236

@@ -53,7 +53,13 @@ def test_the_list_of_studies_says_which_views_there_are(looks_server: LabServer)
     (study,) = data(looks_server.address, "studies")["studies"]
     views = {one["name"]: [(view["name"], view["of_an_agent"]) for view in one["views"]] for one in study["conditions"]}
     life = [("life", True)]
-    assert views == {"cells": life, "sparse": life, "climbers": [("climb", True)], "hawks": [("payoffs", False)]}
+    assert views == {
+        "cells": life,
+        "sparse": life,
+        "climbers": [("climb", True)],
+        "still": [("climb", True)],
+        "hawks": [("payoffs", False)],
+    }
 
 
 def test_what_is_not_there_is_refused(looks_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,7 @@ export const LOOKS = {
     { title: "The table", text: "The more colour a cell has, the larger its number. Go through the generations, and see which rows come and go." },
   ],
   cells: [
-    { title: "The cells", text: "The agent is the blue dart, or a disc where it has no heading; its line is the way that it went. Space plays and pauses, the arrow keys go a step; the same life in another generation begins anew with other luck." },
+    { title: "The cells", text: "The agent is the blue dart, or a disc where it has no heading; its line is the way that it went. Space plays and pauses, the arrow keys go a step. The agent of this number in another generation is somebody else, with a genome of its own." },
   ],
 };
 

@@ -1,7 +1,7 @@
-/** A walk: numbers that follow each other in a life, as lines from birth on. */
+/** A walk: numbers that follow each other in a life, as lines from birth on; in a sentence where there is nothing after birth. */
 
 import { lineChart } from "./charts.js";
-import { el } from "./common.js";
+import { el, format } from "./common.js";
 
 export class WalkView {
   constructor() {
@@ -21,6 +21,7 @@ export class WalkView {
     const series = names.map((label, line) => ({ label, values: [...lines.slice(line * length, (line + 1) * length)] }));
     this.close();
     this.title = title;
+    if (length === 1) return this.plot.append(...atBirth(names, step, value, lines));
     this.chart = lineChart(this.plot, { title: value, x: Array.from({ length }, (_, place) => place), xLabel: step, yLabel: "", series, height: 320 });
   }
 
@@ -33,4 +34,9 @@ export class WalkView {
     this.chart = null;
     this.plot.replaceChildren();
   }
+}
+
+function atBirth(names, step, value, lines) {
+  const numbers = names.map((name, line) => el("li", {}, `${name}: ${format(lines[line])}`));
+  return [el("p", {}, `These lives have no ${step}, so what is there at birth stays: ${value}.`), el("ul", {}, ...numbers)];
 }

@@ -87,7 +87,10 @@ class CellForagers(Model, name="cell-foragers"):
         ),
     }
     views: ClassVar[Mapping[str, View]] = {
-        "life": View("An agent among its food, move by move. What it eats vanishes; each environment has food of its own.", _life)
+        "life": View(
+            "An agent among its food, move by move. What it eats vanishes; each environment of a life has food of its own.",
+            _life,
+        )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "gain-0": Measure("gain within life in generation 0, items an environment", _gain(0)),

@@ -109,7 +109,9 @@ class TMazes(Model, name="t-mazes"):
     }
     views: ClassVar[Mapping[str, View]] = {
         "trips": View(
-            "An agent in its maze, place by place, each trip from home on; where it crashes, it faces the wall.", _trips
+            "An agent in its maze, place by place, each trip from home on; where it crashes, it faces the wall. Where the high "
+            "reward lies, and when it moves, is drawn for each generation.",
+            _trips,
         ),
         "returns": View("What an agent has gained after each trip, beside the average and the best of its generation.", _returns),
     }

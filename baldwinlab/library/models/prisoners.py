@@ -147,7 +147,7 @@ def _against_each_other(model: Any, moment: Any, genomes: npt.NDArray[np.float32
     names = [
         f"{STRATEGIES[STRATEGY[genome]]} born {''.join('DC'[genome >> pair & 1] for pair in range(4))}" for genome in commonest
     ]
-    rows = [f"{name}, {there[genome] / len(genomes):.0%}" for name, genome in zip(names, commonest, strict=True)]
+    rows = [f"{name}, {there[genome] / len(genomes):.1%}" for name, genome in zip(names, commonest, strict=True)]
     payoff = payoffs(model.rounds, model.noise, model.learning, model.first)
     return Matrix(rows, names, payoff[np.ix_(commonest, commonest)], "mean payoff of a round to the row, from the column")
 

@@ -207,7 +207,10 @@ def test_the_view_shows_what_the_commonest_genomes_get_from_each_other() -> None
     model = PlasticPrisoners(noise=0)
     seen = PlasticPrisoners.views["payoffs"].of(model, None, genomes, 0)
     assert isinstance(seen, Matrix)
-    assert seen.rows == ["x00x born CDDC, 70%", "0000 born DDDD, 30%"] and seen.columns == ["x00x born CDDC", "0000 born DDDD"]
+    assert seen.rows == ["x00x born CDDC, 70.0%", "0000 born DDDD, 30.0%"] and seen.columns == [
+        "x00x born CDDC",
+        "0000 born DDDD",
+    ]
     assert seen.values[1, 1] == 1, "who always defects gets the punishment from herself"
     both = payoffs(50, 0.0, True, "any")
     assert seen.values[0, 1] == both[0b10011001, 0]
