@@ -17,7 +17,7 @@ the rule. Their constants were not recovered: those here are readings.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -102,119 +102,130 @@ class CueLearners(Model, name="cue-learners"):
         return np.array([[[_allele(gene, self.units, draw) for gene, draw in enumerate(one)]] for one in draws], np.float32)
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
-        shape = genomes.shape[:2]
-        learned = genomes[:, :, 0].copy()
-        eaten, half_way = np.empty(shape), np.empty(shape)
-        by_colour, born_so = np.empty(shape, np.int32), np.empty(shape, np.int32)
-        numbers = np.array([seed, generation, self.units, self.items, self.learning], np.int64)
-        scratch = np.empty(self.units, np.int64), np.empty(self.units, np.float32)
-        found = eaten, half_way, by_colour, born_so
-        eat(numbers, np.array(runs, np.int64), self.accuracy, np.float32(self.rate), learned, *scratch, *found)
-        records = {"beyond": (eaten - half_way).astype(np.float32), "by_colour": by_colour, "born_so": born_so}
-        energy = eaten + self.items / 2
+        shape, learned = genomes.shape[:2], genomes[:, :, 0].copy()
+        life = Life(seed, generation, self.items, self.accuracy, self.learning, np.float32(self.rate))
+        own = Units(np.empty(self.units, np.int64), np.empty(self.units, np.float32))
+        found = Found(np.empty(shape), np.empty(shape), np.empty(shape, np.int32), np.empty(shape, np.int32))
+        eat(life, np.array(runs, np.int64), learned, own, found)
+        beyond = (found.eaten - found.half_way).astype(np.float32)
+        records = {"beyond": beyond, "by_colour": found.by_colour, "born_so": found.born_so}
+        energy = found.eaten + self.items / 2
         return Lives(energy, np.zeros_like(energy), learned, records)
 
 
-@entry
-def eat(
-    numbers: Any,
-    runs: Any,
-    accuracy: float,
-    rate: Any,
-    genomes: Any,
-    kinds: Any,
-    values: Any,
-    eaten: Any,
-    half_way: Any,
-    by_colour: Any,
-    born_so: Any,
-) -> None:
-    """Fill what lives came to, [run, agent]; strengths in `genomes` [run, agent, gene] change as agents learn.
+class Life(NamedTuple):
+    """What all agents of a generation live through."""
 
-    `numbers` are seed, generation, units, items and whether anybody learns; `kinds` and `values` [unit] are scratch.
-    """
-    seed, generation, units, items, learning = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]
+    seed: int
+    generation: int
+    items: int
+    accuracy: float
+    learning: bool
+    rate: np.float32
+
+
+class Units(NamedTuple):
+    """Of a network, unit by unit: what each is, and what it answers. Scratch, for one agent after another."""
+
+    kinds: npt.NDArray[np.int64]
+    values: npt.NDArray[np.float32]
+
+
+class Found(NamedTuple):
+    """What lives came to, [run, agent]."""
+
+    eaten: npt.NDArray[np.float64]  # food less poison
+    half_way: npt.NDArray[np.float64]  # from who goes by smell to who knows
+    by_colour: npt.NDArray[np.int32]  # 1 of who goes by the colour at death
+    born_so: npt.NDArray[np.int32]  # 1 of who did at birth
+
+
+@entry
+def eat(life: Life, runs: Any, genomes: Any, own: Units, found: Found) -> None:
+    """Fill what lives came to; strengths in `genomes` [run, agent, gene] change as agents learn."""
     for run in range(runs.size):
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]
-            _read(genome, units, kinds)
-            patch = ONE if unit(philox(0, agent, generation, LIFE, seed, runs[run])[0]) < HALF else -ONE
-            born_so[run, agent] = _is_by_colour(genome, units, kinds, values, patch)
+            _read(genome, own)
+            patch = ONE if unit(philox(0, agent, life.generation, LIFE, life.seed, runs[run])[0]) < HALF else -ONE
+            found.born_so[run, agent] = _is_by_colour(genome, own, patch)
             gained, best, by_smell = ZERO, ZERO, ZERO
-            for item in range(items):
+            for item in range(life.items):
                 if item % 2 == 0:  # of one draw of the generator come two items
-                    first, second, third, fourth = philox(1 + item // 2, agent, generation, LIFE, seed, runs[run])
+                    draw = 1 + item // 2
+                    first, second, third, fourth = philox(draw, agent, life.generation, LIFE, life.seed, runs[run])
                 else:
                     first, second = third, fourth
                 food = ONE if unit(first) < HALF else -ONE
-                sweet = food if unit(second) < accuracy else -food
-                gained += food if _eats(genome, units, kinds, values, patch * food, sweet) else ZERO
+                sweet = food if unit(second) < life.accuracy else -food
+                gained += food if _eats(genome, own, patch * food, sweet) else ZERO
                 best += food if food > ZERO else ZERO
                 by_smell += food if sweet > ZERO else ZERO
-                if learning:
-                    _learn(genome, units, kinds, values, rate)
-            eaten[run, agent], half_way[run, agent] = gained, HALF * (best + by_smell)
-            by_colour[run, agent] = _is_by_colour(genome, units, kinds, values, patch)
+                if life.learning:
+                    _learn(genome, own, life.rate)
+            found.eaten[run, agent], found.half_way[run, agent] = gained, HALF * (best + by_smell)
+            found.by_colour[run, agent] = _is_by_colour(genome, own, patch)
 
 
 @compiled
-def _read(genome: Any, units: Any, kinds: Any) -> None:
+def _read(genome: Any, own: Units) -> None:
     """What each unit is: a second motor, and any more, are none."""
     motor = False
-    for one in range(units):
-        kinds[one] = NOTHING if motor and int(genome[one]) == MOTOR else int(genome[one])
-        motor = motor or kinds[one] == MOTOR
+    for one in range(own.kinds.size):
+        own.kinds[one] = NOTHING if motor and int(genome[one]) == MOTOR else int(genome[one])
+        motor = motor or own.kinds[one] == MOTOR
 
 
 @compiled
-def _eats(genome: Any, units: Any, kinds: Any, values: Any, red: Any, sweet: Any) -> bool:
-    """Whether an agent eats an item, of which `red` and `sweet` are 1 or -1; fills `values` [unit]."""
-    for one in range(units):
-        kind = kinds[one]
-        values[one] = (
+def _eats(genome: Any, own: Units, red: Any, sweet: Any) -> bool:
+    """Whether an agent eats an item, of which `red` and `sweet` are 1 or -1; fills the values of its units."""
+    for one in range(own.kinds.size):
+        kind = own.kinds[one]
+        own.values[one] = (
             red if kind == RED else -red if kind == GREEN else sweet if kind == SWEET else -sweet if kind == SOUR else ZERO
         )
-    for one in range(units):
-        if kinds[one] == HIDDEN:
-            values[one] = _answer(genome, units, values, one)
+    for one in range(own.kinds.size):
+        if own.kinds[one] == HIDDEN:
+            own.values[one] = _answer(genome, own, one)
     eats = False
-    for one in range(units):
-        if kinds[one] == MOTOR:
-            values[one] = _answer(genome, units, values, one)
-            eats = values[one] > ZERO
+    for one in range(own.kinds.size):
+        if own.kinds[one] == MOTOR:
+            own.values[one] = _answer(genome, own, one)
+            eats = own.values[one] > ZERO
     return eats
 
 
 @compiled
-def _answer(genome: Any, units: Any, values: Any, one: Any) -> Any:
+def _answer(genome: Any, own: Units, one: Any) -> Any:
     """1 where what a unit hears from all others is above 0, else -1."""
-    total = ZERO
+    total, units = ZERO, own.values.size
     for other in range(units):
         if other != one:
-            total += genome[units + one * units + other] * values[other]
+            total += genome[units + one * units + other] * own.values[other]
     return ONE if total > ZERO else -ONE
 
 
 @compiled
-def _learn(genome: Any, units: Any, kinds: Any, values: Any, rate: Any) -> None:
+def _learn(genome: Any, own: Units, rate: Any) -> None:
     """Change the Hebbian links of units that answer to others, by the signs at their two ends."""
+    units = own.values.size
     for one in range(units):
-        if kinds[one] >= HIDDEN:
+        if own.kinds[one] >= HIDDEN:
             for other in range(units):
                 link = units + one * units + other
                 if other != one and genome[link + units * units] > ZERO:
-                    changed = genome[link] + rate * values[one] * values[other]
+                    changed = genome[link] + rate * own.values[one] * own.values[other]
                     genome[link] = min(max(changed, -ONE), ONE)
 
 
 @compiled
-def _is_by_colour(genome: Any, units: Any, kinds: Any, values: Any, patch: Any) -> int:
+def _is_by_colour(genome: Any, own: Units, patch: Any) -> int:
     """1 where an agent, as it is now, eats what has food's colour in its patch and nothing else, however it smells."""
     right = True
     for colour in range(2):
         for smell in range(2):
             red, sweet = ONE - np.float32(2 * colour), ONE - np.float32(2 * smell)
-            right = right and _eats(genome, units, kinds, values, red, sweet) == (red == patch)
+            right = right and _eats(genome, own, red, sweet) == (red == patch)
     return int(right)
 
 
