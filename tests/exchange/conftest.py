@@ -1,4 +1,4 @@
-"""A study of two models, one condition of which has no run yet; and one that no test changes a record of."""
+"""A study of two models, one of which lacks a run; no test changes it."""
 
 from __future__ import annotations
 
