@@ -25,34 +25,52 @@ from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import shortest
 from baldwinlab.parts.kinds import LearningRule, backward, forward
 
-ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+ZERO, HALF, ONE, INFINITY = np.float32(0), np.float32(0.5), np.float32(1), np.float32(np.inf)
 FORAGER = ("left", "front", "right"), ("left", "forward", "right")  # the senses and actions of the scripted forager
 
 
 @compiled
-def _best(model: Model, state: State, world: int) -> tuple[int, int]:
-    """The lane of who has eaten most in its life so far, of equals the first; and how many items."""
-    best, most = world * model.agents, -1
-    for lane in range(world * model.agents, (world + 1) * model.agents):
-        eaten = 0
-        for region in range(state.eaten_in_life.shape[0]):
-            eaten += state.eaten_in_life[region, lane]
-        if eaten > most:
-            best, most = lane, eaten
-    return best, most
+def _ate(state: State, lane: int) -> int:
+    """Items eaten in this life so far."""
+    eaten = 0
+    for region in range(state.eaten_in_life.shape[0]):
+        eaten += state.eaten_in_life[region, lane]
+    return eaten
 
 
 @compiled
-def _nearest(model: Model, state: State, world: int, lane: int) -> int:
-    """The lane of whoever else is nearest, of equals the first; its own where it is alone."""
-    found, least = lane, np.float32(np.inf)
-    for other in range(world * model.agents, (world + 1) * model.agents):
-        dx = shortest(state.places[0, other] - state.places[0, lane], model.width)
-        dy = shortest(state.places[1, other] - state.places[1, lane], model.height)
-        distance = dx * dx + dy * dy
-        if other != lane and distance < least:
-            found, least = other, distance
-    return found
+def _name_best(part: Any, state: State, first: int, end: int) -> None:
+    """From whom to learn: who has eaten most in its life so far, of equals the first."""
+    best, most = first, -1
+    for lane in range(first, end):
+        eaten = _ate(state, lane)
+        if eaten > most:
+            best, most = lane, eaten
+    for lane in range(first, end):
+        part.whom[0, lane] = best if most >= part.least else lane
+
+
+@compiled
+def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -> None:
+    """From whom to learn: whoever else is nearest, of equals the first.
+
+    Each in turn is held beside all, and not all beside each: so the processor takes many at a time.
+    """
+    for lane in range(first, end):
+        put(part.whom, 0, lane, lane)
+        put(part.distance, 0, lane, INFINITY)
+    for other in range(first, end):
+        x, y = get(state.places, 0, other), get(state.places, 1, other)
+        for lane in range(first, end):
+            dx = shortest(x - get(state.places, 0, lane), model.width)
+            dy = shortest(y - get(state.places, 1, lane), model.height)
+            distance, least = dx * dx + dy * dy, get(part.distance, 0, lane)
+            nearer = (distance < least) & (lane != other)
+            put(part.whom, 0, lane, choose(nearer, other, get(part.whom, 0, lane)))
+            put(part.distance, 0, lane, choose(nearer, distance, least))
+    for lane in range(first, end):
+        if _ate(state, part.whom[0, lane]) < part.least:
+            part.whom[0, lane] = lane
 
 
 class Imitation(LearningRule, name="imitation"):
@@ -65,6 +83,7 @@ class Imitation(LearningRule, name="imitation"):
         "units": per_agent("units"),
         "wanted": per_agent("actions"),
         "whom": per_agent(1, dtype="int32"),
+        "distance": per_agent(1),  # to the nearest so far
     }
     learns_from: ClassVar[str] = "whom"
     derived: ClassVar[Mapping[str, Any]] = {"of_nearest": lambda part, experiment: part.whom == "nearest"}
@@ -75,17 +94,16 @@ class Imitation(LearningRule, name="imitation"):
 
     @staticmethod
     def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
-        best, most = _best(model, state, world)
-        for lane in range(world * model.agents, (world + 1) * model.agents):
-            other, eaten = best, most
-            if part.of_nearest:
-                other, eaten = _nearest(model, state, world, lane), 0
-                for region in range(state.eaten_in_life.shape[0]):
-                    eaten += state.eaten_in_life[region, other]
-            teacher = other if eaten >= part.least else lane  # towards oneself is not to learn
-            part.whom[0, lane] = teacher - world * model.agents
+        first, end = world * model.agents, (world + 1) * model.agents
+        if part.of_nearest:
+            _name_nearest(part, model, state, first, end)
+        else:
+            _name_best(part, state, first, end)
+        for lane in range(first, end):
+            teacher = part.whom[0, lane]  # itself, where it is to learn from nobody
             for weight in range(state.weights.shape[0]):
-                part.teacher[weight, lane] = state.weights[weight, teacher]
+                put(part.teacher, weight, lane, get(state.weights, weight, teacher))
+            part.whom[0, lane] = teacher - first
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
