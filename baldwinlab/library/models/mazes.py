@@ -166,29 +166,37 @@ class TMazes(Model, name="t-mazes"):
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
         counts = np.zeros((*genomes.shape[:2], kept, 4), np.int64)
         ways = np.full((kept, 4 * self.turns + 2), NOT_THERE, np.int64)
-        explore(numbers, mazes, weights, np.zeros(INPUTS + self.neurons, np.float32), counts, ways)
+        scratch = np.zeros(INPUTS + self.neurons, np.float32), np.zeros(4, np.int64)
+        explore(numbers, mazes, weights, *scratch, counts, ways)
         return Explored(weights / sizes, counts, ways)
 
 
 @entry
-def explore(numbers: Any, mazes: Any, weights: Any, values: Any, counts: Any, ways: Any) -> None:
+def explore(numbers: Any, mazes: Any, weights: Any, values: Any, done: Any, counts: Any, ways: Any) -> None:
     """Fill `counts` [run, agent, kept, 4] of trips; `weights` [run, agent, weight] change as agents learn.
 
     `numbers` are neurons, modulatory ones, whether there is plasticity, how long activations last, turning points, whether to go
-    home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them; `values` [input and neuron] is scratch; `ways` [kept, place]
-    keep what is done in each place.
+    home, and trips; `mazes` [run, 3] as `TMazes.maze` gives them; `values` [input and neuron] and `done` [4] are scratch; `ways`
+    [kept, place] keep what is done in each place. Who carries nothing from trip to trip does the same until the reward moves.
     """
     values[:] = ZERO
+    alike = numbers[2] == 0 and numbers[3] != LIFETIME
     for run in range(mazes.shape[0]):
         for agent in range(weights.shape[1]):
             _be_still(values)
             for trip in range(numbers[6]):
-                if numbers[3] == TRIP:
-                    _be_still(values)
-                slot = min(trip, ways.shape[0] - 1)
-                high = where_high(mazes[run], trip)
-                _go(numbers, high, weights[run, agent], values, counts[run, agent, slot], ways[slot])
-                _act(numbers, weights[run, agent], values, HOME, ZERO)
+                slot, high = min(trip, ways.shape[0] - 1), where_high(mazes[run], trip)
+                if alike and trip > 0 and high == where_high(mazes[run], trip - 1):
+                    for place in range(ways.shape[1]):
+                        ways[slot, place] = ways[max(slot - 1, 0), place]
+                else:
+                    if numbers[3] == TRIP:
+                        _be_still(values)
+                    done[:] = 0
+                    _go(numbers, high, weights[run, agent], values, done, ways[slot])
+                    _act(numbers, weights[run, agent], values, HOME, ZERO)
+                for kind in range(done.size):
+                    counts[run, agent, slot, kind] += done[kind]
 
 
 @compiled
