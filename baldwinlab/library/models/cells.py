@@ -197,6 +197,7 @@ def _visit(
         sown[item] = food[item]
     values, teacher, scratch = units[0], units[1], units[2]
     plan, eaten = 0, 0
+    since, stood, fed = -1, -1, 0  # a move before, how the agent stood after it, and what it had eaten by then
     values[0], values[1] = _sense(food, place, heading)
     for move in range(track.shape[0]):
         values[2], values[3] = np.float32(plan >> 1), np.float32(plan & 1)
@@ -206,6 +207,13 @@ def _visit(
         track[move, 0], track[move, 1] = place, heading
         bits = INPUTS + hidden
         plan = 2 * int(values[bits] > HALF) + int(values[bits + 1] > HALF)
+        if learned == NOTHING:  # who stands as before, among the same food, goes round for good
+            stands = 16 * place + 4 * heading + plan
+            if stands == stood and eaten == fed:
+                _go_round(track, move, move - since)
+                return eaten
+            if eaten > fed or move > 2 * since:
+                since, stood, fed = move, stands, eaten
         angle, distance = _sense(food, place, heading)
         if learned == OWN_TEACHER:
             for k in range(INPUTS):
@@ -219,6 +227,13 @@ def _visit(
             _learn(weights, hidden, outputs, ACTIONS, rate, values, unit(coin[0]), unit(coin[1]), scratch)
         values[0], values[1] = angle, distance
     return eaten
+
+
+@compiled
+def _go_round(track: Any, move: Any, period: Any) -> None:
+    """Fill what follows a move with what went before."""
+    for later in range(move + 1, track.shape[0]):
+        track[later, 0], track[later, 1] = track[later - period, 0], track[later - period, 1]
 
 
 @compiled
