@@ -1,6 +1,6 @@
 /** A matrix: a number for each row and column, in a table whose cells have the more colour, the larger the number. */
 
-import { el, format } from "./common.js";
+import { el } from "./common.js";
 
 const MOST = 55; // percent of colour in the cell of the largest number, on which words can still be read
 
@@ -23,7 +23,9 @@ export class MatrixView {
     const there = [...values].filter((one) => !Number.isNaN(one));
     const [least, most] = [Math.min(...there), Math.max(...there)];
     const share = (one) => (Number.isNaN(one) ? 0 : most > least ? (one - least) / (most - least) : 0.5);
-    const cell = (one) => el("td", { style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(one))}%, transparent)` }, format(one));
+    const digits = there.every(Number.isInteger) || most >= 100 ? 0 : most >= 10 ? 1 : 2; // of all alike, so that columns can be compared
+    const told = (one) => (Number.isNaN(one) ? "–" : one.toFixed(digits));
+    const cell = (one) => el("td", { style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(one))}%, transparent)` }, told(one));
     const line = (name, row) => el("tr", {}, el("th", { scope: "row" }, name), [...values.slice(row * columns.length, (row + 1) * columns.length)].map(cell));
     this.title = title;
     this.value.textContent = value;
