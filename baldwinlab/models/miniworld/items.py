@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, Lane, Mask, any_of, bundle, get, lanes_in_bundle
+from baldwinlab.engine.lanes import WIDTH, Lane, Mask, any_of, bundle, get, lanes_in_bundle, put
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import forbidden, wrapped
@@ -46,12 +46,16 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
 
 
 @compiled
-def _cell(model: Model, state: State, world: int, region: int, item: int) -> int:
-    """The cell that an item lies in."""
+def _find_cells(model: Model, state: State, world: int, region: int) -> None:
+    """Fill `item_cell` of the items of a region: the cell that each lies in."""
+    left, upper, first_cell = model.regions[region, 0], model.regions[region, 2], model.region_cells[region]
+    width, height = model.cell_size[region, 0], model.cell_size[region, 1]
     columns, rows = model.grid[region, 0], model.grid[region, 1]
-    column = int((state.item_x[world, item] - model.regions[region, 0]) / model.cell_size[region, 0])
-    row = int((state.item_y[world, item] - model.regions[region, 2]) / model.cell_size[region, 1])
-    return int(model.region_cells[region] + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1))
+    for item in range(model.region_items[region], model.region_items[region + 1]):  # by `get`, which lets compilers take many
+        column = np.int32((get(state.item_x, world, item) - left) / width)
+        row = np.int32((get(state.item_y, world, item) - upper) / height)
+        cell = first_cell + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1)
+        put(state.item_cell, world, item, cell)
 
 
 @compiled
@@ -61,10 +65,10 @@ def settle(model: Model, state: State, world: int, region: int) -> None:
     first_cell, last_cell = model.region_cells[region], model.region_cells[region + 1]
     for cell in range(first_cell, last_cell):
         state.cell_next[world, cell] = 0
+    _find_cells(model, state, world, region)
     for item in range(first, last):
-        state.item_cell[world, item] = _cell(model, state, world, region, item)
-    for item in range(first, last):
-        state.cell_next[world, state.item_cell[world, item]] += 1
+        cell = get(state.item_cell, world, item)
+        put(state.cell_next, world, cell, get(state.cell_next, world, cell) + 1)
     slot = first + region * WIDTH
     for cell in range(first_cell, last_cell):
         count = state.cell_next[world, cell]
@@ -73,12 +77,12 @@ def settle(model: Model, state: State, world: int, region: int) -> None:
         slot += count
     state.cell_slots[world, last_cell + region] = slot
     for item in range(first, last):
-        cell = state.item_cell[world, item]
-        slot = state.cell_next[world, cell]
-        state.cell_next[world, cell] += 1
-        state.slot_x[world, slot] = state.item_x[world, item]
-        state.slot_y[world, slot] = state.item_y[world, item]
-        state.slot_item[world, slot] = item
+        cell = get(state.item_cell, world, item)
+        slot = get(state.cell_next, world, cell)
+        put(state.cell_next, world, cell, slot + 1)
+        put(state.slot_x, world, slot, get(state.item_x, world, item))
+        put(state.slot_y, world, slot, get(state.item_y, world, item))
+        put(state.slot_item, world, slot, item)
     state.stale[world, region] = 0
 
 
