@@ -7,9 +7,8 @@ from typing import Any
 
 from baldwinlab import console, papers
 from baldwinlab.api.installed import load_installed
-from baldwinlab.api.reproduce import reproduce
+from baldwinlab.api.reproduce import are_foragers, reproduce
 from baldwinlab.errors import require_positive
-from baldwinlab.experiment import Experiment
 from baldwinlab.gallery.publish import PAGE, lead, left_out, publish
 from baldwinlab.outputs import REPORT, require_writable
 
@@ -43,7 +42,7 @@ def reproduce_all(folder: str | Path = "results", *, steps: int | None = None, l
     load_installed()
     for number, name in enumerate(papers.built_in(), 1):
         console.say(f"{name}, paper {number} of {len(papers.built_in())}")
-        foragers = all(isinstance(experiment, Experiment) for experiment in papers.load(name).experiments())
+        foragers = are_foragers(papers.load(name).experiments())
         place = Path(folder) / ("paper" if name == papers.DEFAULT else name)
         reproduce(name, out=place, steps=steps if foragers else None, last=last, **how)
     return compare_papers(folder, last=last)

@@ -14,7 +14,7 @@ from baldwinlab.api.study import Study
 from baldwinlab.assays import missing_assays
 from baldwinlab.assays.estimate import Planned
 from baldwinlab.errors import RefusedError, require_positive
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.files import location
 from baldwinlab.publish import of_emergence
 from baldwinlab.resources import Need
@@ -51,7 +51,7 @@ def reproduce(
         changes["evolution"] = {"generations": generations}
     experiments = chosen.experiments(reading)
     if steps is not None:
-        if not all(isinstance(experiment, Experiment) for experiment in experiments):
+        if not are_foragers(experiments):
             raise RefusedError(f"--steps is of foragers; {chosen.name} has none, and its lives are as long as its model says")
         changes["lifetime"] = {"steps": steps}
     experiments = [experiment.replace(**changes) for experiment in experiments]
@@ -69,6 +69,11 @@ def reproduce(
 
     report(study, last=last, force=force, then=assays if any(missing_assays(study, chosen.about.assays).values()) else None)
     return Study(study)
+
+
+def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
+    """Whether all are of the model whose lives have steps that can be given."""
+    return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
 def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None) -> Need:

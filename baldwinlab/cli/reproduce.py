@@ -12,6 +12,7 @@ from baldwinlab.api.reproduce import reproduce as reproduce_one
 from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Reading, Seed, Workers, load_parts
 from baldwinlab.errors import RefusedError
 from baldwinlab.papers import DEFAULT
+from baldwinlab.papers.paper import STANDARD
 
 
 def reproduce(
@@ -23,7 +24,7 @@ def reproduce(
     generations: Annotated[PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")] = None,
     steps: Annotated[PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")] = None,
     seed: Seed = 0,
-    reading: Reading = "standard",
+    reading: Reading = STANDARD,
     workers: Workers = None,
     out: Out = None,
     last: Last = 10,
@@ -36,7 +37,7 @@ def reproduce(
     lengths: dict[str, Any] = {"runs": runs, "generations": generations, "steps": steps, "seed": seed, "last": last}
     how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     if paper == ALL:
-        if reading != "standard":
+        if reading != STANDARD:
             raise RefusedError(f"--reading {reading} is of one paper; all of them are reproduced by their standard reading")
         reproduce_all(out or Path("results"), **lengths, **how)
     else:

@@ -12,7 +12,7 @@ from baldwinlab.studies.records import StudyError
 def claims_in(directory: Path) -> list[dict[str, Any]]:
     """The claims as `papers.verdicts.write` has written them into a study's directory, each with `id` and `verdict` as text.
 
-    None where no report has been made yet. Raises StudyError for a file that is damaged, or is another.
+    Empty where no report has been made yet. Raises StudyError for a file that is damaged, or is another.
     """
     path, again = directory / "claims.json", "`baldwinlab report` makes it again"
     if not path.exists():
