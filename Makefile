@@ -38,7 +38,7 @@ docs: $(VENV)/.docs
 	$(BIN)/python -m scripts.documentation site $(VENV)/notebooks
 	@echo "open site/index.html"
 
-nightly: $(VENV)/.dev $(VENV)/.wasm browser firefox
+nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.jax browser firefox
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
 # What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
@@ -100,6 +100,11 @@ cuda: $(VENV)/.cuda
 # The linker that makes a browser's module of a part of one's own.
 $(VENV)/.wasm: $(VENV)/.core requirements-wasm.txt
 	$(PIP) --no-deps -r requirements-wasm.txt
+	@touch $@
+
+# What one example of other people's optimisers needs (0.4 GB).
+$(VENV)/.jax: $(VENV)/.dev requirements-jax.txt
+	$(PIP) --no-deps -r requirements-jax.txt
 	@touch $@
 
 # What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.

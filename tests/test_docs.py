@@ -57,6 +57,17 @@ def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(
     assert python.returncode == 0, python.stderr
 
 
+@pytest.mark.nightly
+def test_the_optimiser_that_needs_jax_improves_on_the_founders(tmp_path: Path) -> None:
+    """Its code goes on from the first block of its page."""
+    pytest.importorskip("evosax", reason="make nightly installs it")
+    page = ROOT / "docs" / "optimisers.md"
+    code = "\n".join([blocks(page, "python")[0], *blocks(page, "py"), "assert -state.best_fitness > told.fitness.max()"])
+    python = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
+    assert python.returncode == 0, python.stderr
+    assert re.fullmatch(r"evosax: \d+\.\d items", python.stdout.splitlines()[-1])
+
+
 def test_links_between_pages_lead_somewhere() -> None:
     for page in PAGES:
         for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text("utf-8")):
