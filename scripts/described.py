@@ -13,8 +13,9 @@ from baldwinlab.variables import Variable
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Of the class `meanings`, in the words of MyST: its last column tells something, and needs room."""
     lines = [heads, ["---"] * len(heads), *rows]
-    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
+    return "{.meanings}\n" + "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
 
 
 def fields_of(kind: Any, path: str = "") -> list[tuple[str, Any]]:

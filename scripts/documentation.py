@@ -36,6 +36,7 @@ SPHINX: Final = {
     "html_title": f"baldwinlab {__version__}",
     "extensions": ["myst_parser"],
     "myst_heading_anchors": 6,
+    "myst_enable_extensions": ["attrs_block"],
     "nitpicky": True,
     "smartquotes": False,  # a command's -- stays what it is
     "highlight_language": "text",  # of indented blocks

@@ -6,6 +6,7 @@ import ast
 import inspect
 import json
 import re
+import textwrap
 from pathlib import Path
 from typing import Final, get_args
 
@@ -223,8 +224,9 @@ beside this one.
 
 
 def _declared(kind: type[Part]) -> str:
-    """What a kind declares, as it is written, without what is told beside it: its docstring and its phases."""
+    """What a kind declares, as it is written, without its docstring, its phases, and how Python makes a class of it."""
     source = inspect.getsource(kind).replace(f'    """{kind.__doc__}"""\n\n', "", 1)
+    source = re.sub(r"^(    @classmethod\n)?    def __\w+__.*\n(        .*\n|\n)*", "", source, flags=re.MULTILINE)
     return re.sub(r"^    \w+: ClassVar\[Any\] = staticmethod.*\n", "", source, flags=re.MULTILINE).strip()
 
 
@@ -255,7 +257,8 @@ def example(path: Path) -> str:
     """An example in full, under what it says of itself."""
     source = path.read_text("utf-8")
     title, _, more = (ast.get_docstring(ast.parse(source)) or "").partition("\n")
-    more = re.sub(r"^(baldwinlab .*)$", r"    \1", more, flags=re.MULTILINE)
+    paragraphs = (re.sub("  +", " ", textwrap.dedent(each)) for each in more.strip("\n").split("\n\n"))
+    more = "\n\n".join(f"```console\n{each}\n```" if each.startswith("baldwinlab ") else each for each in paragraphs)
     return f"""# {capital(path.stem.replace("_", " "))}
 
 {title}

@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
+from matplotlib.patheffects import withStroke
 
 from baldwinlab.experiment import FoodRegion, World
 from baldwinlab.figures.style import BLACK, BLUE, GREY, ORANGE, PALE, WIDTH, styled
@@ -24,6 +25,7 @@ from baldwinlab.palette import shade
 BODY = 10.0  # side of an agent and of an item, units of length
 NARROW = 10  # degrees
 EXAMPLE = 1906  # seed of the places shown
+HALO = [withStroke(linewidth=2, foreground="white")]  # of a text that lies on items
 
 Look = Mapping[str, Any]  # `models.miniworld.look.Look` as plain data
 
@@ -62,12 +64,12 @@ def _map(axes: Axes, world: World, agents: int, look: Look) -> None:
     generator = np.random.default_rng(EXAMPLE)
     lay_out(axes, world, look)
     start = world.start
-    axes.annotate("born here,\nheading right", (start.x, start.y + start.radius + 8), ha="center", va="top")
+    axes.annotate("born here,\nheading right", (start.x, start.y + start.radius + 8), ha="center", va="top", path_effects=HALO)
     angle, distance = generator.uniform(0, 2 * np.pi, agents), start.radius * np.sqrt(generator.uniform(size=agents))
     x, y = start.x + distance * np.cos(angle), start.y + distance * np.sin(angle)
     _squares(axes, x, y, BLUE)
     axes.hlines(y, x, x + 1.2 * BODY, color=BLACK, lw=0.9)
-    labels: dict[tuple[float, float], list[str]] = {}  # regions that lie on each other are labelled together
+    labels: dict[tuple[float, float, float], list[str]] = {}  # regions that lie on each other are labelled together
     for region, kind in zip(_regions(look), look["item_kinds"], strict=True):
         right, bottom, count = region["x"] + region["width"], region["y"] + region["height"], kind["number"]
         _squares(
@@ -77,9 +79,11 @@ def _map(axes: Axes, world: World, agents: int, look: Look) -> None:
             shade(kind["colour"]),
         )
         items = f"item{'' if count == 1 else 's'}" if kind["name"] == "food" else f"of {kind['name']}"
-        labels.setdefault(((region["x"] + right) / 2, region["y"] - 8), []).append(f"{count} {items}")
-    for place, texts in labels.items():
-        axes.annotate(", ".join(texts), place, ha="center", va="bottom")
+        labels.setdefault((region["x"], right, region["y"] - 8), []).append(f"{count} {items}")
+    for (left, right, top), texts in labels.items():
+        ends = (left + right) / 2 > world.width / 2  # where the region does, so that a long text stays on the map
+        place = (right if ends else (left + right) / 2, top)
+        axes.annotate(", ".join(texts), place, ha="right" if ends else "center", va="bottom", path_effects=HALO)
 
 
 def _regions(look: Look) -> list[Mapping[str, Any]]:

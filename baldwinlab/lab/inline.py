@@ -51,7 +51,7 @@ def _frame(trace: xr.Dataset) -> str:
     }
     replay = {"version": __version__, "step": 0, "panels": [panel]}
     page = escape(pages.page("replay.html", PLAYER, STYLES, title=title, replay=replay).decode())
-    size = "width: 100%; height: 680px; border: 0"
+    size = "width: 100%; height: 700px; border: 0"
     return f'<iframe sandbox="allow-scripts" title="{escape(title)}" style="{size}" srcdoc="{page}"></iframe>'
 
 
