@@ -94,11 +94,10 @@ def _in_words_of_today(data: xr.Dataset) -> xr.Dataset:
 
 
 def conditions(assays: Assays) -> dict[str, Experiment]:
-    """The experiment of every condition that any assay has, in order of their names."""
+    """The experiment of every condition that any assay has, in their order."""
     found = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
-        name: from_toml(found[name].attrs["experiment"], where=f"the experiment of {name}", reading=True)
-        for name in sorted(found)
+        name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", reading=True) for name, data in found.items()
     }
 
 

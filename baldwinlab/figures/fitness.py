@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from baldwinlab.statistics.fitness import interval_of_mean
 from baldwinlab.statistics.rules import SIGNIFICANT
 
 MOST_BRACKETS = 6  # above each other; more would hide the boxes
+LETTERS = 52  # of labels that stand beside each other below a panel of half the width
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 
 
@@ -102,11 +104,18 @@ def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int =
         for place, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
             if sample.size:
                 box(axes, place, sample, condition.look)
-        axes.set_xticks(range(len(shown)), [condition.learner for condition in shown], rotation=0 if len(shown) < 5 else 90)
+        learners = [condition.learner for condition in shown]
+        axes.set_xticks(range(len(shown)), learners, rotation=0 if _fit(learners) else 90)
         axes.set_xlim(-0.6, len(shown) - 0.4)
         axes.grid(visible=False, axis="x")
         _brackets(axes, [condition.name for condition in shown], _compared(results, measure))
     return figure
+
+
+def _fit(labels: Sequence[str]) -> bool:
+    """Whether they stand beside each other below a panel, each under its own place."""
+    widest = max((len(one) + len(other) for one, other in pairwise(labels)), default=0) / 2
+    return widest * len(labels) <= LETTERS
 
 
 def box(axes: Axes, place: int, sample: np.ndarray, look: Series) -> None:
