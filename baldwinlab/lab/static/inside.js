@@ -230,7 +230,8 @@ export class Inspector {
     if (arrays.teacher) {
       const activations = arrays.teacher_activations.subarray(row * units, (row + 1) * units);
       const action = arrays.error ? strongest(activations, actions.length) : null; // where it says how to act
-      nets.push({ weights: arrays.teacher, activations, actions: answers.length ? answers : actions, action });
+      const says = answers.length ? actions.map((_, at) => answers[at] ?? "not used") : actions;
+      nets.push({ weights: arrays.teacher, activations, actions: says, action });
     }
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
