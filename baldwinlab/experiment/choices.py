@@ -119,6 +119,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
         "neat": f"{_LIBRARY}.neat.parts:Neat",
         "one-point-alleles": f"{_LIBRARY}.models.needle:OnePointOfAlleles",
+        "one-point-bits": f"{_LIBRARY}.models.lightswitch:OnePointOfBits",
         "one-point-of-units": f"{_LIBRARY}.models.cues:OnePointOfUnits",
         "one-point-crossover": f"{_LIBRARY}.breeding:OnePointCrossover",
     },

@@ -6,10 +6,11 @@ No variation here favours the fitter one of two parents: what a child has of eac
 Sources: J. E. Baker, "Reducing bias and inefficiency in the selection algorithm", Proceedings of the 2nd International
 Conference on Genetic Algorithms (1987), for `expected-offspring`; S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution
 in neural networks", Adaptive Behavior 3 (1994), for `best-copies`: there the best 20 of 100 have five children each, which
-differ from them by mutation alone (`copy`); H.-P. Schwefel, Numerical Optimization of Computer Models (1981), for normal
-mutations; D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic algorithms", Foundations of
-Genetic Algorithms 1 (1991), for `larger-tournament`; J. H. Holland, Adaptation in Natural and Artificial Systems (1975), for
-crossover at one point.
+differ from them by mutation alone (`copy`); D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and
+behavioral fitness", Neural Networks 13 (2000), for its `mated`; H.-P. Schwefel, Numerical Optimization of Computer Models
+(1981), for normal mutations; D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic
+algorithms", Foundations of Genetic Algorithms 1 (1991), for `larger-tournament`; J. H. Holland, Adaptation in Natural and
+Artificial Systems (1975), for crossover at one point.
 """
 
 from __future__ import annotations
@@ -64,9 +65,13 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
 
 
 class BestCopies(Selection, name="best-copies"):
-    """The best have the children in equal shares, each with a single parent; where it is not even, the fittest have one more."""
+    """The best have the children in equal shares, each with a single parent; where it is not even, the fittest have one more.
+
+    Or, as often as `mated` says, a child has a second parent: any of the best, so now and then the first again.
+    """
 
     share: float = Field(0.2, gt=0, le=1, description="share of the agents that have children, the fittest; at least one agent")
+    mated: float = Field(0.0, ge=0, le=1, description="share of the children that have a second parent, any of the fittest")
 
     @staticmethod
     def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
@@ -76,12 +81,18 @@ class BestCopies(Selection, name="best-copies"):
         sort_by(shares, uniforms[:, 1, 0], order)  # equals in random order
         for child in range(parents.shape[0]):
             parents[child, 0] = parents[child, 1] = order[child % best]
+            if uniforms[child, 0, 0] < part.mated:
+                parents[child, 1] = order[int(uniforms[child, 0, 1] * best)]
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
         order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
         best = order[: max(1, int(part.share * len(fitness) + 0.5))]
-        return [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
+        pairs = [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
+        for pair, (draws, _) in zip(pairs, uniforms, strict=True):
+            if draws[0] < part.mated:
+                pair[1] = best[int(draws[1] * len(best))]
+        return pairs
 
 
 class Outcrossing(Selection, name="outcrossing"):

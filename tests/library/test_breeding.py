@@ -136,6 +136,18 @@ def test_where_children_do_not_come_out_even_the_fittest_have_one_more(share: fl
     assert ranked.tolist() == children + [0] * (AGENTS - len(children))
 
 
+def test_as_often_as_asked_a_child_has_a_second_parent_and_it_is_any_of_the_best() -> None:
+    """Of 1000 children of 100, of whom the best 200 have five each."""
+    fitness = np.random.default_rng(1).permutation(1000).astype(float)
+    alone, mated = (parents_of("best-copies", fitness, 1, best_copies={"share": 0.2, "mated": often}) for often in (0.0, 0.5))
+    second = mated.sum(axis=1) - alone[:, 0]  # the fitter one stands first, whichever it is
+    assert (np.sort(mated, axis=1) == np.sort(np.stack([alone[:, 0], second], axis=1), axis=1)).all()
+    with_two = mated[:, 0] != mated[:, 1]
+    assert abs(with_two.mean() - 0.5 * 199 / 200) < 4 * np.sqrt(0.25 / 1000)
+    assert (fitness[mated] >= 800).all(), "of the best alone"
+    assert chisquare(np.histogram(fitness[second[with_two]], bins=4, range=(800, 1000))[0]).pvalue > 0.001, "any of them"
+
+
 def test_of_equals_anybody_is_among_the_best() -> None:
     chosen = [np.unique(parents_of("best-copies", np.ones(10), generation)) for generation in range(1, 301)]
     assert {each.size for each in chosen} == {2}
@@ -248,7 +260,9 @@ def test_without_selection_heterozygosity_falls_by_1_in_n_a_generation(variation
 @pytest.mark.parametrize("name", NAMES["selection"])
 def test_parents_are_the_oracle_s_whatever_the_fitness_and_the_number_of_agents(name: str) -> None:
     part, experiment = choices.find("selection", name), breeding_by(selection=name)
-    values = SimpleNamespace(share=np.float32(0.2))
+    if name == "best-copies":
+        experiment = experiment.replace(evolution={"best_copies": {"mated": 0.3}})
+    values = SimpleNamespace(share=np.float32(0.2), mated=np.float32(0.3))
     random = np.random.default_rng(4)
     for agents in (1, 2, 3, 7, 40):
         fitness, uniforms = np.round(random.uniform(0, 3, agents)), random.random((agents, 2, 4))

@@ -29,8 +29,9 @@ import xarray as xr
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
+from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.plasticity import change
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
 
 INPUTS: Final = 11  # four of the lamp, three of the stripe, three of walls, and a bias that is always 1
 GENES: Final = 5  # of a neuron, or of a synapse: bits
@@ -234,3 +235,24 @@ def _think(signs: Any, rules: Any, rates: Any, weights: Any, before: Any, now: A
             if rate > ZERO:
                 w += rate * change(rules[neuron, source], w, before[source], y)
                 weights[neuron, source] = min(max(w, ZERO), ONE)
+
+
+class OnePointOfBits(Variation, name="one-point-bits"):
+    """One parent's bits up to a cut, the other's from there; then each bit may flip."""
+
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+
+    @staticmethod
+    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+        cut = 1 + int(gate * (child.shape[1] - 1))  # uniform over the places between two bits
+        for bit in range(child.shape[1]):
+            of_fitter = (bit < cut) == (draws[0, 0] < 0.5)  # whose bits come first is left to a coin
+            inherited = fitter[0, bit] if of_fitter else other[0, bit]
+            child[0, bit] = ONE - inherited if draws[bit, 1] < part.rate else inherited
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        cut = 1 + int(gate * (len(fitter[0]) - 1))
+        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
+        return [[1 - bit if draw[1] < part.rate else bit for bit, draw in zip([*one[:cut], *two[cut:]], draws, strict=True)]]

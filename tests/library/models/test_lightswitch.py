@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.stats import chisquare
 
+from baldwinlab import papers
 from baldwinlab.check import check_part
-from baldwinlab.library.models.lightswitch import CHANGED, INPUTS, WORLD, LightSwitch
+from baldwinlab.evolution import Moment, breed
+from baldwinlab.library.models.lightswitch import CHANGED, INPUTS, WORLD, LightSwitch, OnePointOfBits
 from baldwinlab.library.plasticity import change
 from baldwinlab.parts import LIFE, uniforms
 
@@ -146,5 +149,32 @@ def test_a_run_has_the_same_bits_beside_others() -> None:
     assert both.energy[0].tolist() != both.energy[1].tolist()
 
 
-def test_the_part_is_as_parts_should_be() -> None:
-    assert [one for one in check_part(LightSwitch) if one.holds is False] == []
+def test_a_fifth_of_the_children_have_bits_of_two_parents_to_either_side_of_one_cut() -> None:
+    """Founders each all 0 or all 1: without mutation, a child changes once along its genome if its parents differ, else never."""
+    paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")
+    experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
+    bits = experiment.of_model.weights()
+    genome = np.repeat(np.arange(4000) % 2, bits).reshape(4000, 1, bits).astype(np.float32)
+    children, parents = breed(experiment, genome, np.arange(4000.0), Moment(0, 0, 1))
+    changes = (np.diff(children[:, 0]) != 0).sum(axis=1)
+    assert (changes == (parents[:, 0] % 2 != parents[:, 1] % 2)).all()
+    assert abs(changes.mean() - 0.2 / 2) < 4 * np.sqrt(0.1 * 0.9 / 4000)
+    cuts = np.flatnonzero(np.diff(children[changes == 1, 0])) % (bits - 1)
+    assert chisquare(np.bincount(cuts, minlength=bits - 1)).pvalue > 0.001, "anywhere along the genome"
+
+
+def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
+    """As before there was any: to the bit what the variation `bit-flips` makes."""
+    paper = papers.load("floreano-urzelai-2000")
+    without = paper.experiment("rules-of-neurons", reading="no-crossover")
+    genome = np.random.default_rng(2).integers(0, 2, (100, 1, without.of_model.weights())).astype(np.float32)
+    flipped = [
+        breed(one, genome, np.arange(100.0), Moment(0, 0, 1))[0]
+        for one in (without, without.replace(evolution={"variation": "bit-flips"}))
+    ]
+    assert (flipped[0] == flipped[1]).all()
+
+
+def test_the_parts_are_as_parts_should_be() -> None:
+    found = [*check_part(LightSwitch), *check_part(OnePointOfBits, only=["fields", "limits", "arithmetic", "oracle"])]
+    assert [one for one in found if one.holds is False] == []
