@@ -30,6 +30,7 @@ from baldwinlab.lab.live_run import LiveRun, seconds_in
 from baldwinlab.lab.live_size import check_size, memory_of
 from baldwinlab.lab.memory import give_back
 from baldwinlab.lab.query import body, whole
+from baldwinlab.lab.studies import alleles_of
 from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import create
@@ -173,6 +174,7 @@ def _about(run: LiveRun) -> dict[str, Any]:
     return {
         "id": run.id,
         "experiment": run.experiment.to_dict(),
+        "alleles": list(alleles_of(run.experiment)),
         "seed": run.seed,
         "runs": run.runs,
         "seconds": run.seconds,

@@ -116,6 +116,12 @@ class History:
         """What is recorded of each agent, [generation, agent], of the generations that have lived; what is there stays."""
         return self._records[name][: self.lived]
 
+    def kept_until(self, generation: int) -> tuple[int, Genome]:
+        """The last generation up to this one, which has lived, whose genomes are kept; and these, [agent, module, weight]."""
+        kept = self._kept.copy()  # in one go, as generations may live meanwhile
+        last = max(each for each in kept if each <= generation)
+        return last, kept[last]
+
     @property
     def energy(self) -> npt.NDArray[np.float64]:
         """The fitness, [generation, agent], of the generations that have lived; what is there stays."""

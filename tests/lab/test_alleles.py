@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import baldwinlab as bl
+from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import arrays, data, refusal
+from tests.lab.asking import CLIENT, arrays, data, refusal
 from tests.lab.conftest import LabServer
+from tests.lab.test_live import wait_until
 
 RUN = {"study": "strings", "condition": "guessing", "run": 1}
 
@@ -36,6 +40,29 @@ def test_the_list_of_studies_says_which_conditions_have_alleles(strings_server: 
     small, strings = data(strings_server.address, "studies")["studies"]
     assert [condition["alleles"] for condition in small["conditions"]] == [[]]
     assert [condition["alleles"] for condition in strings["conditions"]] == [["0", "?", "1"], ["0", "?", "1"]]
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_a_live_run_shows_the_shares_of_any_generation_that_has_lived(strings_server: LabServer, every: int) -> None:
+    """Whether its genomes are kept or not, they are those of the run that the command line makes."""
+    guessing = Study(strings_server.root / "strings").experiment("guessing").replace(record={"genome_every": every})
+    order = {"experiment": guessing.to_dict(), "runs": 2, "seed": 4}
+    id = CLIENT.post(f"{strings_server.address}/api/live", json=order).json()["id"]
+    wait_until(lambda: live_run(strings_server, id)["state"] == "done")
+    assert live_run(strings_server, id)["alleles"] == ["0", "?", "1"]
+    genomes = simulate(guessing.replace(record={"genome_every": 1}), seed=4, run=1).genome.values[:, :, 0]
+    for generation in (4, 1, 0):
+        header, found = arrays(strings_server.address, "alleles", live=id, run=1, generation=generation)
+        assert header["first"] == generation and found["share"].shape == (1, 6, 3)
+        shares = np.stack([(genomes[generation] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1)
+        assert np.allclose(found["share"][0], shares)
+    assert "has not lived: 5 have" in refusal(strings_server.address, "alleles", 400, live=id, run=1, generation=5)
+    assert "there is no live run 'x'" in refusal(strings_server.address, "alleles", 404, live="x", run=1, generation=0)
+
+
+def live_run(server: LabServer, id: str) -> dict[str, Any]:
+    found: dict[str, Any] = next(run for run in data(server.address, "live")["runs"] if run["id"] == id)
+    return found
 
 
 def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServer) -> None:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import re
+from shutil import rmtree
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from baldwinlab.experiment import assign
+from baldwinlab.presets import load
+from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
 from tests.lab.asking import WINDOWS
 from tests.lab.conftest import LabServer
@@ -122,6 +128,39 @@ def test_a_point_in_the_results_leads_to_the_alleles_of_its_run(page: Page, stri
     page.goto(f"{strings_server.address}/#/results?study=strings")
     page.get_by_role("link", name=re.compile("^guessing, run 1: ")).first.press("Enter")
     require_shown(page, strings_server, 4)
+
+
+def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_and_leads_to_the_world_tab(
+    page: Page, strings_server: LabServer
+) -> None:
+    changes = {"population.size": 40, "evolution.generations": 5, "hinton_nowlan.loci": 6, "hinton_nowlan.trials": 10}
+    page.goto(f"{strings_server.address}/#/live?preset=guessing&runs=2&pace=0&set={quote(json.dumps(changes), safe='')}")
+    page.get_by_test_id("start").click()
+    heading, newest = page.get_by_test_id("alleles-heading"), page.get_by_test_id("live-newest")
+    expect(heading).to_have_text("Alleles by locus, generation 4", timeout=60_000)
+    expect(newest).to_have_attribute("aria-pressed", "true")
+    page.get_by_test_id("live-fitness").locator(".u-over").click(position={"x": 1, "y": 50})
+    expect(heading).to_have_text("Alleles by locus, generation 0")
+    expect(newest).to_have_attribute("aria-pressed", "false")
+    expect(page).to_have_url(re.compile("generation=0"))
+    page.get_by_test_id("live-run").select_option("1")
+    bars = page.locator(".allele-bar")
+    expect(bars).to_have_count(6)
+    genomes = simulate(assign(load("guessing"), [f"{name}={value}" for name, value in changes.items()]), seed=0, run=1).genome
+    founders = np.stack([(genomes.values[0, :, 0] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1)
+    expect(page.get_by_test_id("alleles-table").locator("tbody tr").first).to_have_text(
+        "".join(["0", *(f"{100 * share:g} %" for share in founders[0])])
+    )
+    assert np.allclose(bars.evaluate_all(HEIGHTS), founders, atol=0.01)
+    newest.click()
+    expect(heading).to_have_text("Alleles by locus, generation 4")
+    page.get_by_test_id("keep").click()
+    page.get_by_test_id("keep-name").fill("watched")
+    page.keyboard.press("Enter")
+    page.get_by_test_id("live-open-world").click()
+    expect(page).to_have_url(re.compile(r"#/world\?study=watched&condition=guessing&run=1&generation=4"))
+    expect(heading).to_have_text("Alleles by locus, generation 4")
+    rmtree(strings_server.root / "watched")  # other tests count the studies
 
 
 @pytest.mark.parametrize(

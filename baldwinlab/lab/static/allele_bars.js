@@ -31,11 +31,19 @@ export class AlleleBars {
     this.chart.hidden = this.table.hidden = this.legend.hidden = true;
   }
 
-  /** Other genomes come. @param {{alleles: string[]}} header their names, in the order in which they are stacked @param {{share: Float32Array}} arrays [generation, locus, allele] */
-  take({ alleles, arrays: [{ shape }] }, { share }) {
-    const count = shape[1];
+  /**
+   * Other genomes come.
+   * @param {{alleles: string[], first: number}} header the alleles' names, in the order in which they are stacked, and the first generation
+   * @param {{share: Float32Array}} arrays [generation, locus, allele]
+   */
+  take({ alleles, first, arrays: [{ shape }] }, { share }) {
+    Object.assign(this, { shares: share, first });
+    const drawn = this.loci.length === shape[1] && String(this.alleles) === String(alleles);
+    if (!drawn) this.build(alleles, shape[1]);
+  }
+
+  build(alleles, count) {
     this.clear();
-    this.shares = share;
     this.chart.hidden = this.table.hidden = this.legend.hidden = false;
     this.alleles = alleles;
     this.loci = Array.from({ length: count }, (_, locus) => this.locus(locus, count));
@@ -65,7 +73,7 @@ export class AlleleBars {
     this.heading.textContent = this.caption.textContent = `Alleles by locus, generation ${generation}`;
     const kinds = this.alleles.length;
     this.loci.forEach(({ parts, cells }, locus) => {
-      const first = (generation * this.loci.length + locus) * kinds;
+      const first = ((generation - this.first) * this.loci.length + locus) * kinds;
       parts.forEach((part, kind) => {
         part.style.flexGrow = shares[first + kind];
         cells[kind].textContent = `${format(100 * shares[first + kind])} %`;

@@ -2,6 +2,7 @@
 
 import { lineChart, look, runSwitch } from "./charts.js";
 import { el, message, postJSON, serverless } from "./common.js";
+import { LiveAlleles } from "./live_alleles.js";
 import { LiveWorld } from "./live_world.js";
 import { chartSaves } from "./saving.js";
 
@@ -19,8 +20,9 @@ const WORDS = {
  * @returns {{update: () => void, close: () => void}}
  */
 export function livePanel(root, feed, state, navigate, again) {
-  const { experiment, runs, seed } = feed.about;
-  const world = !experiment.world ? noWorld(experiment.model) : new LiveWorld(feed.id, runs, state, navigate);
+  const { experiment, alleles, runs, seed } = feed.about;
+  const Lives = experiment.world ? LiveWorld : alleles.length ? LiveAlleles : null;
+  const world = Lives ? new Lives(feed.id, runs, state, navigate) : noWorld(experiment.model);
   const [badge, progress] = [el("span", { "data-testid": "live-state" }), el("progress", { "aria-label": "Generations that have lived" })];
   const [count, fault] = [el("span", { class: "number", "data-testid": "live-count" }), el("p", { class: "fault", hidden: true, "data-testid": "live-fault" })];
   const buttons = controls(feed, experiment, seed, again);

@@ -50,26 +50,18 @@ export class LiveWorld {
     const newest = "Go on with the newest generation as the run goes on";
     this.newest = el("button", { type: "button", "aria-pressed": this.follows, title: newest, "data-testid": "live-newest", onclick: () => this.follow() }, "Newest");
     this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
+    this.picker = runPicker(runs, this.run, (run) => {
+      this.run = run;
+      if (this.generation !== null) this.load(this.generation);
+    });
     const { stage, foot } = this.figure;
     stage.classList.add("scrolls");
     stage.addEventListener("wheel", (event) => this.letScroll(event), { capture: true });
     const element = el("section", { class: "card live-world", "aria-label": "World" },
-      el("div", { class: "row" }, this.title, this.newest, el("span", { class: "spread" }), this.runPicker(runs), this.open),
+      el("div", { class: "row" }, this.title, this.newest, el("span", { class: "spread" }), this.picker, this.open),
       stage, foot, this.legend.root, this.inspector.root, this.bar.root);
     element.addEventListener("keydown", (event) => this.key(event));
     return element;
-  }
-
-  runPicker(runs) {
-    if (runs === 1) return null;
-    const options = Array.from({ length: runs }, (_, run) => el("option", { value: run }, `run ${run}`));
-    this.picker = el("select", { "aria-label": "Which run's world is shown", "data-testid": "live-run" }, ...options);
-    this.picker.value = String(this.run);
-    this.picker.addEventListener("change", () => {
-      this.run = Number(this.picker.value);
-      if (this.generation !== null) this.load(this.generation);
-    });
-    return this.picker;
   }
 
   /** So many generations have lived. */
@@ -234,7 +226,17 @@ export class LiveWorld {
   }
 }
 
+/** Which of several runs is shown; null where there is but one. @param {(run: number) => void} chosen */
+export function runPicker(runs, run, chosen) {
+  if (runs === 1) return null;
+  const options = Array.from({ length: runs }, (_, number) => el("option", { value: number }, `run ${number}`));
+  const picker = el("select", { "aria-label": "Which run is shown", "data-testid": "live-run" }, ...options);
+  picker.value = String(run);
+  picker.addEventListener("change", () => chosen(Number(picker.value)));
+  return picker;
+}
+
 /** A whole number in an address, or null. */
-function whole(text) {
+export function whole(text) {
   return /^\d+$/.test(text ?? "") ? Number(text) : null;
 }

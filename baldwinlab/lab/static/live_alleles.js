@@ -1,0 +1,81 @@
+/** The alleles of a live run whose lives have no world: of its newest generation, or of one that the reader picks. */
+
+import { AlleleBars } from "./allele_bars.js";
+import { el, getBinary, message } from "./common.js";
+import { runPicker, whole } from "./live_world.js";
+
+export class LiveAlleles {
+  /**
+   * @param {string} id of the live run
+   * @param {number} runs
+   * @param {Object<string, string>} state of the address: run, and generation, the newest without
+   * @param {(patch: Object<string, any>) => void} navigate
+   */
+  constructor(id, runs, state, navigate) {
+    Object.assign(this, { id, navigate, lived: 0, asked: "", coming: false, kept: null, stop: new AbortController() });
+    this.run = Math.min(whole(state.run) ?? 0, runs - 1);
+    this.picked = whole(state.generation);
+    this.bars = new AlleleBars();
+    const newest = "Go on with the newest generation as the run goes on";
+    this.newest = el("button", { type: "button", title: newest, "data-testid": "live-newest", onclick: () => this.pick(null) }, "Newest");
+    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
+    this.picker = runPicker(runs, this.run, (run) => this.pick(this.picked, run));
+    this.element = el("section", { class: "card live-alleles", "aria-label": "Genomes", "data-testid": "live-alleles" },
+      el("div", { class: "row" }, this.newest, el("span", { class: "spread" }), this.picker, this.open), this.bars.root);
+    this.showPlace();
+  }
+
+  get generation() {
+    return Math.min(this.picked ?? Infinity, this.lived - 1);
+  }
+
+  /** So many generations have lived. */
+  offer(lived) {
+    this.lived = lived;
+    this.load();
+  }
+
+  /** Show a generation for the reader, or the newest, null; of the run that is shown or of another. */
+  pick(generation, run = this.run) {
+    Object.assign(this, { picked: generation, run });
+    if (this.picker) this.picker.value = String(run);
+    this.navigate({ generation, run: run || null });
+    this.showPlace();
+    this.load();
+  }
+
+  /** One answer at a time; after it comes what is to be shown by then. */
+  async load() {
+    const { id, run, generation } = this;
+    const asked = `/api/alleles?${new URLSearchParams({ live: id, run, generation })}`;
+    if (this.coming || generation < 0 || asked === this.asked) return;
+    Object.assign(this, { asked, coming: true });
+    try {
+      const { header, arrays } = await getBinary(asked, this.stop.signal);
+      this.bars.take(header, arrays);
+      this.bars.show(generation);
+    } catch (fault) {
+      if (fault.name === "AbortError") return;
+      message(fault.message, "error");
+    }
+    this.coming = false;
+    this.showPlace();
+    this.load();
+  }
+
+  showPlace() {
+    this.newest.setAttribute("aria-pressed", this.picked === null);
+    this.open.hidden = !this.kept;
+    this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run: this.run, generation: this.generation })}`;
+  }
+
+  /** The run is kept as a study: from there, the World tab goes through its generations. */
+  keptAs(study, condition) {
+    this.kept = { study, condition };
+    this.showPlace();
+  }
+
+  close() {
+    this.stop.abort();
+  }
+}
