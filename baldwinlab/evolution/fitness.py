@@ -16,7 +16,12 @@ from baldwinlab.parts.evolution import breeding_part, evaluate
 
 
 class Energy(FitnessPart, name="energy"):
-    """The energy of the items eaten, less the cost of learning, but at least 0."""
+    """The energy of the items eaten, or what a model pays, less the cost of learning; what is below 0 counts as 0.
+
+    `roulette`, the paper's selection, needs that, as a share of the children cannot be negative. No selection sees a difference
+    between agents below 0, not even those that could, such as `rank` and the tournaments: for these, a fitness of one's own may
+    end lower.
+    """
 
     @staticmethod
     def evaluate(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:

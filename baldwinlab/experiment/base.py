@@ -53,7 +53,9 @@ class Evolution(Fields):
         "crossover", description="crossover: a weight from either parent, then mutation"
     )
     fitness: Annotated[str, Choice("fitness")] = Field(
-        "energy", description="energy: of the items eaten, less the cost of learning, but at least 0"
+        "energy",
+        description="energy: of the items eaten, or the model's payoff, less the cost of learning; below 0 it counts as 0, "
+        "so selection sees no difference there",
     )
     mutation_gate: Literal["weight", "child"] = Field(
         "weight", description="one draw for every weight, or one for the child and then every weight (R5)"
