@@ -4,7 +4,8 @@ import { el, format } from "./common.js";
 import { Tip } from "./tip.js";
 
 const COLOURS = ["blue", "orange", "green", "purple", "sky", "vermilion"]; // of the alleles, in their order
-const FEW = 12; // loci that are all numbered; of more, every fifth
+const FEW = 12; // loci that are numbered, at most
+const EVERY = [1, 5, 10, 50, 100, 500, 1000, 5000]; // how many there may be to a number
 
 export class AlleleBars {
   constructor() {
@@ -58,7 +59,7 @@ export class AlleleBars {
   locus(locus, count) {
     const parts = this.alleles.map((name, number) => el("i", { class: "allele", style: colours(number) }, el("span", {}, name)));
     const cells = this.alleles.map(() => el("td"));
-    const number = count <= FEW || locus % 5 === 0 ? locus : "";
+    const number = locus % EVERY.find((every) => count <= FEW * every || every === EVERY.at(-1)) ? "" : locus;
     return {
       parts,
       cells,
