@@ -10,10 +10,12 @@ import numpy as np
 
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
+from baldwinlab.experiment.choices import key_of
 from baldwinlab.experiment.classes import choosing_fields
 from baldwinlab.models.miniworld.make import make_state
 from baldwinlab.parts.evolution import breeding_part
 from baldwinlab.parts.kinds import Part
+from baldwinlab.parts.models import Model
 
 PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {"model": "model"}
 MANY: Final = ("sense", "world feature")  # kinds of which an experiment has several parts
@@ -45,11 +47,12 @@ def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]
     of_kind: dict[str, list[type[Part]]] = {}
     for part in parts:
         of_kind.setdefault(part.kind, []).append(part)
-    models = of_kind.pop("model", [])
+    models = [part for part in of_kind.pop("model", []) if issubclass(part, Model)]
     for model in models:  # what breeds beside a model is made for its genomes
         bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
         evolution = {"generations": 2} | {part.kind: part.name for part in bred}
-        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution}), seed)
+        fields = {key_of(model.name): dict(model.checked_with)} if model.checked_with else {}
+        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution, **fields}), seed)
     always = tuple(part for kind in MANY for part in of_kind.pop(kind, []))
     for group in zip_longest(*of_kind.values()) if of_kind else [()] if always else []:
         chosen = (*always, *(part for part in group if part))

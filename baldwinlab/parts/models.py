@@ -44,6 +44,7 @@ class Model(Part):
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
+    checked_with: ClassVar[Mapping[str, Any]] = {}  # fields of its own: lives so short that plain Python lives them in seconds
     measures: ClassVar[Mapping[str, Measure]] = {}  # by name: what sums up a run, beside best, mean and share
     shares: ClassVar[Mapping[str, Measure]] = {}  # by name: what is drawn beside records that are shares; to (..., generation)
     alleles: ClassVar[Mapping[str, float]] = {}  # by name, in the order of drawing: what stands for it in a genome

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
+from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.library.models.erl.agents import BITS, INPUTS, bury, found, live_step, reinforce, sense, settle, weight
@@ -291,6 +292,17 @@ def test_populations_of_the_same_founders_have_histories_of_their_own() -> None:
     founders = np.tile(model.founders(1, Moment(4, 0, 0)), (2, 1, 1))
     living = model.live(4, [0], 0, founders[None]).records["living"]
     assert living[0, 0] != living[0, 1]
+
+
+def test_it_keeps_the_contract_of_parts() -> None:
+    assert [one for one in check_part(ErlPopulations) if one.holds is False] == []
+
+
+def test_the_lives_that_are_checked_have_births_and_deaths() -> None:
+    checked = ErlPopulations(**ErlPopulations.checked_with)
+    lives = checked.live(11, [0, 1], 0, np.stack([checked.founders(5, Moment(11, run, 0)) for run in (0, 1)]))
+    assert lives.records["born"].min() > 0 and 0 < lives.records["extinct"].sum() < 10
+    assert ((lives.records["living"] > 1) & (lives.records["living"] < checked.most)).all()
 
 
 def test_more_founders_than_there_may_be_agents_are_refused() -> None:

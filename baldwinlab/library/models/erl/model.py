@@ -111,6 +111,10 @@ class ErlPopulations(Model, name="erl-populations"):
         "population": {"size": 1},
         "evolution": {"generations": 1, "mutation_rate": 0.0},  # others would be further histories from the same founders
     }
+    checked_with: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
+        "longest": 8, "founders_of": 4, "most": 8,
+        "side": 12, "plants": 50, "trees": 3, "carnivores": 4, "plant": 1.0, "bite": 1.0,
+    }  # fmt: skip
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
         "extinct": Variable(OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"),
