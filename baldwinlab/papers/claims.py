@@ -13,7 +13,7 @@ from baldwinlab.papers.files import Declared, PaperError, declared, read
 FIRST = "first"  # in place of a condition: the same one, in its first generations
 
 Rule = Literal[
-    "greater", "lower", "close", "zero",
+    "greater", "lower", "close", "survives_longer", "zero",
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
 ]  # fmt: skip
 OF_ALL = ("best", "mean", "share", "most")  # what can be measured of any model; a model has `measures` of its own
@@ -25,6 +25,9 @@ RULES: Mapping[Rule, str] = {
     "A12; does not hold if in any comparison it is significantly the higher; else undecided.",
     "close": "Holds if the 95 % interval of the difference lies within {bound} of 0; does not hold if it lies wholly beyond; "
     "else undecided.",
+    "survives_longer": "Holds if every comparison has a corrected p of the log-rank test below 0.05 and the first lasts "
+    "longer, in it and in the restricted mean; does not hold if in any comparison it lasts significantly shorter; else "
+    "undecided. Runs that live on when they are left alone are censored.",
     "zero": "Holds if no agent ate a single item in any run and any generation; else does not hold.",
     "at_least": "Holds if the 95 % interval of the median over runs lies at or above {bound}; does not hold if it lies wholly "
     "below; else undecided.",
@@ -55,6 +58,10 @@ class Comparison(Declared):
             "greater": (bool(self.b), "b beside a"),
             "lower": (bool(self.b), "b beside a"),
             "close": (bool(self.b) and isinstance(self.bound, float), "b beside a, and a bound"),
+            "survives_longer": (
+                bool(self.b) and not self.paired and self.measure not in OF_ALL,
+                "b beside a, a measure of the model's own, and runs that are not paired",
+            ),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
         ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]

@@ -195,16 +195,22 @@ def check(paper: Paper) -> Paper:
     return paper
 
 
-def require_known(claims: Sequence[Claim], path: Path, known: list[str], measures: Callable[[str], Iterable[str]]) -> None:
+def require_known(claims: Sequence[Claim], path: Path, known: list[str], measures: Callable[[str], Mapping[str, Any]]) -> None:
     """Raises PaperError where claims in a file are about a condition that is not known, or about what it does not measure.
 
-    `measures` gives those that a condition has beside `OF_ALL`.
+    `measures` gives those that a condition has beside `OF_ALL`, by name.
     """
     for claim in claims:
         _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")
         for comparison in claim.comparisons:
             for name in sorted(comparison.conditions):
-                _require([comparison.measure], [*OF_ALL, *measures(name)], f"{path}: {claim.id}: a measure of {name}")
+                own = measures(name)
+                _require([comparison.measure], [*OF_ALL, *own], f"{path}: {claim.id}: a measure of {name}")
+                if comparison.rule == "survives_longer" and not own[comparison.measure].censored:
+                    raise PaperError(
+                        f"{path}: {claim.id}: the rule 'survives_longer' needs a measure that tells which runs are censored, "
+                        f"and {comparison.measure!r} of {name} does not"
+                    )
 
 
 def _require(names: Iterable[str], known: list[str], where: str) -> None:

@@ -24,6 +24,7 @@ from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import OVER_RUNS, RULES, VERDICTS, Verdict, conjunction
 from baldwinlab.statistics.summary import SUMMARY_COLUMNS, by_condition
+from baldwinlab.statistics.survival import Survival, compare_survival
 from baldwinlab.statistics.tables import finite, to_csv
 
 
@@ -169,6 +170,12 @@ class _Samples:
         table = self._first if first else self._last
         return table[measure].sel(condition=condition).dropna("run").astype(np.float64)
 
+    def survival(self, condition: str, measure: str) -> Survival:
+        """By run; which are censored says the measure."""
+        times, tells = self.get(condition, measure), self._paper.measures(condition)[measure].censored
+        runs = self._study.sel(condition=condition, run=times["run"].values)
+        return Survival(times.values, tells(_without_gaps(runs)).values)
+
     def _ask(self, condition: str, measure: str) -> xr.DataArray:
         own = self._paper.measures(condition)
         if measure not in own:
@@ -193,6 +200,8 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
         a, b = xr.align(a, b)
     if not (a.size and b.size):  # a model's own measure may be of no run
         return statistics.Comparison(a.size, b.size if comparison.b else 0, *[nan] * 8)
+    if comparison.rule == "survives_longer":
+        return compare_survival(*(samples.survival(name, comparison.measure) for name in (comparison.a, comparison.b)))
     if comparison.b:
         return (statistics.paired if comparison.paired else statistics.compare)(a.values, b.values)
     median = float(np.median(a))

@@ -35,6 +35,7 @@ class Measure(NamedTuple):
     of: Callable[
         [xr.Dataset], xr.DataArray
     ]  # from runs (run, generation, agent), as they are stored, to (run); NaN where there is none
+    censored: Callable[[xr.Dataset], xr.DataArray] | None = None  # of a time, by run: true where it lasts longer than that
 
 
 class Model(Part):

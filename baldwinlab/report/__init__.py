@@ -68,6 +68,7 @@ def draw_report(
         "measures": measures("food_eaten" in study),
         "last": last,
         "pairs": any(finding.comparison.paired for result in results for finding in result.findings),
+        "survival": any(finding.comparison.rule == "survives_longer" for result in results for finding in result.findings),
         "own_measures": any(finding.meaning for result in results for finding in result.findings),
         "differing": differing,
         "open_choices": content.open_choices(differing, conditions),

@@ -84,7 +84,7 @@ def compared(finding: Finding) -> str:
     """What was held against what, with the medians."""
     comparison, numbers = finding.comparison, finding.numbers
     if comparison.b:
-        how = "; runs in pairs" if comparison.paired else ""
+        how = "; runs in pairs" if comparison.paired else "; medians" if comparison.rule == "survives_longer" else ""
         return (
             f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)}{how})"
         )
@@ -102,6 +102,8 @@ def sentence(finding: Finding) -> str:
         )
     if not comparison.b:
         return f"at last, {number(numbers.effect)} of the agents of {comparison.a} eat in their life"
+    if comparison.rule == "survives_longer":
+        return f"{measure(finding)}, restricted mean: {signed(numbers.effect)} in {comparison.a} against {comparison.other}"
     medians = f"{number(numbers.median_a)} in {comparison.a}, {number(numbers.median_b)} in {comparison.other}"
     return f"{measure(finding)}, median over runs: {medians}"
 

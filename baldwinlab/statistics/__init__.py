@@ -33,10 +33,10 @@ class Comparison(NamedTuple):
     n_b: int
     median_a: float
     median_b: float
-    effect: float  # difference of the medians, a - b
+    effect: float  # difference of the medians, a - b; of survival times, of the restricted means
     low: float  # 95 % bootstrap interval of the effect
     high: float
-    u: float  # pairs in which a is the larger, ties counting half
+    u: float  # pairs in which a is the larger, ties counting half; of survival times, the log-rank statistic
     p: float  # two-sided
     a12: float  # probability that a member of a is larger than one of b, ties counting half
 
@@ -71,12 +71,12 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
     The interval is NaN where a sample has a single member; equal samples have p = 1.
     Raises ValueError where a sample is empty or has a value that is not finite.
     """
-    a, b = _checked(a), _checked(b)
+    a, b = checked(a), checked(b)
     u, p = mann_whitney(a, b)
     low, high = (nan, nan)
     if min(a.size, b.size) > 1:
         generator = np.random.default_rng(SEED)
-        low, high = _percentiles(_resampled_medians(a, generator) - _resampled_medians(b, generator))
+        low, high = percentiles(_resampled_medians(a, generator) - _resampled_medians(b, generator))
     medians = float(np.median(a)), float(np.median(b))
     return Comparison(a.size, b.size, *medians, medians[0] - medians[1], low, high, u, p, u / (a.size * b.size))
 
@@ -87,7 +87,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
     The interval is NaN for a single pair; pairs that are all equal have p = 1.
     Raises ValueError as `compare` does, and where the samples differ in size.
     """
-    a, b = _checked(a), _checked(b)
+    a, b = checked(a), checked(b)
     if a.size != b.size:
         raise ValueError(f"samples of {a.size} and {b.size} are not pairs")
     differences = a - b
@@ -154,10 +154,10 @@ def _two_sided(sums: Sample, found: float) -> float:
 
 def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
     """95 % bootstrap percentile interval of the median; NaN for a single value. Raises as `compare` does."""
-    values = _checked(values)
+    values = checked(values)
     if values.size == 1:
         return nan, nan
-    return _percentiles(_resampled_medians(values, np.random.default_rng(SEED)))
+    return percentiles(_resampled_medians(values, np.random.default_rng(SEED)))
 
 
 def _resampled_medians(values: Sample, generator: np.random.Generator) -> Sample:
@@ -165,7 +165,7 @@ def _resampled_medians(values: Sample, generator: np.random.Generator) -> Sample
     return np.asarray(np.median(values[picks], axis=1), np.float64)
 
 
-def _percentiles(resampled: Sample) -> tuple[float, float]:
+def percentiles(resampled: Sample) -> tuple[float, float]:
     low, high = np.quantile(resampled, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return float(low), float(high)
 
@@ -182,12 +182,12 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
 
 def summarise(values: Sequence[float] | Sample) -> Summary:
     """Raises ValueError where there is no value, or one that is not finite."""
-    values = _checked(values)
+    values = checked(values)
     lower, median, upper = (float(quartile) for quartile in np.quantile(values, [0.25, 0.5, 0.75]))
     return Summary(values.size, median, float(values.mean()), lower, upper, float(values.min()), float(values.max()))
 
 
-def _checked(values: Sequence[float] | Sample) -> Sample:
+def checked(values: Sequence[float] | Sample) -> Sample:
     sample = np.asarray(values, np.float64).ravel()
     if sample.size == 0 or not np.isfinite(sample).all():
         raise ValueError("a sample needs at least one value, and all finite")

@@ -49,6 +49,13 @@ def close(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     return within(found, p_holm, (-bound, bound))
 
 
+def survives_longer(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Of what `statistics.survival` finds: significantly, in the log-rank test and in the restricted mean."""
+    if p_holm < SIGNIFICANT and found.u * found.effect > 0:
+        return HOLDS if found.effect > 0 else FAILS
+    return UNDECIDED
+
+
 def zero(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
     return HOLDS if found.effect == 0 else FAILS
 
@@ -85,6 +92,7 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "greater": greater,
     "lower": lower,
     "close": close,
+    "survives_longer": survives_longer,
     "zero": zero,
     "at_least": at_least,
     "within": within,

@@ -14,7 +14,7 @@ FOUND = {
     "hinton-nowlan-1987": {"H3": "does not hold"} | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
     "keesing-stork-1991": {"D1": "undecided", "D2": "undecided", "D3": "holds", "D4": "holds"},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
-    "ackley-littman-1991": {f"A{number}": "undecided" for number in (1, 2, 3, 4)},
+    "ackley-littman-1991": {"A1": "undecided", "A2": "undecided", "A3": "holds", "A4": "does not hold"},
     "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
     "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},

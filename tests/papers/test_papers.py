@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import get_args
 
@@ -183,6 +184,11 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
             {"claims": CLAIMS.replace("bound = 0.01", "paired = true, bound = 0.01")},
             "comparisons.0: paired runs need b beside a",
         ),
+        (
+            (),
+            {"claims": CLAIMS.replace('rule = "greater"\npaper', 'rule = "survives_longer"\npaper')},
+            "the rule 'survives_longer' needs b beside a, a measure of the model's own, and runs that are not paired",
+        ),
         ((), {"claims": CLAIMS.replace('["T1"]', '["T9"]')}, "claims.0.choices: there is no choice 'T9'; there are T1"),
         (
             (),
@@ -202,6 +208,19 @@ def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
     with pytest.raises(PaperError, match=re.escape(message.format(place))) as refusal:
         papers.load(place)
     assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Path) -> None:
+    shutil.copytree(papers.load("ackley-littman-1991").folder, tmp_path / "mine")
+    for name, old, new in (
+        ("paper", '"ackley-littman-1991"', '"mine"'),
+        ("claims", 'b = "E", measure = "survived"', 'b = "E", measure = "born"'),
+    ):
+        file = tmp_path / "mine" / f"{name}.toml"
+        file.write_text(file.read_text().replace(old, new))
+    wrong = "A1: the rule 'survives_longer' needs a measure that tells which runs are censored, and 'born' of E does not"
+    with pytest.raises(PaperError, match=wrong):
+        papers.load(tmp_path / "mine")
 
 
 def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command: Command, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
@@ -267,6 +268,50 @@ def test_two_conditions_are_close_where_the_interval_of_their_difference_is(
     comparison = 'b = "all-set", measure = "unset", rule = "close", paired = true, bound = 0.02'
     result = of_strings(tmp_path, comparison, guessing=others, all_set=SPREAD)
     assert result.verdict == verdict and "within 0.02 of 0" in result.claim.rule
+
+
+def populations(**survived: Sequence[float]) -> xr.Dataset:
+    """Populations by strategy that survive so many steps, and are left alone at 1000."""
+    conditions = []
+    for name, times in survived.items():
+        steps = np.array(times, np.float64)[:, None, None]
+        dims = ("run", "generation", "agent")
+        runs = xr.Dataset({"energy": (dims, steps), "extinct": (dims, (steps < 1000).astype(np.int32))})
+        conditions.append(runs.assign_coords(run=np.arange(len(times))).expand_dims(condition=[name]))
+    return xr.concat(conditions, "condition", join="outer")
+
+
+EARLY = np.arange(10, 60, 2).tolist()
+LATE = [*range(100, 120), *[1000] * 5]
+
+
+@pytest.mark.parametrize(("first", "second", "verdict"), [
+    (LATE, EARLY, "holds"), (EARLY, LATE, "does not hold"), (LATE, LATE, "undecided"), ([1000] * 25, [1000] * 25, "undecided"),
+])  # fmt: skip
+def test_who_survives_longer_is_told_by_the_log_rank_test(first: list[float], second: list[float], verdict: Verdict) -> None:
+    result, *_ = evaluate(populations(ERL=first, E=second), paper=load("ackley-littman-1991"))
+    assert result.claim.id == "A1" and result.verdict == verdict and result.deciding is not None
+    one, other = (stats.CensoredData.right_censored(times, np.array(times) == 1000) for times in (first, second))
+    with np.errstate(invalid="ignore"):
+        p = stats.logrank(one, other).pvalue
+    assert result.deciding.numbers.p == pytest.approx(1.0 if math.isnan(p) else p)
+    assert result.deciding.numbers.effect == pytest.approx(np.mean(first) - np.mean(second)), (
+        "as all are left alone at the same step"
+    )
+
+
+def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() -> None:
+    """Most die sooner, but two outlive all others by far."""
+    few = [*range(10, 33), 999, 999]
+    first, *_ = evaluate(populations(ERL=few, E=list(range(30, 55))), paper=load("ackley-littman-1991"))
+    assert first.deciding is not None and first.deciding.p_holm < 0.05
+    assert first.deciding.numbers.effect > 0 > first.deciding.numbers.u and first.verdict == "undecided"
+
+
+def test_a_run_that_is_missing_counts_neither_as_dead_nor_as_alive() -> None:
+    less, all_of = (evaluate(populations(ERL=LATE, E=each), paper=load("ackley-littman-1991"))[0] for each in (EARLY[:9], EARLY))
+    assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (25, 9)
+    assert all_of.deciding is not None and all_of.deciding.numbers.n_b == 25 and less.verdict == "holds"
 
 
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:

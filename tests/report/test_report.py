@@ -18,7 +18,7 @@ from baldwinlab.papers.verdicts import Finding, evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import draw_report, emergence_generations, write_report
 from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
-from baldwinlab.report.words import number, probability, sentence
+from baldwinlab.report.words import compared, number, probability, sentence
 from tests.axe import barriers
 from tests.report.browsing import complaints_and_width
 from tests.statistics.studies import AS_THE_PAPER, study, trace
@@ -230,3 +230,12 @@ def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
     numbers = statistics.Comparison(5, 0, 80.0, *[float("nan")] * 7)._replace(effect=81.5)
     found = sentence(Finding(comparison, numbers, float("nan"), "holds"))
     assert found == "taught: average agent, mean over runs: 81.5"
+
+
+def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way() -> None:
+    """A few that live on for very long outweigh many that die somewhat sooner."""
+    comparison = Comparison(a="ERL", b="B", measure="survived", rule="survives_longer")
+    numbers = statistics.Comparison(100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485)
+    found = Finding(comparison, numbers, 0.0051, "holds", "steps that a population survives")
+    assert sentence(found) == "steps that a population survives, restricted mean: +304,398 in ERL against B"
+    assert compared(found) == "ERL 6,002, B 8,343 (steps that a population survives; medians)"

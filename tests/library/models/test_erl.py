@@ -305,6 +305,19 @@ def test_the_lives_that_are_checked_have_births_and_deaths() -> None:
     assert ((lives.records["living"] > 1) & (lives.records["living"] < checked.most)).all()
 
 
+def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_is_censored() -> None:
+    ends = {}
+    for steps in (200, 400):
+        small = assign(bl.load("erl-populations"), [*SET, f"erl_populations.longest={steps}"])
+        ends[steps] = xr.concat([history.dataset() for history in live_batch(small, 4, range(6))], "run")
+    shorter, longer = (ends[steps].energy.values.ravel() for steps in (200, 400))
+    assert longer.min() < 200 < longer.max()
+    np.testing.assert_array_equal(shorter, np.minimum(longer, 200))
+    censored = ErlPopulations.measures["survived"].censored
+    assert censored is not None
+    np.testing.assert_array_equal(censored(ends[400]), longer == 400)
+
+
 def test_more_founders_than_there_may_be_agents_are_refused() -> None:
     with pytest.raises(ExperimentError, match=r"erl_populations\.most = 50 must be at least erl_populations\.founders_of = 100"):
         assign(bl.load("erl-populations"), ["erl_populations.most=50"])

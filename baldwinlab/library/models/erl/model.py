@@ -77,6 +77,10 @@ def _of_population(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
     return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
+def _lives_on(runs: xr.Dataset) -> xr.DataArray:
+    return _of_population("extinct")(runs) < 1
+
+
 class ErlPopulations(Model, name="erl-populations"):
     """Populations in a world of plants, trees and carnivores, each from its founders to its last agent."""
 
@@ -123,7 +127,7 @@ class ErlPopulations(Model, name="erl-populations"):
         "hunters": Variable(OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "survived": Measure("steps that a population survives", _of_population("energy")),
+        "survived": Measure("steps that a population survives", _of_population("energy"), _lives_on),
         "extinct": Measure("1 where a population dies out before it is left alone, else 0", _of_population("extinct")),
         "born": Measure("agents born", _of_population("born")),
         "living": Measure("agents that live at once", _of_population("living")),
