@@ -37,6 +37,21 @@ def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(command: Command,
     assert (tmp_path / "study" / "baldwin.json").exists() == asked, "where anybody learns, whether it is the Baldwin effect"
 
 
+@pytest.mark.nightly  # ten minutes of a core
+def test_populations_that_are_followed_for_a_million_steps_have_the_verdicts_of_their_page(
+    command: Command, tmp_path: Path
+) -> None:
+    long = ("--reading", "million", "--runs", "100", "--out", str(tmp_path / "study"))
+    assert command("reproduce", "ackley-littman-1991", *long).code == 0
+    claims = json.loads((tmp_path / "study" / "claims.json").read_text())
+    assert {claim["id"]: claim["verdict"] for claim in claims} == {
+        "A1": "holds",
+        "A2": "holds",
+        "A3": "holds",
+        "A4": "does not hold",
+    }
+
+
 @pytest.mark.parametrize("name", papers.built_in())
 def test_every_paper_has_a_page_with_its_command_and_its_findings(name: str) -> None:
     page = (papers.load(name).folder / "README.md").read_text()
