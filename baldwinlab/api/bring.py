@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 
 from baldwinlab import console, presets, variables
-from baldwinlab.assays import ASSAYS, agent_steps, misfits, missing_assays, run_assays
+from baldwinlab.assays import agent_steps, misfits, missing_assays, run_assays
 from baldwinlab.assays.estimate import need as of_assays
 from baldwinlab.errors import ArgumentError, InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
@@ -27,21 +28,31 @@ from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 
 
+class How(NamedTuple):
+    """How lives are lived, which decides no bit of what comes of them; `workers` are all cores unless given."""
+
+    workers: int | None = None
+    backend: str = "auto"
+    executor: str = "threads"
+    force: bool = False
+
+    def place(self) -> Executor:
+        require_positive("workers", self.workers)
+        return executors.choose(self.executor, self.workers)
+
+
 def bring(
     experiments: Sequence[Experiment],
     directory: Path,
+    how: How,
     *,
     runs: int,
     seed: int,
-    workers: int | None = None,
-    backend: str = "auto",
-    executor: str = "threads",
     paper: Paper | None = None,
     kind: Kind = CONDITIONS,
     factors: Mapping[str, Factors] | None = None,
     beside: Mapping[str, bytes] = MappingProxyType({}),
     afterwards: Need = NOTHING,
-    force: bool = False,
 ) -> Study:
     """Make the study, that of a paper if one is given, or open the one that is there, and do the runs that it lacks.
 
@@ -54,13 +65,12 @@ def bring(
     require_positive("runs", runs)
     if runs > MOST_RUNS:
         raise ArgumentError("runs", runs, f"must be at most {MOST_RUNS}")
-    require_positive("workers", workers)
-    place = executors.choose(executor, workers)
+    place = how.place()
     check_seed(seed)
-    engine = _engine(backend, place, runs, experiments)
+    engine = _engine(how.backend, place, runs, experiments)
     tasks = place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)  # one lives, another breeds
     need = _of_runs(experiments, directory, runs, tasks, engine, place).then(afterwards)
-    require(f"runs: {runs * len(experiments):,}", need, directory, force=force)
+    require(f"runs: {runs * len(experiments):,}", need, directory, force=how.force)
     for experiment in experiments:
         estimate.require_storable(variables.of_record(experiment), estimate.sizes(experiment), experiment.name)
     if factors is None:
@@ -107,17 +117,9 @@ def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experim
     return choose(chosen, runs * len(experiments), max(experiment.population.size for experiment in experiments))
 
 
-def assay(
-    study: Study,
-    names: Sequence[str] = tuple(ASSAYS),
-    *,
-    workers: int | None = None,
-    executor: str = "threads",
-    force: bool = False,
-) -> None:
-    """Do these assays of a study, as far as they are not stored; raises as `bring` does."""
-    require_positive("workers", workers)
-    place = executors.choose(executor, workers)
+def assay(study: Study, names: Sequence[str], how: How) -> None:
+    """Do these assays of a study, as far as they are not stored, on the CPU whatever the backend; raises as `bring` does."""
+    place = how.place()
     study.require_parts()
     for sentence in misfits(study, names):
         console.say(sentence)
@@ -127,7 +129,7 @@ def assay(
         console.say(f"{study.directory}: all of these assays are stored already")
         return
     need = of_assays(study, missing, {condition: len(study.runs(condition)) for condition in missing}, place.workers)
-    require(f"assays: {count}", _here(need, place), study.directory, force=force)
+    require(f"assays: {count}", _here(need, place), study.directory, force=how.force)
     console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
 
     def standing() -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from baldwinlab import console, papers
-from baldwinlab.api.bring import assay, bring
+from baldwinlab.api.bring import How, assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.report import report
 from baldwinlab.api.study import Study
@@ -59,13 +59,12 @@ def reproduce(
     require_positive("last", last)
     directory = Path("results") / _name(chosen, given) if out is None else location(out)
     wanted = chosen.about.runs if runs is None else runs
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
-    how["afterwards"] = _afterwards(experiments, chosen, wanted, workers)
-    study = bring(experiments, directory, runs=wanted, seed=seed, paper=chosen, **how)
+    how, afterwards = How(workers, backend, executor, force), _afterwards(experiments, chosen, wanted, workers)
+    study = bring(experiments, directory, how, runs=wanted, seed=seed, paper=chosen, afterwards=afterwards)
 
     def assays() -> None:
         console.say("so far without assays: they follow, and then the report is written again, with them")
-        assay(study, chosen.about.assays, workers=workers, executor=executor, force=force)
+        assay(study, chosen.about.assays, how)
 
     report(study, last=last, force=force, then=assays if any(missing_assays(study, chosen.about.assays).values()) else None)
     return Study(study)

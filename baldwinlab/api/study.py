@@ -15,7 +15,7 @@ import tomlkit
 import xarray as xr
 
 from baldwinlab import presets
-from baldwinlab.api.bring import assay, bring
+from baldwinlab.api.bring import How, assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
 from baldwinlab.errors import RefusedError
@@ -89,7 +89,7 @@ class Study:
         it has nothing to measure; and RefusedError, unless forced, for more memory or disk than is free.
         """
         if any(missing_assays(self._stored, [name]).values()):
-            assay(self._stored, [name], workers=workers, executor=executor, force=force)
+            assay(self._stored, [name], How(workers, executor=executor, force=force))
         if condition is not None:
             return open_assay(self.directory, name, condition)
         measured = [each for each in self.conditions if is_stored(name, self._stored, each)]
@@ -222,8 +222,7 @@ def run(
     loaded = [assign(each if isinstance(each, BaseExperiment) else presets.load(each), assignments) for each in given]
     require_effect(loaded)
     directory = Path("results") / "-".join(each.name.replace("/", "-") for each in loaded) if out is None else location(out)
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor}
-    return Study(bring(loaded, directory, runs=runs, seed=seed, force=force, **how))
+    return Study(bring(loaded, directory, How(workers, backend, executor, force), runs=runs, seed=seed))
 
 
 def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import tomlkit
 
-from baldwinlab.api.bring import bring
+from baldwinlab.api.bring import How, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.study import Study
 from baldwinlab.errors import RefusedError, require_positive
@@ -48,6 +48,7 @@ def sweep(
     directory = Path("results") / path.stem if out is None else location(out)
     points = experiments(design, path)
     require_as_many(directory, points)
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
-    how |= {"kind": SWEEP, "beside": {FILE: content}, "afterwards": of_tables([(point, design.runs) for point in points])}
-    return Study(bring(points, directory, runs=design.runs, seed=design.seed, **how))
+    how, need = How(workers, backend, executor, force), of_tables([(point, design.runs) for point in points])
+    return Study(
+        bring(points, directory, how, runs=design.runs, seed=design.seed, kind=SWEEP, beside={FILE: content}, afterwards=need)
+    )

@@ -27,5 +27,5 @@ def assay(
     load_parts(part)
     study = Study(directory)
     names = list(ASSAYS) if only is None else [name.strip() for name in only.split(",")]
-    bring.assay(study, names, workers=workers, executor=executor, force=force)
+    bring.assay(study, names, bring.How(workers, executor=executor, force=force))
     report(study, force=force)

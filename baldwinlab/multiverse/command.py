@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.api.bring import bring
+from baldwinlab.api.bring import How, bring
 from baldwinlab.api.report import report
 from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, Runs, Seed, Workers, load_parts
 from baldwinlab.errors import require_positive
@@ -52,10 +52,8 @@ def multiverse(
     if chosen and not (chosen.claims and len(readings) > 1):
         raise PaperError(f"{chosen.folder}: a multiverse needs claims.toml, and a reading beside the standard in readings/")
     out = out or Path("results") / (chosen.name if chosen else "paper") / ("multiverse-full" if full else "multiverse")
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
-    study = bring(
-        experiments(readings), out, runs=runs, seed=seed, paper=chosen, kind=MULTIVERSE, factors=factors(readings), **how
-    )
+    how = How(workers, backend, executor, force)
+    study = bring(experiments(readings), out, how, runs=runs, seed=seed, paper=chosen, kind=MULTIVERSE, factors=factors(readings))
     report(study, last=last, force=force)
     if out.name in FOLDERS and is_study(out.parent):
         console.say(f"{out.parent} is a study of the paper: its report is written again, with the readings")

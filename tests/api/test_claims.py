@@ -9,7 +9,7 @@ from shutil import copytree
 import pytest
 
 from baldwinlab import papers
-from baldwinlab.api.bring import bring
+from baldwinlab.api.bring import How, bring
 from tests.commands import Command
 
 CLAIM = """
@@ -34,7 +34,7 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> Path:
     paper = papers.load("mayley-1996")
     experiments = [one.replace(evolution={"generations": 3}) for one in paper.experiments()]
     folder = tmp_path_factory.mktemp("claims") / "study"
-    bring(experiments, folder, runs=8, seed=0, paper=paper)
+    bring(experiments, folder, How(), runs=8, seed=0, paper=paper)
     return folder
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.api.bring import assay
+from baldwinlab.api.bring import How, assay
 from baldwinlab.assays import ASSAYS
 from baldwinlab.assays.estimate import Planned, need
 from baldwinlab.assays.run import misfit
@@ -42,4 +42,4 @@ def test_too_little_memory_is_told_before_anything_is_lived_again(study: Study, 
     monkeypatch.setattr("baldwinlab.resources.available_memory", lambda: 1000)
     monkeypatch.setattr("baldwinlab.api.bring.missing_assays", lambda study, names: FITTING)
     with pytest.raises(RefusedError, match=r"assays: \d+: about .* of memory would be needed, and 1000\.0 bytes are free"):
-        assay(study)
+        assay(study, list(ASSAYS), How())
