@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import io
 import re
+from typing import Any
 
 import xarray as xr
+from xarray.backends import ScipyDataStore
 
 from baldwinlab.errors import BaldwinLabError
 
@@ -40,6 +42,16 @@ def claimed(head: bytes) -> str:
     """The checksum that a file carries, of its first bytes alone and not verified; "" where there is none among these."""
     found = _CHECKSUM.search(head)
     return found.group(1).decode() if found else ""
+
+
+def attributes(raw: bytes) -> dict[str, Any]:
+    """What a dataset says of itself, without decoding its arrays and its checksum. Raises DamagedError as `opened` does."""
+    try:
+        found = dict(ScipyDataStore(io.BytesIO(raw)).get_attrs())
+    except Exception as error:  # see `opened`
+        raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
+    found.pop("checksum", None)
+    return found
 
 
 def opened(raw: bytes) -> xr.Dataset:

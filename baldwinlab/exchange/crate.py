@@ -174,7 +174,7 @@ def _software(crate: ROCrate, study: Study) -> Iterator[ContextEntity]:
     """What the records say that made them; usually one version of all."""
     names = ("baldwinlab", "platform", *LIBRARIES)
     runs = ((name, run) for name in study.experiments for run in study.runs(name))
-    made = (study.read(name, run, genomes=False).attrs for name, run in runs)
+    made = (study.attributes(name, run) for name, run in runs)
     for said in map(
         dict, dict.fromkeys(tuple((name, str(attributes.get(name, "unknown"))) for name in names) for attributes in made)
     ):

@@ -7,7 +7,8 @@ believed only there: its own condition, seed, run and experiment must be those o
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -18,7 +19,7 @@ from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.files import is_local, write_atomically
-from baldwinlab.netcdf import DamagedError, opened, sealed, verify
+from baldwinlab.netcdf import DamagedError, attributes, opened, sealed, verify
 from baldwinlab.outputs import is_study
 from baldwinlab.variables import RECORD, packed
 
@@ -40,14 +41,18 @@ def encode(run: xr.Dataset) -> bytes:
     return sealed(packed(run))
 
 
-def require_place(record: xr.Dataset, experiment: BaseExperiment, seed: int, run: int) -> None:
+def require_place(attributes: Mapping[Any, Any], experiment: BaseExperiment, seed: int, run: int) -> None:
     """Raises DamagedRecordError where a record is not that of a run of this experiment, of a study with this seed."""
-    own = {name: str(record.attrs.get(name, "")) for name in ("condition", "seed", "run", "experiment")}
+    own = {name: str(attributes.get(name, "")) for name in ("condition", "seed", "run", "experiment")}
     if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
         its = f"run {own['run']} of {own['condition']} with seed {own['seed']}" if own["condition"] else "of no study"
         raise DamagedRecordError(f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there")
     if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
         raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
+
+
+def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
+    """Raises DamagedRecordError where a record lacks what is recorded of every run of this experiment."""
     lived = (experiment.evolution.generations, experiment.population.size)
     if not all(_is_declared(name, record) for name in OF_ALL) or record["energy"].shape != lived:
         raise DamagedRecordError(f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents")
@@ -75,12 +80,29 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
 
     Raises DamagedRecordError, naming the file, where it is not what was written, and StudyError where there is none.
     """
+    with _bytes_of(directory, experiment, run) as raw:
+        record = opened(raw)
+        require_place(record.attrs, experiment, seed, run)
+        require_content(record, experiment)
+    return record
+
+
+def read_attributes(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
+    """What the record of a run says of itself, without decoding its arrays. Raises as `read_record` does."""
+    with _bytes_of(directory, experiment, run) as raw:
+        found = attributes(raw)
+        require_place(found, experiment, seed, run)
+    return found
+
+
+@contextmanager
+def _bytes_of(directory: Path, experiment: BaseExperiment, run: int) -> Iterator[bytes]:
+    """A record as it was written. What is wrong with it in here is said of its file."""
     path = record_path(directory, experiment.name, run)
     try:
         raw = path.read_bytes()
         verify(raw)
-        record = opened(raw)
-        require_place(record, experiment, seed, run)
+        yield raw
     except FileNotFoundError:
         count = len(list(stored_runs(path.parent)))
         raise StudyError(f"{path} does not exist; runs of {experiment.name} that are stored: {count}") from None
@@ -88,7 +110,6 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
         raise DamagedRecordError(f"{path} is damaged: {error}") from None
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
-    return record
 
 
 def stored_runs(folder: Path) -> Iterator[int]:

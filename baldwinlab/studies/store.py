@@ -34,6 +34,7 @@ from baldwinlab.studies import older, trust
 from baldwinlab.studies.records import (
     MOST_RUNS,
     StudyError,
+    read_attributes,
     read_record,
     record_path,
     stored_runs,
@@ -169,6 +170,10 @@ class Study:
     def record(self, condition: str, run: int) -> xr.Dataset:
         """One run as it is stored. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
         return read_record(self.directory, self.experiment(condition), self.seed, run)
+
+    def attributes(self, condition: str, run: int) -> dict[str, Any]:
+        """What the record of one run says of itself, its arrays not read. Raises as `record` does."""
+        return read_attributes(self.directory, self.experiment(condition), self.seed, run)
 
     def set_aside(self, condition: str, run: int) -> Path:
         """Move a damaged record out of the way, keeping it."""

@@ -36,6 +36,16 @@ def test_a_record_is_plain_netcdf_for_any_other_program(tmp_path: Path) -> None:
         assert getattr(file, "condition") == b"evo+self-taught/A"  # noqa: B009
 
 
+def test_what_a_record_says_of_itself_is_read_without_its_arrays(tmp_path: Path) -> None:
+    study = small_study(tmp_path)
+    assert study.attributes("evo/A", 1) == study.read("evo/A", 1).attrs
+    study.path("evo/A", 1).write_bytes(study.path("evo/A", 1).read_bytes()[:-1])
+    with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"):
+        study.attributes("evo/A", 1)
+    with pytest.raises(StudyError, match=r"0009\.nc does not exist"):
+        study.attributes("evo/A", 9)
+
+
 Replace = Callable[[Study], Path]
 
 
@@ -81,6 +91,8 @@ def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(tmp_p
         open_study(tmp_path)
     with pytest.raises(DamagedRecordError, match=why):
         study.read("evo/A", 1)
+    with pytest.raises(DamagedRecordError, match=why):
+        study.attributes("evo/A", 1)
     told: list[str] = []
     run_study(study, missing_runs(study, 3, told.append), 1, silent, ignore)
     assert any(str(path) in sentence for sentence in told)
