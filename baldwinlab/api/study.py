@@ -21,6 +21,7 @@ from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, op
 from baldwinlab.errors import RefusedError
 from baldwinlab.exchange import frames, written
 from baldwinlab.exchange.crate import write_crate
+from baldwinlab.exchange.stores import write_zarr
 from baldwinlab.exchange.table import Table
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
@@ -122,12 +123,13 @@ class Study:
     def to_zarr(self, path: str | Path, *, force: bool = False) -> None:
         """Write `data` as a Zarr store, version 3: a folder that is not there yet.
 
-        Raises RefusedError where it is, and, unless forced, for more memory than is free. This and all that follow raise
-        StudyError where no run is stored and for a damaged record, and RefusedError where a library is missing.
+        It is written run by run. Raises RefusedError where it is, and, unless forced, for more memory than is free. This and all
+        that follow raise StudyError where no run is stored and for a damaged record, and RefusedError where a library is missing.
         """
         self._stored.require_runs()
-        require(f"the data of {self.directory}", of_tables(self._sizes()), force=force)
-        written.write_zarr(self.data(), Path(path))
+        need = max(of_tables([(self.experiment(condition), 1)]) for condition in self.conditions)
+        require(f"one run of {self.directory}", need, force=force)
+        write_zarr(self._stored, Path(path))
 
     def to_parquet(self, path: str | Path, *, force: bool = False) -> None:
         """Write a tidy table: a row for each condition, run, generation and agent, and a column for each variable.
@@ -171,9 +173,6 @@ class Study:
         Raises as `exchange.crate.write_crate` does, which says what may be given.
         """
         return write_crate(self._stored, authors, license, force=force)
-
-    def _sizes(self) -> list[tuple[BaseExperiment, int]]:
-        return [(self.experiment(condition), len(self.runs(condition))) for condition in self.conditions]
 
     def __repr__(self) -> str:
         shown = [f"  {condition}: runs: {len(self.runs(condition))}" for condition in self.conditions[:SHOWN]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,23 +17,38 @@ if TYPE_CHECKING:
 
 def to_pandas(table: Table) -> pd.DataFrame:
     """Text is categorical, and what a condition's model does not record is NaN. `attrs` has the units and meanings."""
-    found = pd.concat([frame_of(table, block) for block in table.blocks()], ignore_index=True)
+    found = _frame(table, table.blocks(), table.rows)
     found.attrs = table.attributes
     return found
 
 
 def frame_of(table: Table, block: Block) -> pd.DataFrame:
     """The rows of one run."""
+    return _frame(table, [block], block.rows)
 
-    def values(column: Column) -> Any:
-        if column.values:
-            code = column.values.index(str(block.labels[column.name]))
-            return pd.Categorical.from_codes(np.full(block.rows, code), column.values)
-        if column.name in block.labels:
-            return np.full(block.rows, block.labels[column.name], column.dtype)
-        return block.arrays.get(column.name, np.full(block.rows, np.nan, np.result_type(column.dtype, np.float32)))
 
-    return pd.DataFrame({column.name: values(column) for column in table.columns})
+def _frame(table: Table, blocks: Iterable[Block], rows: int) -> pd.DataFrame:
+    """Filled block by block: there is never a second one of it."""
+    arrays = {one.name: np.empty(rows, _code(one) if one.values else one.dtype) for one in table.columns}
+    first = 0
+    for block in blocks:
+        there, first = slice(first, first + block.rows), first + block.rows
+        for column in table.columns:
+            name = column.name
+            if column.values:
+                arrays[name][there] = column.values.index(str(block.labels[name]))
+            elif name in block.labels or name in block.arrays:
+                arrays[name][there] = block.labels.get(name, block.arrays.get(name))
+            else:
+                arrays[name] = arrays[name].astype(np.result_type(column.dtype, np.float32), copy=False)
+                arrays[name][there] = np.nan
+    texts = {one.name: pd.Categorical.from_codes(arrays[one.name], one.values) for one in table.columns if one.values}
+    return pd.DataFrame(arrays | texts, copy=False)
+
+
+def _code(column: Column) -> np.dtype[Any]:
+    """The smallest whole numbers that tell the values of a column of text apart."""
+    return np.min_scalar_type(-len(column.values))
 
 
 def to_polars(table: Table) -> pl.DataFrame:

@@ -53,6 +53,12 @@ class Table:
         self.columns = (*self._of_conditions(), *_of_places(), *self._of_variables())
 
     @property
+    def rows(self) -> int:
+        experiments = self.study.experiments
+        of_run = {name: experiments[name].evolution.generations * experiments[name].population.size for name in self._runs}
+        return sum(of_run[name] * len(runs) for name, runs in self._runs.items())
+
+    @property
     def attributes(self) -> dict[str, Any]:
         """What is said of the whole table, as plain data: who made it, the seed, and the unit and meaning of each column."""
         units = {column.name: column.unit for column in self.columns if column.unit}

@@ -1,4 +1,4 @@
-"""A study written down for other tools: Parquet, CSV, phylogenies and Zarr. Each appears whole or not at all."""
+"""A study written down for other tools: Parquet, CSV and phylogenies. Each appears whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab.assays.descent import HEADER, phylogeny_lines
 from baldwinlab.errors import RefusedError
@@ -16,7 +15,7 @@ from baldwinlab.exchange.extra import needed_for
 from baldwinlab.exchange.frames import frame_of
 from baldwinlab.exchange.table import KEY, MARK, Block, Column, Table
 from baldwinlab.files import appearing, write_atomically
-from baldwinlab.outputs import owner, require_writable
+from baldwinlab.outputs import require_writable
 from baldwinlab.studies.store import Study
 from baldwinlab.version import __version__
 
@@ -123,21 +122,3 @@ def write_phylogeny(study: Study, path: Path, condition: str | None, run: int | 
                 file.writelines(f"{line}{whose}\n" for line in phylogeny_lines(parents, count))
                 count += parents[..., 0].size
     return count
-
-
-def write_zarr(data: xr.Dataset, path: Path) -> None:
-    """A dataset as a store of Zarr, version 3. Raises RefusedError where anything is there already."""
-    with needed_for("a Zarr store"):
-        from zarr.storage import LocalStore
-    if folder := owner(path):
-        raise RefusedError(f"--out {path} belongs to the study in {folder}: choose another name")
-    if not path.parent.is_dir():
-        raise RefusedError(f"--out {path}: there is no folder {path.parent}")
-    if path.exists():
-        raise RefusedError(f"--out {path} is there already: choose another name, or remove it")
-    of_any_length = np.dtypes.StringDType()  # of text of one length, Zarr's specification says nothing
-    texts = {name: one.astype(of_any_length) for name, one in data.variables.items() if one.dtype.kind == "U"}
-    told = data.assign_coords({name: texts.pop(name) for name in data.coords if name in texts}).assign(texts)
-    told.attrs["made_by"] = f"{MARK} {__version__}"
-    with appearing(path) as partial:
-        told.to_zarr(LocalStore(partial), mode="w-", zarr_format=3, consolidated=False)

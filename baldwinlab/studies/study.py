@@ -150,8 +150,12 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
 
 def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
     """As `open_study`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
+    return together(study, names, [_open_condition(study, name) for name in names])
+
+
+def together(study: Study, names: Sequence[str], opened: Sequence[xr.Dataset]) -> xr.Dataset:
+    """What was opened of each of these conditions, (run, generation, agent), as one dataset with what the study says of them."""
     texts = [to_toml(study.experiment(name)) for name in names]
-    opened = [_open_condition(study, name) for name in names]
     found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
     found = found.assign_coords(condition=list(names)).assign_coords(coordinates([study.factors[name] for name in names]))
     for name in found.data_vars:  # a gain may be another in each model, and then has no one unit and meaning
@@ -166,7 +170,7 @@ def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
 def _open_condition(study: Study, condition: str) -> xr.Dataset:
     numbers = study.runs(condition)
     if not numbers:
-        return _no_runs(study.experiments[condition])
+        return no_runs(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in numbers]
     found = xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
     for name, variable in records[0].data_vars.items():
@@ -174,7 +178,8 @@ def _open_condition(study: Study, condition: str) -> xr.Dataset:
     return found
 
 
-def _no_runs(experiment: Experiment) -> xr.Dataset:
+def no_runs(experiment: Experiment) -> xr.Dataset:
+    """What is opened of a condition of which no run is stored."""
     sizes = {
         "run": 0,
         "generation": experiment.evolution.generations,

@@ -30,7 +30,7 @@ from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.study import open_conditions
 from baldwinlab.sweeps.plan import Range, Sweep, read
 
 FILE = "sweep.toml"
@@ -158,11 +158,16 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     study = Study(folder)
     if study.kind != SWEEP or not (folder / FILE).exists():
         raise StudyError(f"{folder} is no sweep: it has no {FILE}")
-    sweep = read(folder / FILE)
+    return labelled(study, open_conditions(study, list(study.experiments)))
+
+
+def labelled(study: Study, data: xr.Dataset) -> xr.Dataset:
+    """What was opened of all points of a sweep, with the fields that were swept instead of the conditions' names."""
+    sweep = read(study.directory / FILE)
     points = list(study.experiments.values())
     labels = {field: _labels(points, field) for field in sweep.fields}
     places = {"point": np.arange(len(points), dtype=np.int32)} | {field: ("point", labels[field]) for field in labels}
-    data = open_study(folder).rename(condition="point").assign_coords(places)
+    data = data.rename(condition="point").assign_coords(places)
     if sweep.design == "grid":
         data = _as_grid(data, list(labels))
     for field in labels:

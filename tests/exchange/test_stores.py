@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from weakref import ref
 
 import numpy as np
 import pandas as pd
@@ -17,8 +18,11 @@ from phyloframe import legacy as standard
 import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.errors import ArgumentError, RefusedError
+from baldwinlab.exchange import stores, written
 from baldwinlab.statistics import fitness
+from baldwinlab.studies import store as stored
 from tests.commands import Command
+from tests.small import small, small_study
 
 
 def test_a_zarr_store_opens_as_the_study_with_units_and_labels(mixed: Study, tmp_path: Path) -> None:
@@ -33,6 +37,44 @@ def test_a_zarr_store_opens_as_the_study_with_units_and_labels(mixed: Study, tmp
     assert opened.food_eaten.attrs == {"units": "items", "long_name": "items eaten in life"}
     assert bl.experiment_of(opened, "guessing") == mixed.experiment("guessing")
     assert zarr.open_group(tmp_path / "study.zarr", mode="r").metadata.zarr_format == 3
+
+
+@pytest.mark.parametrize("rows", [1, 150, 250])
+def test_a_store_of_many_chunks_is_the_dataset_of_the_sweep(tmp_path: Path, rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run has 40 rows: a chunk holds one run, three of them, or two points of three runs each, of which one is left over."""
+    monkeypatch.setattr(stores, "ROWS", rows)
+    short = {"lifetime.steps": 20, "evolution.generations": 2}
+    fields = {"evolution.selection": ["roulette", "truncation"], "learning.rate": [0.5, 0.0, 0.1]}
+    study = bl.sweep({"experiment": "evo+self-taught/A", "runs": 3, "set": short, "fields": fields}, out=tmp_path / "swept")
+    for name in ("whole", "gaps"):  # among which whole numbers are fractions, as NaN is one
+        study.to_zarr(tmp_path / f"{name}.zarr")
+        opened, data = xr.open_zarr(tmp_path / f"{name}.zarr", consolidated=False).load(), study.data()
+        xr.testing.assert_equal(opened, data)
+        for variable in ("food_eaten", "energy", "parents"):
+            assert (opened[variable].dims, opened[variable].dtype) == (data[variable].dims, data[variable].dtype)
+        assert (opened.attrs["design"], opened.attrs["fields"]) == ("grid", [*fields])
+        (study.directory / "runs" / study.conditions[4] / "0001.nc").unlink(missing_ok=True)
+
+
+@pytest.mark.parametrize("way", ["to_zarr", "to_parquet", "to_csv"])
+def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
+    tmp_path: Path, way: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, held, most = stored.Study.read, list[ref[np.ndarray]](), 0
+
+    def noting(self: stored.Study, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
+        nonlocal most
+        record = read(self, condition, run, genomes=genomes)
+        held.append(ref(record["energy"].values))
+        most = max(most, sum(each() is not None for each in held))
+        return record
+
+    monkeypatch.setattr(stored.Study, "read", noting)
+    monkeypatch.setattr(stores, "ROWS", 1)
+    monkeypatch.setattr(written, "ROWS", 1)
+    study = bl.open(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
+    getattr(study, way)(tmp_path / "given")
+    assert len(held) >= 9 and most <= 3, "all of them, if all were read before the first is written"
 
 
 def test_a_store_that_cannot_be_finished_leaves_nothing(mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
