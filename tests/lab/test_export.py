@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.engine import wasm
+from baldwinlab.evolution import Moment, elders_of
 from baldwinlab.experiment import assign
 from baldwinlab.lab import pages
 from baldwinlab.lab.export import laboratory, live_page
@@ -36,17 +37,30 @@ const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
 const arrays = simulate(await load(readFileSync(module), plan), experiment, 5, 1);
 console.log(JSON.stringify(Object.fromEntries(Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]))));
 """
+ELDERS = """
+import { readFileSync } from "node:fs";
+import { load } from "./engine.js";
+import { Run } from "./lives.js";
+const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
+const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
+const found = {};
+for (let generation = 0; generation < run.generations; generation++) {
+  found[generation] = run.elders && Array.from(run.elders);
+  run.next();
+}
+console.log(JSON.stringify(found));
+"""
 
 
-def in_node(folder: Path, experiment: Any, module: Path) -> dict[str, Any]:
-    """A run as the page's own modules have it in Node."""
+def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> dict[str, Any]:
+    """What a script says of a run as the page's own modules have it in Node."""
     node = shutil.which("node")
     if node is None:
         pytest.skip("there is no Node on this machine")
     for name in ("engine.js", "lives.js"):
         shutil.copy(pages.STATIC / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
-    (folder / "run.js").write_text(NODE)
+    (folder / "run.js").write_text(script)
     given = {"plan": Habitat(experiment).plan(), "experiment": experiment.to_dict(), "module": str(module)}
     (folder / "given.json").write_text(json.dumps(given))
     done = subprocess.run([node, "run.js"], cwd=folder, capture_output=True, text=True, check=True)
@@ -61,6 +75,19 @@ def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) 
     for variable in ("food_eaten", "energy", "parents", "genome"):
         values = here[variable].values
         assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), variable
+
+
+@pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
+def test_in_node_teachers_come_from_whom_they_do_in_python(tmp_path: Path, teacher: str) -> None:
+    heirs = small().replace(learning={"teacher": teacher}, evolution={"inheritance": "social-heredity"})
+    there = in_node(tmp_path, small().replace(learning={"teacher": teacher}), SHIPPED / "self-taught-simultaneous.wasm", ELDERS)
+    run = simulate(small().replace(learning={"teacher": teacher}), seed=5, run=1)
+    assert len(there) == 3 and set(there["0"]) == {-1}
+    for generation in (1, 2):
+        elders = elders_of(heirs, Moment(5, 1, generation), run.parents.values[generation])
+        found = there[str(generation)]
+        assert found is None if elders is None else found == elders.ravel().tolist()
+        assert teacher != "shuffled" or found != run.parents.values[generation].ravel().tolist()
 
 
 def test_what_ships_was_made_of_these_very_functions() -> None:

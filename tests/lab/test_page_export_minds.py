@@ -92,9 +92,12 @@ def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(lonely: Page, tmp
     assert shade("lesson") in lonely.evaluate("drawn.shades")
 
 
-def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path) -> None:
-    heirs = quick(presets.load("evo+self-taught/A"), evolution={"inheritance": "social-heredity", "generations": LAST + 1})
+@pytest.mark.parametrize("teacher", ["inherited", "shuffled"])
+def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher: str) -> None:
+    of_elders = {"inheritance": "social-heredity", "generations": LAST + 1}
+    heirs = quick(presets.load("evo+self-taught/A"), evolution=of_elders, learning={"teacher": teacher})
     opened(lonely, heirs, tmp_path)
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
-    elders = " and ".join(str(elder) for elder in dict.fromkeys(simulate(heirs, seed=0).parents.values[LAST, AGENT].tolist()))
+    taught = frames.unpack(look_inside(*last_life(heirs), AGENT))[0]["elders"]
+    elders = " and ".join(map(str, dict.fromkeys(taught)))
     expect(lonely.get_by_test_id("elders")).to_contain_text(f"{elders} of generation {LAST - 1}, who")

@@ -34,10 +34,11 @@ const ORDERS = {
     const { made } = whole;
     const all = [];
     for (const { run, living, genomes } of made) {
+      const { elders } = living; // theirs who live now; those of their children stand there afterwards
       const { genome, ...lived } = await livedInPieces(living, () => !whole.stopped);
       genomes.push(genome);
       genomes[genomes.length - 1 - Math.floor(MOST_KEPT / made.length / genome.byteLength)] &&= null;
-      all.push({ run, ...lived });
+      all.push({ run, elders, ...lived });
     }
     return all;
   },

@@ -84,7 +84,7 @@ export class Here {
 
   /** Whether what agents have learned teaches their own children. */
   eldersTeach(experiment) {
-    return this.preset(experiment.name).elders && experiment.learning.teacher === "inherited";
+    return this.preset(experiment.name).elders;
   }
 
   /** How the world of an experiment looks. */

@@ -159,14 +159,13 @@ export class HereFeed extends Feed {
     const { experiment } = this.about;
     const look = this.here.look(experiment);
     const { part, sizes, arrays } = await this.looked("inside", { run, generation, agent, look, first, last });
-    const { parents: own, energy } = this.past[generation][run];
+    const { parents: own, elders: dealt, energy } = this.past[generation][run];
     const next = this.past[generation + 1]?.[run].parents;
-    const pair = Array.from(own.subarray(2 * agent, 2 * agent + 2));
+    const couple = (pairs) => (pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null);
     const children = next ? Array.from({ length: next.length / 2 }, (_, child) => child).filter((child) => next[2 * child] === agent || next[2 * child + 1] === agent) : [];
     const header = { kind: "inside", agent, ...part, look, layer_sizes: sizes, biases: experiment.network.biases };
-    const parents = pair[0] < 0 ? null : pair;
-    const elders = this.here.eldersTeach(experiment) ? parents : null;
-    const kin = { parents, elders, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
+    const elders = this.here.eldersTeach(experiment) ? couple(dealt) : null;
+    const kin = { parents: couple(own), elders, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
     return { header: { ...header, ...kin }, arrays };
   }
 

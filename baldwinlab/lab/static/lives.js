@@ -24,7 +24,7 @@ export class Run {
     Object.assign(this, { experiment, seed, run, lived: 0 });
     this.generations = experiment.evolution.generations;
     this.engine.call("found");
-    this.parents = this.engine.array("population.parents").fill(-1).slice();
+    this.parents = this.elders = this.engine.array("population.parents").fill(-1).slice();
   }
 
   /** Live the next generation, and let it have its children if there is one after it. Raises an Error with a sentence. */
@@ -53,8 +53,18 @@ export class Run {
       engine.call("breed");
       this.check();
       this.parents = engine.array("population.parents").slice();
+      this.elders = this.eldersOf(this.parents);
     }
     return lived;
+  }
+
+  /** Whose learned weights the teachers of those just bred would be passed on from, as `parents`: see evolution/inheritance.py. */
+  eldersOf(parents) {
+    const { teacher } = this.experiment.learning;
+    if (teacher === "fresh") return null;
+    if (teacher !== "shuffled") return parents;
+    const order = this.engine.array("population.order"); // whose teacher each child was dealt, the last thing that `breed` does
+    return parents.map((_, at) => parents[2 * Number(order[at >> 1]) + (at & 1)]);
   }
 
   /** Let a generation be born, of the genomes that stand there. */
