@@ -18,11 +18,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from nbclient import NotebookClient
 from nbconvert import HTMLExporter
 from pygments.formatters import HtmlFormatter
+from traitlets.config import Config
 
 from baldwinlab import palette
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
 LONGEST: Final = 600  # seconds that a cell may take
+SECRET: Final = {"transport_encryption": "auto"}  # else a kernel warns that others on this machine could listen to it
 LIGHT, DARK = "default", "github-dark"  # how Pygments colours code
 
 
@@ -46,7 +48,8 @@ def executed(path: Path, folder: Path) -> Any:
     """A notebook with its outputs; what it writes lies in a folder. Raises nbclient's CellExecutionError where a cell fails."""
     copy = shutil.copy(path, folder)
     notebook = jupytext.read(copy)
-    return NotebookClient(notebook, timeout=LONGEST, resources={"metadata": {"path": str(folder)}}).execute()
+    place = {"metadata": {"path": str(folder)}}
+    return NotebookClient(notebook, timeout=LONGEST, resources=place, config=Config(KernelManager=SECRET)).execute()
 
 
 def page(notebook: Any) -> str:

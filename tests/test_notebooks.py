@@ -53,8 +53,11 @@ def test_links_of_a_notebook_lead_somewhere(path: Path) -> None:
 @pytest.mark.parametrize(
     "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in LONG)) for path in paths()]
 )
-def test_a_notebook_runs_without_a_warning_and_shows_what_it_tells(path: Path, tmp_path: Path, browser: Browser) -> None:
+def test_a_notebook_runs_without_a_warning_and_shows_what_it_tells(
+    path: Path, tmp_path: Path, browser: Browser, capfd: pytest.CaptureFixture[str]
+) -> None:
     notebook = executed(path, tmp_path)
+    assert "WARNING" not in capfd.readouterr().err, "nor does its kernel"
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
     assert [output["text"] for output in outputs if output.get("name") == "stderr"] == []
     given = "\n".join(_text(output) for output in outputs)
