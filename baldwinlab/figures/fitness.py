@@ -20,7 +20,7 @@ from baldwinlab.statistics.fitness import interval_of_mean
 from baldwinlab.statistics.rules import SIGNIFICANT
 
 MOST_BRACKETS = 6  # above each other; more would hide the boxes
-LETTERS = 52  # of labels that stand beside each other below a panel of half the width
+LETTERS = 48  # of labels that stand beside each other below a panel of half the width
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 
 
