@@ -52,6 +52,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "hinton-nowlan": f"{_LIBRARY}.models.needle:HintonNowlan",
         "moving-needle": f"{_LIBRARY}.models.moving:MovingNeedle",
         "neat-poles": f"{_LIBRARY}.neat.poles:NeatPoles",
+        "neat-poles-without-velocities": f"{_LIBRARY}.neat.unseen_velocities:UnseenVelocities",
         "light-switch": f"{_LIBRARY}.models.lightswitch:LightSwitch",
         "neat-xor": f"{_LIBRARY}.neat.xor:NeatXor",
         "nk-climbers": f"{_LIBRARY}.models.landscapes:NKClimbers",

@@ -5,7 +5,7 @@ in a generation gets the same numbers: whoever finds one looks among the childre
 
 Source: Stanley and Miikkulainen 2002, sections 3.1, 3.2 and 4.1. Open there, and read so: any enabled link
 may be split that does not come from the bias, as, to our memory, in the authors' program; a new link may join any two nodes that
-none joins, if it closes no loop, and has a weight of U(-range, range).
+none joins, if it closes no loop or the task has them, and has a weight of U(-range, range).
 """
 
 from __future__ import annotations
@@ -107,14 +107,14 @@ def _may_be_split(graph: Graph, link: int) -> bool:
 
 @compiled
 def add_link(part: Any, draws: Draws, children: Genome, number: int, first: int, last: int, marks: Any) -> Any:
-    """Join two nodes of child `number` that are not joined, without closing a loop. Gives the ledger's last number."""
+    """Join two nodes of child `number` that are not joined, in a loop only where there are. Gives the ledger's last number."""
     child = children[number, 0]
     if draws[0, 2] >= part.add_link or links_of(child) + 1 > room(child):
         return last
-    pairs = _pair(child, -1, marks)[0]
+    pairs = _pair(child, part.loops, -1, marks)[0]
     if pairs == 0:
         return last
-    _, source, target = _pair(child, int(draws[1, 0] * pairs), marks)
+    _, source, target = _pair(child, part.loops, int(draws[1, 0] * pairs), marks)
     link = np.float32(_known_link(children, number, first, source, target))
     if link == ZERO:
         link, last = np.float32(last + 1), last + 1
@@ -123,14 +123,14 @@ def add_link(part: Any, draws: Draws, children: Genome, number: int, first: int,
 
 
 @compiled
-def _pair(graph: Graph, chosen: int, marks: Any) -> Any:
+def _pair(graph: Graph, loops: bool, chosen: int, marks: Any) -> Any:
     """How many pairs of nodes a new link could join, and the chosen one of them, from the first source on."""
     count, nodes = 0, nodes_of(graph)
     source, target = ZERO, ZERO
     for begin in range(nodes):
         for end in range(int(graph[INPUTS]), nodes):
             one, other = node_of(graph, begin), node_of(graph, end)
-            if not has_link(graph, one, other) and not leads_to(graph, other, one, marks):
+            if not has_link(graph, one, other) and (loops or not leads_to(graph, other, one, marks)):
                 if count == chosen:
                     source, target = one, other
                 count += 1

@@ -59,6 +59,18 @@ def activate(graph: Any, steepness: float, inputs: Any) -> list[float]:
     return [value(first + output) for output in range(outputs)]
 
 
+def step(graph: Any, steepness: float, inputs: Any, before: dict[float, float]) -> dict[float, float]:
+    """What nodes say that hear anybody, by name, where all answer at once: they hear inputs now, and nodes as `before`."""
+    first = int(graph[INPUTS])
+    heard = before | {float(node): float(value) for node, value in enumerate(inputs)}
+    totals: dict[float, float] = {}
+    for source, target, weight, enabled in genes_of(graph).values():
+        if enabled:
+            totals[target] = totals.get(target, 0.0) + weight * heard.get(source, 0.0)
+    assert not any(target < first for target in totals)
+    return {target: float(1 / (1 + np.exp(-steepness * total))) for target, total in totals.items()}
+
+
 def _standings(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
     """How each species stands, the oldest first."""
     found: dict[float, dict[str, Any]] = {}
@@ -139,7 +151,7 @@ def children(part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any) -> li
             known[("link", source, node)], known[("link", node, target)] = node, node + 1
             split[3] = 0.0
             genes |= {node: [source, node, 1.0, 1.0], node + 1: [node, target, weight, 1.0]}
-        pairs_there = _open_pairs(genome[0][0], genes)
+        pairs_there = _open_pairs(part, genome[0][0], genes)
         if of_child[2] < part.add_link and pairs_there and len(genes) + 1 <= room:
             source, target = pairs_there[int(of_new[0] * len(pairs_there))]
             number = known.setdefault(("link", source, target), ledger + 1)
@@ -157,8 +169,8 @@ def _cross(part: Any, genes: Genes, others: Genes, draws: Any) -> None:
         gene[3] = float(not disabled or draw[1] >= part.stays_disabled)
 
 
-def _open_pairs(head: Any, genes: Genes) -> list[tuple[float, float]]:
-    """Pairs of nodes without a link, from which none leads back."""
+def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]:
+    """Pairs of nodes without a link, from which none leads back unless there are loops."""
     inputs, fixed = int(head[INPUTS]), int(head[INPUTS] + head[OUTPUTS])
     nodes = [*range(fixed), *(number for number in sorted(genes) if genes[number][1] == number)]
     behind: dict[float, set[float]] = {node: {node} for node in nodes}
@@ -167,7 +179,7 @@ def _open_pairs(head: Any, genes: Genes) -> list[tuple[float, float]]:
             behind[source] |= behind[target]
     joined = {(gene[0], gene[1]) for gene in genes.values()}
     pairs = [(source, target) for source in nodes for target in nodes[inputs:]]
-    return [pair for pair in pairs if pair not in joined and pair[0] not in behind[pair[1]]]
+    return [pair for pair in pairs if pair not in joined and (part.loops or pair[0] not in behind[pair[1]])]
 
 
 def _heads(part: Any, genome: Any, fitness: Any, made: list[Genes], draws: Any, ledger: int) -> list[list[float]]:

@@ -26,12 +26,17 @@ from baldwinlab.parts import Field, Selection, Variation
 from baldwinlab.parts.evolution import ITSELF, copy_genome
 
 
+def _holder(experiment: Any) -> Any:
+    """The part that says what genomes are."""
+    return experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
+
+
 def require_graphs(experiment: Any, what: str) -> None:
     """Raises ValueError where genomes are no graphs."""
-    holder = experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
-    if not getattr(holder, "graphs", False):
+    if not getattr(_holder(experiment), "graphs", False):
         raise ValueError(
-            f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the models neat-xor and neat-poles"
+            f"{what} needs genomes that are graphs: those of network.kind = 'growing', or of the models neat-xor, "
+            "neat-poles and neat-poles-without-velocities"
         )
 
 
@@ -117,6 +122,7 @@ class Neat(Variation, name="neat"):
     settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {
         "blind": lambda part, experiment: experiment.evolution.selection == "neutral",  # then nobody counts as the fitter one
+        "loops": lambda part, experiment: bool(getattr(_holder(experiment), "loops", False)),  # whether new links may close any
         "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,  # with the bias, of foragers
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }

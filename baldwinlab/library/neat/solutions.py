@@ -6,6 +6,7 @@ First is meant in the order in which networks are made and tried.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -36,8 +37,11 @@ def shape_of(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int
     return {name: each.astype(np.int32) for name, each in found.items()}
 
 
-def of_solutions(solves: Solves) -> Mapping[str, Measure]:
-    """Measures of a model whose agents are networks, by name; but for `solved`, NaN of a run without a solution."""
+def of_solutions(solves: Solves, recorded: Mapping[str, str] = MappingProxyType({})) -> Mapping[str, Measure]:
+    """Measures of a model whose agents are networks, by name; but for `solved`, NaN of a run without a solution.
+
+    `recorded` says of further records what they mean, of the first solution.
+    """
 
     def ever(runs: xr.Dataset) -> xr.DataArray:
         return solves(runs).any(("generation", "agent")) * 1.0
@@ -51,12 +55,16 @@ def of_solutions(solves: Solves) -> Mapping[str, Measure]:
 
         return of
 
+    def of_record(name: str, meaning: str) -> Measure:
+        return Measure(meaning, first(lambda runs, place: _at(runs[name], place)))
+
     return {
         "solved": Measure("1 where a network ever solves it, else 0", ever),
         "generations": Measure("generations to the first solution", first(lambda runs, place: place // runs.sizes["agent"] + 1)),
         "evaluations": Measure("networks tried to the first solution", first(lambda runs, place: place + 1)),
-        "hidden": Measure("hidden nodes of the first solution", first(lambda runs, place: _at(runs["hidden"], place))),
-        "enabled": Measure("enabled links of the first solution", first(lambda runs, place: _at(runs["enabled"], place))),
+        "hidden": of_record("hidden", "hidden nodes of the first solution"),
+        "enabled": of_record("enabled", "enabled links of the first solution"),
+        **{name: of_record(name, meaning) for name, meaning in recorded.items()},
     }
 
 

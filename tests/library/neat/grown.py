@@ -60,7 +60,7 @@ def values(part: str = "neat", **fields: Any) -> Any:
     """A part's numbers, as its phases have them."""
     kind = "variation" if part == "neat" else "selection"
     made = choices.find(kind, part)(**fields)
-    return SimpleNamespace(**made.model_dump(), blind=False)
+    return SimpleNamespace(**made.model_dump(), blind=False, loops=False)
 
 
 def evolved(generations: int, agents: int = 40, seed: int = 1, **fields: Any) -> Genome:

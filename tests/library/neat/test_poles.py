@@ -13,25 +13,21 @@ import baldwinlab as bl
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import GENE, HEAD, answer, minimal
-from baldwinlab.library.neat.poles import (
+from baldwinlab.library.neat.cart import (
     CART,
     FORCE,
     GRAVITY,
     HALVES,
-    INPUTS,
     MASSES,
-    SCALE,
-    START,
+    PARTS,
     TRACK,
     UPRIGHT,
-    NeatPoles,
-    _answer,
     cosine_of,
     move,
-    plan_answer,
     sine_of,
 )
+from baldwinlab.library.neat.graphs import GENE, HEAD, answer, minimal
+from baldwinlab.library.neat.poles import SCALE, START, NeatPoles, answer_once, plan_answer
 from baldwinlab.runs.simulate import live_batch
 
 State = npt.NDArray[np.float64]
@@ -49,7 +45,7 @@ def energy(state: State) -> float:
 
 def fallen(steps: int, step: float, push: float = 0.0, friction: float = 0.0) -> State:
     """Where cart and poles are after so many steps."""
-    state, motion = np.array([0.1, 0.3, 0.2, -0.5, -0.1, 0.8]), np.empty((7, INPUTS))
+    state, motion = np.array([0.1, 0.3, 0.2, -0.5, -0.1, 0.8]), np.empty((7, PARTS))
     for _ in range(steps):
         move(state, push, step, friction, motion)
     return state
@@ -76,7 +72,7 @@ def test_sine_and_cosine_are_those_of_mathematics() -> None:
 
 
 def test_a_pole_upright_in_rest_stays_and_one_that_leans_falls() -> None:
-    state, motion = np.zeros(INPUTS), np.empty((7, INPUTS))
+    state, motion = np.zeros(PARTS), np.empty((7, PARTS))
     for _ in range(100):
         move(state, 0.0, 0.01, 0.0, motion)
     assert (state == 0).all()
@@ -100,11 +96,13 @@ def test_a_planned_network_answers_as_any_other() -> None:
     sensed = [float(np.float32(value / scale)) for value, scale in zip(state, SCALE, strict=True)]
     seen = set()
     for graph in grown()[:, 0]:
-        units = np.empty((3, INPUTS + 101), np.float32)
+        units = np.empty((3, PARTS + 101), np.float32)
         plan = np.empty((2, 100, 3), np.float32)
-        found = _answer(plan[1], plan_answer(graph, plan[0], plan[1], units[0]), steepness, state, units[1])
-        units[2, :INPUTS] = sensed
-        answer(graph, INPUTS, 1, steepness, units[2])
+        links = plan_answer(graph, PARTS, False, plan[0], plan[1], units[0])
+        units[1] = 0.5
+        found = answer_once(plan[1], links, steepness, np.arange(PARTS), state, units[1], units[1])
+        units[2, :PARTS] = sensed
+        answer(graph, PARTS, 1, steepness, units[2])
         assert found == units[2, -1]
         assert found == pytest.approx(oracle.activate(graph.tolist(), 4.9, [*sensed, 1])[0], abs=1e-5)
         seen.add(float(found))
@@ -113,7 +111,7 @@ def test_a_planned_network_answers_as_any_other() -> None:
 
 def naive_life(graph: Any, longest: int) -> int:
     """The steps of one network's life, in plain Python."""
-    state, motion = np.array([0, 0, START, 0, 0, 0.0]), np.empty((7, INPUTS))
+    state, motion = np.array(START), np.empty((7, PARTS))
     for step in range(longest):
         (said,) = oracle.activate(graph, 4.9, [*(value / scale for value, scale in zip(state, SCALE, strict=True)), 1])
         for _ in range(2):
@@ -132,8 +130,8 @@ def test_a_life_lasts_as_long_as_in_plain_python() -> None:
 
 
 def test_who_pushes_one_way_only_leaves_the_track() -> None:
-    graph = minimal(INPUTS + 1, 1, 10, np.zeros((1, INPUTS + 1)))
-    graph[0, HEAD + GENE * INPUTS + 3] = 5  # of the bias
+    graph = minimal(PARTS + 1, 1, 10, np.zeros((1, PARTS + 1)))
+    graph[0, HEAD + GENE * PARTS + 3] = 5  # of the bias
     found = NeatPoles(links=10).live(0, [0], 0, graph[None, :, None])
     assert found.energy.item() < 50 and found.records["solves"].item() == 0
 
@@ -141,7 +139,7 @@ def test_who_pushes_one_way_only_leaves_the_track() -> None:
 def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
     founders = NeatPoles().founders(30, Moment(1, 0, 0))
     found = NeatPoles(longest=1).live(0, [0], 0, founders[None])
-    assert (found.records["enabled"] == INPUTS + 1).all() and (found.records["hidden"] == 0).all()
+    assert (found.records["enabled"] == PARTS + 1).all() and (found.records["hidden"] == 0).all()
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
