@@ -302,3 +302,14 @@ def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) 
         path.unlink()
     done = command("report", "mine")
     assert (done.code, done.err) == (2, "baldwinlab: mine was made by the paper 'tiny', of which nothing is kept in mine/paper\n")
+
+
+def test_claims_about_long_controls_are_decided_of_a_study_of_their_own(command: Command, tmp_path: Path) -> None:
+    paper = papers.load("stanley-miikkulainen-2002")
+    both = [f"{paper.name}:{control}" for control in ("poles", "poles-without-velocities")]
+    small = ("--set", "population.size=20", "evolution.generations=2", "--runs", "2", "--out", "poles")
+    assert command("run", *both, *small).code == 0
+    done = command("claims", "poles", "--claims", str(paper.folder / "claims-of-poles.toml"), "--out", "verdicts.json")
+    assert done.code == 0
+    verdicts = json.loads((tmp_path / "verdicts.json").read_text())
+    assert {claim["id"]: claim["verdict"] for claim in verdicts} == {"P1": "undecided", "P2": "undecided"}, "nobody has solved it"
