@@ -56,7 +56,7 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},
         "record": {"genome_every": 50},
     }
-    payoff: ClassVar[str] = "Gruau's fitness, 0.1 of steps balanced and 0.9 of rest"
+    payoff: ClassVar[str] = "Gruau's fitness"
     records: ClassVar[Mapping[str, Variable]] = {
         "balanced": Variable(OF_AGENT, np.int32, "steps", "steps balanced of those in which fitness is found"),
         "proven": Variable(
