@@ -13,6 +13,7 @@ from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import Choice
+from baldwinlab.papers.paper import STANDARD
 from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.report import words
 from baldwinlab.statistics import fitness
@@ -108,14 +109,15 @@ def span(values: Iterable[int]) -> str:
 
 def reading(experiment: Experiment, paper: Paper) -> str:
     """The reading of the paper that an experiment follows, or how it departs from the standard one."""
-    try:
-        for name in paper.names("readings"):
-            if not _changes(paper.experiment(experiment.name, name), experiment):
+    departures = dict[str, list[str]]()
+    for name in dict.fromkeys([STANDARD, *paper.names("readings")]):
+        with suppress(ExperimentError, PaperError):  # not a condition of the paper, or not one that this reading can be laid over
+            departures[name] = _changes(paper.experiment(experiment.name, name), experiment)
+            if not departures[name]:
                 return name
-        changes = _changes(paper.experiment(experiment.name), experiment)
-    except (ExperimentError, PaperError):  # not a condition of the paper
+    if STANDARD not in departures:
         return f"{experiment.name} is an experiment of its own"
-    return f"{experiment.name} is standard but for {', '.join(changes)}"
+    return f"{experiment.name} is standard but for {', '.join(departures[STANDARD])}"
 
 
 def _changes(base: Experiment, experiment: Experiment) -> list[str]:

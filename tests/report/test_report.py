@@ -157,6 +157,8 @@ def test_the_reading_is_named_or_spelt_out() -> None:
     assert reading(load("evo/A", "literal"), PAPER) == "literal"
     assert reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER) == "evo/A is standard but for lifetime.steps = 9"
     assert reading(load("evo/A").replace(name="mine"), PAPER) == "mine is an experiment of its own"
+    worlds_and_minds = papers.load("worlds-and-minds")  # whose readings cannot all be laid over every condition
+    assert {reading(experiment, worlds_and_minds) for experiment in worlds_and_minds.experiments()} == {"standard"}
     assert setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")}) == "40 or 4"
 
 
