@@ -2,12 +2,17 @@
 
 Numba spreads a tuple over the arguments of every function that is given it: a state of sixty arrays is five hundred arguments,
 which takes longer to compile than what is done with them. Once all is inlined, nothing is left of the address.
+
+What is handed on is a list of addresses, one for each field. So where a field is found does not depend on what the others are,
+and a function serves all tuples that are alike in what it reads of them (`inlined.py`). A tuple as it lies in memory is what
+browsers hand in.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.datamodel import models
 from numba.core.imputils import lower_getattr_generic
@@ -15,18 +20,28 @@ from numba.core.types.containers import BaseNamedTuple
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import lower_builtin, register_model, type_callable
 
+_ADDRESS = ir.IntType(8).as_pointer()
+
 
 class Reference(types.Type):
-    """The address of a named tuple."""
+    """The address of a named tuple, as it lies in memory."""
 
     def __init__(self, held: Any) -> None:
         self.held = held
-        super().__init__(f"Reference({held})")
+        super().__init__(f"{type(self).__name__}({held})")
+
+    def field(self, name: str) -> Any:
+        """The type of a field of the tuple."""
+        return self.held.types[self.held.fields.index(name)]
 
     @property
     def key(self) -> Any:
         """What makes two of these equal: the tuples' types, for those of different classes may have the same name."""
         return self.held
+
+
+class Scattered(Reference):
+    """The address of a named tuple's fields' addresses."""
 
 
 @register_model(Reference)
@@ -35,19 +50,28 @@ class _Model(models.PrimitiveModel):  # type: ignore[misc]
         super().__init__(manager, kind, manager.lookup(kind.held).get_data_type().as_pointer())
 
 
+@register_model(Scattered)
+class _ScatteredModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _ADDRESS.as_pointer())
+
+
 @infer_getattr
 class _Attributes(AttributeTemplate):  # type: ignore[misc]
     key = Reference
 
     def generic_resolve(self, reference: Any, name: str) -> Any:
-        held = reference.held
-        return held.types[held.fields.index(name)] if name in held.fields else None
+        return reference.field(name) if name in reference.held.fields else None
 
 
 def _load(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    index = kind.held.fields.index(name)
-    pointer = cgutils.gep_inbounds(builder, value, 0, index)
-    return context.data_model_manager[kind.held.types[index]].load_from_data_pointer(builder, pointer)
+    index, model = kind.held.fields.index(name), context.data_model_manager[kind.field(name)]
+    if isinstance(kind, Scattered):
+        place = builder.load(cgutils.gep(builder, value, index))
+        pointer = builder.bitcast(place, model.get_data_type().as_pointer())
+    else:
+        pointer = cgutils.gep_inbounds(builder, value, 0, index)
+    return model.load_from_data_pointer(builder, pointer)
 
 
 lower_getattr_generic(Reference)(_load)
@@ -59,10 +83,13 @@ def by_reference(held: Any) -> Any:
 
 
 def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    model = context.data_model_manager[signature.args[0]]
-    place = cgutils.alloca_once(builder, model.get_data_type())
-    builder.store(model.as_data(builder, arguments[0]), place)
-    return place
+    kinds = signature.args[0].types
+    places = cgutils.alloca_once(builder, _ADDRESS, size=len(kinds))
+    for number, kind in enumerate(kinds):
+        model, field = context.data_model_manager[kind], builder.extract_value(arguments[0], number)
+        place = cgutils.alloca_once_value(builder, model.as_data(builder, field))
+        builder.store(builder.bitcast(place, _ADDRESS), cgutils.gep(builder, places, number))
+    return places
 
 
 def taken(reference: Any) -> Any:
@@ -71,10 +98,12 @@ def taken(reference: Any) -> Any:
 
 
 def _take(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return context.data_model_manager[signature.return_type].load_from_data_pointer(builder, arguments[0])
+    kind = signature.args[0]
+    fields = [_load(context, builder, kind, arguments[0], name) for name in kind.held.fields]
+    return context.make_tuple(builder, kind.held, fields)
 
 
-type_callable(by_reference)(lambda context: lambda held: Reference(held))
+type_callable(by_reference)(lambda context: lambda held: Scattered(held))
 lower_builtin(by_reference, BaseNamedTuple)(_store)
 type_callable(taken)(lambda context: lambda reference: reference.held if isinstance(reference, Reference) else None)
 lower_builtin(taken, Reference)(_take)

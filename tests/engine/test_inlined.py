@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
+import numpy as np
 import pytest
 from llvmlite.binding import ModuleRef
-from numba import float32
+from numba import float32, njit
 from numba.core.codegen import JITCPUCodegen
 
-from baldwinlab.engine import jit
+from baldwinlab.engine import inlined, jit
+from baldwinlab.engine.reference import by_reference
 
 
 @jit.compiled
@@ -36,3 +40,57 @@ def test_a_function_that_only_compiled_code_calls_becomes_no_machine_code_of_its
 
 def test_python_calls_it_as_the_python_that_it_is() -> None:
     assert twice(1.5) == 3.0
+
+
+class Fast(NamedTuple):
+    factor: float
+
+
+class Slow(NamedTuple):
+    factor: float
+    delay: int
+
+
+class Body(NamedTuple):
+    size: float
+    gait: Any
+    numbers: Any
+
+
+@jit.compiled
+def grow(body: Body) -> None:
+    body.numbers[0] += body.size
+
+
+@jit.compiled
+def stride(body: Body) -> Any:
+    return body.size * body.gait.factor
+
+
+@jit.compiled
+def step(body: Body) -> None:
+    body.numbers[1] += stride(body)
+
+
+def walk(body: Body) -> None:
+    there = by_reference(body)
+    grow(there)
+    step(there)
+
+
+def test_what_reads_of_a_tuple_only_what_is_alike_is_made_once_and_what_reads_more_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    run_pass = inlined._Lowering.run_pass
+
+    def note(self: inlined._Lowering, state: Any) -> bool:
+        made.append(state.func_id.func_name)
+        return run_pass(self, state)
+
+    monkeypatch.setattr(inlined._Lowering, "run_pass", note)
+    first, second = np.zeros(2), np.zeros(2)
+    walked = njit(**jit.OPTIONS)(walk)  # which is not kept for a next test run
+    walked(Body(2.0, Fast(3.0), first))
+    walked(Body(2.0, Slow(5.0, 7), second))
+    assert sorted(made) == ["grow", "step", "step", "stride", "stride"]
+    assert first.tolist() == [2, 6]
+    assert second.tolist() == [2, 10]
