@@ -1,8 +1,8 @@
 """Everything compiled that the lives and the breeding of some experiments need, before they begin: several at once, on all cores.
 
 Python compiles one function at a time, so combinations of parts that are not in the cache yet are compiled by processes of their
-own, which leave them there. A process is given some experiments, for what it has compiled of one serves the next, and the
-text of their foreign parts.
+own, which leave them there. A process is given some experiments, alike ones side by side, for most of what it has compiled of one
+serves the next, and the text of their foreign parts.
 
     python -m baldwinlab.runs.warm_up  < {"experiments": [...], "parts": [...]}
 """
@@ -30,7 +30,9 @@ from baldwinlab.parts import sources_of
 from baldwinlab.parts.foreign import load_text
 from baldwinlab.runs.simulate import live_batch
 
-MOST_TOGETHER: Final = 8  # combinations that a process compiles: with each it holds some more memory
+MOST_TOGETHER: Final = 32  # combinations that a process compiles: with each it holds some 15 MiB more
+LONG: Final = 4  # combinations to a process, from which on it is told how far it is
+SECONDS: Final = 20  # after which it is told again
 
 
 def available_cores() -> int:
@@ -48,6 +50,7 @@ def warm_up(
     began = time.perf_counter()
     ones = list({_code(experiment): _shortest(experiment) for experiment in experiments}.values())
     absent = [one for one in ones if isinstance(one, Experiment) and not cpu.is_compiled(one)]
+    absent.sort(key=lambda one: str(_code(one)))
     if backend is CPU and len(absent) > 1 and available_cores() > 1 and place():
         _compile_together(absent, tell)
     for one in ones:
@@ -73,10 +76,10 @@ def _compile_together(experiments: list[Experiment], tell: Callable[[str], None]
 
     What fails here fails again, and is told, where it is lived.
     """
-    others, busy, done = experiments[:-1], list[tuple[subprocess.Popen[bytes], int]](), 1
+    others, busy = experiments[:-1], list[subprocess.Popen[bytes]]()
     size = min(MOST_TOGETHER, math.ceil(len(others) / available_cores()))
     waiting = [others[first : first + size] for first in range(0, len(others), size)]
-    long = len(waiting) > available_cores()
+    long = size > LONG
     if long:
         tell(
             f"compiling {len(experiments)} combinations of parts, {available_cores()} at a time; they are kept for the next start"
@@ -86,11 +89,13 @@ def _compile_together(experiments: list[Experiment], tell: Callable[[str], None]
     _breed(experiments[-1])
     live_batch(experiments[-1], 0, [0])
     while busy:
-        process, count = busy.pop(0)
-        process.wait()
-        done += count
-        if long:
-            tell(f"compiled: {done} of {len(experiments)}")
+        try:
+            busy[0].wait(SECONDS)
+        except subprocess.TimeoutExpired:
+            if long:
+                tell(f"compiled: {sum(map(cpu.is_compiled, experiments))} of {len(experiments)}")
+            continue
+        busy.pop(0)
         if waiting:
             busy.append(_compile_elsewhere(waiting.pop(0)))
 
@@ -100,8 +105,8 @@ def _breed(experiment: Experiment) -> None:
     next_genome(experiment, Moment(0, 0, 1), genome, fitness(experiment, nothing, nothing))
 
 
-def _compile_elsewhere(experiments: list[Experiment]) -> tuple[subprocess.Popen[bytes], int]:
-    """A process that compiles the lives of some experiments, and how many they are."""
+def _compile_elsewhere(experiments: list[Experiment]) -> subprocess.Popen[bytes]:
+    """A process that compiles the lives of some experiments."""
     here = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": here}}
@@ -111,7 +116,7 @@ def _compile_elsewhere(experiments: list[Experiment]) -> tuple[subprocess.Popen[
     order = {"experiments": [experiment.to_dict() for experiment in experiments], "parts": texts}
     process.stdin.write(json.dumps(order).encode())
     process.stdin.close()
-    return process, len(experiments)
+    return process
 
 
 def _main() -> None:
