@@ -6,7 +6,7 @@ is a third of the time that a combination of parts takes to compile, and leaves 
 
 Most of what a step does asks little of the state: who eats needs no learning rule. So it is noted what a function *reads* of the
 tuples whose addresses it is given (`reference.py`), with all that it calls; in a process, it is made once for all combinations of
-parts that are alike in that. The second and each further one of them takes less than half as long to compile.
+parts that are alike in that. Each further one of them takes less than half as long to compile.
 """
 
 from __future__ import annotations
