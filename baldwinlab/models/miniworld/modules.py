@@ -14,7 +14,7 @@ from typing import Any, Final
 from numba.core.errors import NumbaError
 
 from baldwinlab.engine import cache, wasm
-from baldwinlab.engine.jit import fingerprint
+from baldwinlab.engine.fingerprint import fingerprint
 from baldwinlab.engine.refusals import refusal
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, validate
