@@ -4,8 +4,8 @@ Sources of the ideas; what is here is a reading of ours, and none of their world
 "Interactions between learning and evolution", Artificial Life II (1991), whose world has walls, plants and carnivores. Food and
 poison: P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative learning", From
 Animals to Animats (1991). What is good changes: N. Le, M. O'Neill and A. Brabazon, "How the 'Baldwin effect' can guide evolution
-in dynamic environments", TPNC (2018), there from generation to generation, here within a life. Drift and late regrowth have no
-one source.
+in dynamic environments", TPNC (2018), there from generation to generation, here also within a life. Drift and late regrowth have
+no one source.
 
 Items that are to be out of reach for a while lie far off the map, at `AWAY` times its width: nobody sees or touches them there.
 """
@@ -247,9 +247,15 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
 
 
 class RegionsInTurn(WorldFeature, name="regions-in-turn"):
-    """Of the regions of food one bears at a time, in turn; the others are bare from the second step on."""
+    """Of the regions of food one bears at a time, in turn; the others are bare from the second step on.
+
+    The turn goes on within a life, or over the generations, or both: an environment that changes.
+    """
 
     every: int = Field(500, ge=1, le=100_000_000, description="for which a region bears, steps")
+    generations: int = Field(
+        0, ge=0, le=100_000_000, description="after which lives begin with the next region; 0: all begin with the first"
+    )
 
     @staticmethod
     def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
@@ -257,7 +263,8 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
         food = 0
         for region in range(model.regions.shape[0]):
             food += 1 if model.region_kind[region] == 0 else 0
-        turn = ((step + 1) // part.every) % max(1, food)
+        begun = np.int64(state.generation[0]) // part.generations if part.generations > 0 else 0
+        turn = (begun + (step + 1) // part.every) % max(1, food)
         for region in range(model.regions.shape[0]):
             if model.region_kind[region] == 0 and (step == 0 or (step + 1) % part.every == 0):
                 for item in range(model.region_items[region], model.region_items[region + 1]):

@@ -181,3 +181,13 @@ def test_of_the_regions_one_bears_at_a_time_and_each_in_its_turn() -> None:
         places = trace.item_x.values[:, items][there[:, items]]
         assert ((places >= low) & (places <= high)).all()
     assert (trace.item_x.values[20, :5] != trace.item_x.values[9, :5]).all()  # they grow in new places
+
+
+def test_where_regions_take_turns_over_generations_each_bears_for_as_many_as_it_is_told() -> None:
+    food = [{"x": [0, 40], "y": [0, 100], "count": 5}, {"x": [60, 120], "y": [0, 100], "count": 7}]
+    turns = {"regions-in-turn": {"every": 35, "generations": 2}}
+    experiment = world_of(turns, world={"food": food}, lifetime={"steps": 35}, evolution={"generations": 6})
+    for generation in range(6):
+        there = traced(experiment, generation=generation).item_x.values[1:] >= 0
+        first_bears = generation // 2 % 2 == 0
+        assert (there == ([True] * 5 + [False] * 7 if first_bears else [False] * 5 + [True] * 7)).all()
