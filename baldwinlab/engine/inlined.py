@@ -16,14 +16,14 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
 from numba.core import types
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, CompileResult
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.core.types.containers import BaseTuple
 from numba.core.typing import signature
 
 from baldwinlab.engine.fingerprint import fingerprint
+from baldwinlab.engine.optimised import Rolled, lowered_by
 from baldwinlab.engine.reference import Scattered
 
 Read = tuple[type, str, types.Type]  # the class of a named tuple, a field, and the type that was found there
@@ -32,7 +32,7 @@ _MADE: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
 """What has been made of a function for arguments of these outlines, once for each of the different things that it read."""
 
 
-class _Linked(JITCodeLibrary):  # type: ignore[misc]
+class _Linked(Rolled):
     """The instructions of a function, to be linked into those of its callers."""
 
     reads: frozenset[Read] = frozenset()
@@ -140,8 +140,4 @@ class Inlined(CompilerBase):  # type: ignore[misc]
         return made._replace(signature=called, fndesc=described, metadata={})
 
     def define_pipelines(self) -> list[PassManager]:
-        passes = PassManager("nopython")  # by this name a fault of it is told
-        for each, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
-            passes.add_pass(_Lowering if each is NativeLowering else each, description)
-        passes.finalize()
-        return [passes]
+        return lowered_by(_Lowering, self.state)

@@ -27,6 +27,7 @@ from numba.extending import overload
 from baldwinlab.engine import cache
 from baldwinlab.engine.fingerprint import fingerprint, python_of
 from baldwinlab.engine.inlined import Inlined
+from baldwinlab.engine.optimised import Optimised
 from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -67,7 +68,7 @@ def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...
 
 @once
 def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
-    made = numba.njit(no_cfunc_wrapper=True, **OPTIONS)(python_of(function))
+    made = numba.njit(no_cfunc_wrapper=True, pipeline_class=Optimised, **OPTIONS)(python_of(function))
     directory = cache.cache_directory(fingerprint([function, *with_these]))
     plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
     if directory is not None and not plain:

@@ -254,8 +254,8 @@ _operator_of_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
 
 
 def _magnitude(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    zeros = _repeated(builder, ir.Constant(ir.FloatType(), 0.0))
-    return _larger(builder, arguments[0], builder.fsub(zeros, arguments[0]))
+    name = f"llvm.fabs.v{WIDTH}f32"
+    return builder.call(cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), name), arguments)
 
 
 def _clamp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

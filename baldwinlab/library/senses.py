@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.models.miniworld.make import kind_number
-from baldwinlab.models.miniworld.senses import sectors, see
+from baldwinlab.models.miniworld.senses import as_bits, in_sectors, see
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.models.miniworld.world import shortest
 from baldwinlab.parts import Sense, per_agent, per_world
@@ -64,7 +64,8 @@ class Neighbours(Sense, name="neighbours"):
             if other != agent:
                 dx = shortest(part.places[world, 0, other] - x, model.width)
                 dy = shortest(part.places[world, 1, other] - y, model.height)
-                bits |= sectors(model, state, x, y, dx, dy, heading)
+                left, front, right = in_sectors(model, state, x, y, dx, dy, heading)
+                bits |= as_bits(left, front, right)
         return bits
 
     @staticmethod

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, Lane, Mask, any_of, bundle, get, lanes_in_bundle, put
+from baldwinlab.engine.lanes import WIDTH, Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, put
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import forbidden, wrapped
@@ -21,6 +21,18 @@ from baldwinlab.models.miniworld.world import forbidden, wrapped
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 MOST_PLACES = 100_000  # that are tried, before an item takes one that is forbidden
 DIAGONAL = np.float32(1.5)  # a square reaches farther than a circle, by less than this factor
+
+
+@compiled
+def is_one_cell(model: Model, region: int) -> bool:
+    """Whether the items of a region are few, and not sorted."""
+    return bool(model.region_cells[region + 1] - model.region_cells[region] == 1)
+
+
+@compiled
+def slots_of(model: Model, region: int) -> tuple[int, int]:
+    """All slots of a region: from the first, without the second."""
+    return model.region_items[region] + region * WIDTH, model.region_items[region + 1] + region * WIDTH
 
 
 @compiled
@@ -37,7 +49,7 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
         searching = searching - 1 if forbidden(state.features, model, x, y) else 0
     state.item_x[world, item] = x
     state.item_y[world, item] = y
-    if model.region_cells[region + 1] - model.region_cells[region] == 1:
+    if is_one_cell(model, region):
         slot = item + region * WIDTH
         state.slot_x[world, slot] = x
         state.slot_y[world, slot] = y
@@ -92,16 +104,16 @@ def image(model: Model, region: int, number: int, x: np.float32, y: np.float32) 
     if model.images[region] == 1:
         centre_x = model.regions[region, 0] + model.regions[region, 1] * HALF
         centre_y = model.regions[region, 2] + model.regions[region, 3] * HALF
-        return _beside(x, centre_x, model.width), _beside(y, centre_y, model.height)
+        return beside(x, centre_x, model.width), beside(y, centre_y, model.height)
     return x + np.float32(number % 3 - 1) * model.width, y + np.float32(number // 3 - 1) * model.height
 
 
 @compiled
-def _beside(position: np.float32, centre: np.float32, span: np.float32) -> np.float32:
+def beside(position: Value, centre: np.float32, span: np.float32) -> Value:
     """`position`, or the same place a map's span farther or nearer: whichever is nearest to `centre`."""
     half = span * HALF
-    position = position + span if centre - position > half else position
-    return position - span if centre - position < -half else position
+    position = choose(centre - position > half, position + span, position)
+    return choose(centre - position < -half, position - span, position)
 
 
 @compiled
@@ -156,7 +168,7 @@ def _eat_from(model: Model, state: State, world: int, region: int, lane: int, st
 def eat(model: Model, state: State, world: int, agent: int, step: int) -> None:
     """Eat every item that the agent touches, but none that has been eaten in this step already. Each reappears at once."""
     lane = world * model.agents + agent
-    if state.alert[0, lane] == 0:
+    if get(state.alert, 0, lane) == 0:
         return
     for region in range(model.regions.shape[0]):
         for number in range(model.images[region]):

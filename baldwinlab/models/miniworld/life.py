@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import Lane, bundle, lanes_in_bundle
+from baldwinlab.engine.lanes import Lane, bundle, get, lanes_in_bundle
 from baldwinlab.engine.phases import for_each, phase
 from baldwinlab.engine.reference import by_reference
 from baldwinlab.models.miniworld.items import eat, grow, settle, tidy
@@ -112,10 +112,14 @@ class _Everyone:
     @staticmethod
     def feed(who: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
-            agent = step % model.agents
-            for _ in range(model.agents):
-                eat(model, state, world, agent, step)
-                agent = agent + 1 if agent + 1 < model.agents else 0
+            alert = 0
+            for agent in range(model.agents):
+                alert |= get(state.alert, 0, world * model.agents + agent)
+            if alert != 0:  # told many at a time, and most worlds have nobody who is
+                agent = step % model.agents
+                for _ in range(model.agents):
+                    eat(model, state, world, agent, step)
+                    agent = agent + 1 if agent + 1 < model.agents else 0
             tidy(model, state, world)
 
 

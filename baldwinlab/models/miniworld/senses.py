@@ -16,7 +16,7 @@ import numpy as np
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.lanes import Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, negated, put
 from baldwinlab.engine.phases import for_each, if_any
-from baldwinlab.models.miniworld.items import cells_within, image, slots_in_row
+from baldwinlab.models.miniworld.items import beside, cells_within, image, is_one_cell, slots_in_row, slots_of
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.models.miniworld.world import either, shortest
@@ -51,25 +51,20 @@ def broad_phase(model: Model, state: State, lane: Lane) -> None:
     reach = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
     for region in range(model.regions.shape[0]):
         half_width, half_height = model.regions[region, 1] * HALF, model.regions[region, 3] * HALF
-        dx = shortest(get(state.places, 0, lane) - (model.regions[region, 0] + half_width), model.width)
-        dy = shortest(get(state.places, 1, lane) - (model.regions[region, 2] + half_height), model.height)
+        centre_x, centre_y = model.regions[region, 0] + half_width, model.regions[region, 2] + half_height
+        x, y = get(state.places, 0, lane), get(state.places, 1, lane)
+        put(state.beside_x, region, lane, beside(x, centre_x, model.width))
+        put(state.beside_y, region, lane, beside(y, centre_y, model.height))
+        dx, dy = shortest(x - centre_x, model.width), shortest(y - centre_y, model.height)
         near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
         put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
 
 
 @compiled
-def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int) -> int:
-    """The sensors that the items in these slots set, and whether one is near enough to be touched soon, as bits."""
-    dx = get(state.slot_x, world, slot) - x
-    dy = get(state.slot_y, world, slot) - y
-    distance = dx * dx + dy * dy
-    bits = sectors(model, state, x, y, dx, dy, heading)
-    return bits | ALERT * int(any_of(distance <= model.alert_radius * model.alert_radius))
-
-
-@compiled
-def sectors(model: Model, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value, heading: int) -> int:
-    """Which of left, front and right see from (x, y) what is (dx, dy) away, as bits."""
+def in_sectors(
+    model: Model, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value, heading: int
+) -> tuple[Mask, Mask, Mask]:
+    """Where left, front and right see from (x, y) what is (dx, dy) away."""
     u = dx * model.cosine[heading] + dy * model.sine[heading]
     v = dy * model.cosine[heading] - dx * model.sine[heading]
     edge = u * TAN_15
@@ -78,9 +73,38 @@ def sectors(model: Model, state: State, x: np.float32, y: np.float32, dx: Value,
     seen = visible(state.features, model, x, y, dx, dy, in_sight)
     front = seen & ((aside < edge) if model.open_boundaries else (aside <= edge))
     side = seen & (aside > edge) & (aside < u)
-    bits = FRONT * int(any_of(front))
-    bits |= LEFT * int(any_of(side & (v < ZERO)))
-    return bits | RIGHT * int(any_of(side & (v > ZERO)))
+    return side & (v < ZERO), front, side & (v > ZERO)
+
+
+@compiled
+def as_bits(left: Mask, front: Mask, right: Mask) -> int:
+    """Which of left, front and right see anything."""
+    return LEFT * int(any_of(left)) | FRONT * int(any_of(front)) | RIGHT * int(any_of(right))
+
+
+@compiled
+def _spot(
+    model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int
+) -> tuple[Mask, Mask, Mask, Mask]:
+    """Which items in these slots are seen at the left, in front and at the right, and which may be touched soon."""
+    dx = get(state.slot_x, world, slot) - x
+    dy = get(state.slot_y, world, slot) - y
+    near = dx * dx + dy * dy <= model.alert_radius * model.alert_radius
+    left, front, right = in_sectors(model, state, x, y, dx, dy, heading)
+    return left, front, right, near
+
+
+@compiled
+def _look_along(
+    model: Model, state: State, world: int, slots: tuple[int, int], x: np.float32, y: np.float32, heading: int
+) -> int:
+    """What an agent at (x, y) gets to know of the items from the first of `slots`, without the second, as bits."""
+    begin, end = slots
+    left, front, right, near = _spot(model, state, world, bundle(begin), x, y, heading)
+    for first in range(begin + lanes_in_bundle(), end, lanes_in_bundle()):
+        more_left, more_front, more_right, more_near = _spot(model, state, world, bundle(first), x, y, heading)
+        left, front, right, near = left | more_left, front | more_front, right | more_right, near | more_near
+    return as_bits(left, front, right) | ALERT * int(any_of(near))
 
 
 @compiled
@@ -91,9 +115,23 @@ def _look(model: Model, state: State, world: int, region: int, x: np.float32, y:
     first_row, last_row = cells_within(model, region, 1, y, farthest)
     bits = 0
     for row in range(first_row, last_row):
-        begin, end = slots_in_row(model, state, world, region, row, columns)
-        for first in range(begin, end, lanes_in_bundle()):
-            bits |= _spot(model, state, world, bundle(first), x, y, heading)
+        slots = slots_in_row(model, state, world, region, row, columns)
+        if slots[0] < slots[1]:
+            bits |= _look_along(model, state, world, slots, x, y, heading)
+    return bits
+
+
+@compiled
+def _look_from(model: Model, state: State, world: int, region: int, lane: int) -> int:
+    """What an agent gets to know of a region, as bits: of one that is a single cell, from beside it, as most are."""
+    heading = int(get(state.heading, 0, lane))
+    if is_one_cell(model, region) and model.images[region] == 1:
+        x, y = get(state.beside_x, region, lane), get(state.beside_y, region, lane)
+        return _look_along(model, state, world, slots_of(model, region), x, y, heading)
+    bits = 0
+    for number in range(model.images[region]):
+        x, y = image(model, region, number, get(state.places, 0, lane), get(state.places, 1, lane))
+        bits |= _look(model, state, world, region, x, y, heading)
     return bits
 
 
@@ -102,12 +140,10 @@ def see(model: Model, state: State, world: int, agent: int, kind: int) -> int:
     """Which of left, front and right see an item of a kind (its number), as bits; and be alert to those soon touched."""
     lane = world * model.agents + agent
     bits = 0
-    for region in range(model.regions.shape[0] if state.near[0, lane] > HALF else 0):
+    for region in range(model.regions.shape[0] if get(state.near, 0, lane) > HALF else 0):
         if model.region_kind[region] == kind:
-            for number in range(model.images[region]):
-                x, y = image(model, region, number, state.places[0, lane], state.places[1, lane])
-                bits |= _look(model, state, world, region, x, y, int(state.heading[0, lane]))
-    state.alert[0, lane] |= bits & ALERT
+            bits |= _look_from(model, state, world, region, lane)
+    put(state.alert, 0, lane, get(state.alert, 0, lane) | (bits & ALERT))
     return bits & (LEFT | FRONT | RIGHT)
 
 
@@ -197,11 +233,11 @@ def _tell_bits(senses: Any, model: Model, state: State, world: int, agent: int) 
     """Set the agent's inputs. What follows from them alone is looked up only when they have changed."""
     lane = world * model.agents + agent
     code = sense_all(senses, model, state, world, agent)
-    if code == state.code[0, lane]:
+    if code == get(state.code, 0, lane):
         return
-    state.code[0, lane] = code
+    put(state.code, 0, lane, code)
     for k in range(model.inputs):
-        state.activations[k, lane] = np.float32((code >> k) & 1)
+        put(state.activations, k, lane, np.float32((code >> k) & 1))
     remember(state.recall, model, state, lane)
 
 
@@ -212,7 +248,7 @@ _tell = if_any(_tell_numbers, _tell_bits, lambda part: bool(part.real))
 def perceive(model: Model, state: State, world: int, agent: int) -> None:
     """Let the agent's senses set its inputs, where they may have changed."""
     lane = world * model.agents + agent
-    if state.near[0, lane] == ZERO:
+    if get(state.near, 0, lane) == ZERO:
         return
-    state.alert[0, lane] = model.always_alert
+    put(state.alert, 0, lane, model.always_alert)
     _tell(state.senses, model, state, world, agent)

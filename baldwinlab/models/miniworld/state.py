@@ -56,6 +56,8 @@ class State(NamedTuple):
     keys: npt.NDArray[np.uint32]  # [world, (seed, run)]
     generation: npt.NDArray[np.uint32]  # [1]
     places: Floats  # [(x, y), lane]
+    beside_x: Floats  # [region, lane], the agent's place, or the same a map's span off, whichever is nearest to the region
+    beside_y: Floats  # [region, lane]
     near: Floats  # [1, lane], 1 if any region of items is near, 1/2 if senses are asked all the same, else 0
     heading: Floats  # [1, lane], in turns of 9 degrees
     code: Integers  # [1, lane], which inputs are 1, as bits, or 0 where any is real-valued; -1 before the first look
@@ -90,6 +92,8 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "keys": per_world(2, dtype="uint32"),
     "generation": Array("batch", (1,), "uint32"),
     "places": per_agent(2),
+    "beside_x": per_agent("regions"),
+    "beside_y": per_agent("regions"),
     "near": per_agent(1),
     "heading": per_agent(1),
     "code": per_agent(1, dtype="int32"),
