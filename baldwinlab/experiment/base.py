@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, reduce
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, create_model, model_validator
@@ -155,8 +155,8 @@ class BaseExperiment(Fields):
 
     def parts(self, path: str) -> tuple[Any, ...]:
         """As `part`, of a field that chooses any number of parts."""
-        table, _, field = path.rpartition(".")
-        section: Any = paths.look_up(self, table)[0] if table else self
+        *tables, field = path.split(".")
+        section: Any = reduce(getattr, tables, self)
         of_section: Any = type(section)
         kind = kind_of(of_section, field)
         assert kind is not None, path
@@ -164,10 +164,10 @@ class BaseExperiment(Fields):
         return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
 
     def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
-        table = dict(section).get(key_of(name))  # no attribute: every table has a method `copy`, which may be a part's name
+        table = vars(section).get(key_of(name))  # no attribute: every table has a method `copy`, which may be a part's name
         if isinstance(table, Fields):
             return table
-        if table is not None or name not in choices.names(kind):
+        if table is not None or not choices.is_here(kind, name):
             raise ExperimentError(f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE")
         return choices.find(kind, name)()
 

@@ -157,6 +157,11 @@ def names(kind: str) -> list[str]:
     return [*packaged(kind), *_FOREIGN[kind]]
 
 
+def is_here(kind: str, name: str) -> bool:
+    """Whether there is a part of that name."""
+    return any(name in known[kind] for known in (BUILT_IN, LIBRARY, _FOREIGN))
+
+
 def foreign() -> dict[tuple[str, str], type]:
     """The classes of all foreign parts that have been loaded, by kind and name."""
     return {(kind, name): part for kind, parts in _FOREIGN.items() for name, part in parts.items()}
@@ -166,7 +171,7 @@ def find(kind: str, name: str) -> Any:
     """The class of a part. Raises KeyError for one that is not here."""
     if name in _FOREIGN[kind]:
         return _FOREIGN[kind][name]
-    module, _, attribute = packaged(kind)[name].partition(":")
+    module, _, attribute = (BUILT_IN[kind].get(name) or LIBRARY[kind][name]).partition(":")
     return getattr(import_module(module), attribute)
 
 

@@ -27,7 +27,7 @@ def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None
 
 @phase
 def remember(part: Any, model: Model, state: State, lane: int) -> None:
-    """When an agent's inputs have changed: look up what follows from them."""
+    """When an agent has looked: look up what follows from its inputs."""
 
 
 @phase
@@ -68,7 +68,7 @@ class Teacher(_Table):
     def remember(part: Any, model: Model, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         for k in range(actions):
-            state.targets[k, lane] = part.answers[state.code[0, lane] * actions + k, lane]
+            put(state.targets, k, lane, get(part.answers, get(state.code, 0, lane) * actions + k, lane))
 
 
 class Reflex(_Table):
@@ -79,7 +79,7 @@ class Reflex(_Table):
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for k in range(actions):
-            state.activations[outputs + k, lane] = part.answers[state.code[0, lane] * actions + k, lane]
+            put(state.activations, outputs + k, lane, get(part.answers, get(state.code, 0, lane) * actions + k, lane))
 
     @staticmethod
     def think(part: Any, model: Model, state: State, lane: Lane) -> None:
