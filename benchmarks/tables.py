@@ -101,7 +101,12 @@ def ratio(ours: Found, theirs: Found) -> str:
     pairs = [our / their for our, their in zip(ours["rates"], theirs["rates"], strict=False)]
     if not pairs or ours is theirs:
         return ""
-    return f"{median(pairs):.3g} ({min(pairs):.3g} to {max(pairs):.3g})"
+    return f"{_brief(median(pairs))} ({_brief(min(pairs))} to {_brief(max(pairs))})"
+
+
+def _brief(value: float) -> str:
+    """In three places, as 1,090 or 15.8."""
+    return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
 def spread(values: Sequence[float]) -> str:
