@@ -132,7 +132,7 @@ def draw_comparison(found: Found, out: Path) -> None:
         for place, record in enumerate(records):
             rate, ours = median(record["rates"]), record["contender"] == "baldwinlab_lives"
             axis.barh(place, rate, color="#0072B2" if ours else "#999999", left=1e3)
-            axis.text(rate * 1.3 + 1e3, place, f"{rate / 1e6:.2g} M", va="center", fontsize=8)
+            axis.text(rate * 1.3 + 1e3, place, f"{_brief(rate / 1e6)} M", va="center", fontsize=8)
         axis.set_yticks(range(len(records)), [NAMES[record["contender"]] for record in records], fontsize=8)
         axis.set(xscale="log", xlim=(1e4, 2e9), title=name, xlabel="agent-steps a second, one core")
         axis.spines[["top", "right"]].set_visible(False)
