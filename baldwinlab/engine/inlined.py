@@ -23,7 +23,7 @@ from numba.core.types.containers import BaseTuple
 from numba.core.typing import signature
 
 from baldwinlab.engine.fingerprint import fingerprint
-from baldwinlab.engine.optimised import Rolled, lowered_by
+from baldwinlab.engine.optimised import UNROLLING, Code, lowered_by
 from baldwinlab.engine.reference import Scattered
 
 Read = tuple[type, str, types.Type]  # the class of a named tuple, a field, and the type that was found there
@@ -32,7 +32,7 @@ _MADE: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
 """What has been made of a function for arguments of these outlines, once for each of the different things that it read."""
 
 
-class _Linked(Rolled):
+class _Linked(Code):
     """The instructions of a function, to be linked into those of its callers."""
 
     reads: frozenset[Read] = frozenset()
@@ -122,7 +122,7 @@ class Inlined(CompilerBase):  # type: ignore[misc]
         arguments = self.state.args
         if not any(_references(arguments)):
             return super().compile_extra(function)
-        known = _MADE.setdefault((fingerprint([function]), *map(_outline, arguments)), [])
+        known = _MADE.setdefault((UNROLLING.get(), fingerprint([function]), *map(_outline, arguments)), [])
         for made in known:
             if _fits(made, arguments):
                 return self._again(made)

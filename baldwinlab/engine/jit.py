@@ -27,7 +27,7 @@ from numba.extending import overload
 from baldwinlab.engine import cache
 from baldwinlab.engine.fingerprint import fingerprint, python_of
 from baldwinlab.engine.inlined import Inlined
-from baldwinlab.engine.optimised import Optimised
+from baldwinlab.engine.optimised import Optimised, unrolling
 from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -57,17 +57,20 @@ def compiled(function: Function) -> Function:
     return cast(Function, register(function, lambda *types: function))
 
 
-def kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()) -> Callable[..., Any]:
+def kept(
+    function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = (), short_loops: bool = False
+) -> Callable[..., Any]:
     """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts.
 
-    To call it raises PartError, with one sentence, where a foreign phase cannot be compiled.
+    Where it has short loops, these are not unrolled. To call it raises PartError, with one sentence, where a foreign phase cannot
+    be compiled.
     """
     with _ONE_AT_A_TIME:
-        return _kept(function, with_these)
+        return _kept(function, with_these, short_loops)
 
 
 @once
-def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...]) -> Callable[..., Any]:
+def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...], short_loops: bool) -> Callable[..., Any]:
     made = numba.njit(no_cfunc_wrapper=True, pipeline_class=Optimised, **OPTIONS)(python_of(function))
     directory = cache.cache_directory(fingerprint([function, *with_these]))
     plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
@@ -82,7 +85,7 @@ def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ..
         kinds = tuple(map(_kind, arguments))
         if kinds not in known:
             types = tuple(map(made.typeof_pyval, arguments))
-            with cache.alone(directory), _nothing_thrown_away():
+            with cache.alone(directory), _nothing_thrown_away(), unrolling(not short_loops):
                 try:
                     made.compile(types)
                 except NumbaError as error:

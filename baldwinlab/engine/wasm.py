@@ -29,7 +29,7 @@ from numba.core.datamodel import default_manager
 from numba.core.types.containers import BaseNamedTuple, BaseTuple
 
 from baldwinlab.engine.jit import OPTIONS
-from baldwinlab.engine.optimised import passes_for
+from baldwinlab.engine.optimised import passes_for, unrolling
 from baldwinlab.engine.reference import Reference
 from baldwinlab.errors import RefusedError
 
@@ -58,7 +58,8 @@ def module(entries: Mapping[str, Entry]) -> bytes:
             whole = one
         else:
             whole.link_in(one)
-    builder = passes_for(machine, 3)
+    with unrolling(False):
+        builder = passes_for(machine, 3)
     builder.getModulePassManager().run(whole, builder)
     whole.verify()
     return _linked(linker, machine.emit_object(whole), entries)

@@ -17,7 +17,7 @@ from baldwinlab.runs.simulate import simulate
 
 def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the launcher for the CPU run the step as the Python that it is."""
-    monkeypatch.setattr(cpu, "kept", lambda function, phases: function)
+    monkeypatch.setattr(cpu, "kept", lambda function, phases, **_: function)
     monkeypatch.setattr(cpu, "settled", lambda function, *arguments: function)
     monkeypatch.setattr(cpu, "is_compiled", lambda experiment: True)  # so that a study compiles nothing beforehand
 

@@ -40,7 +40,7 @@ class Batch:
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
         self.genes = np.zeros((fixed_weights(experiment), self.state.weights.shape[1]), np.float32)
-        self._kept = self._live = kept(_live_of(experiment), phases_of(self.state))
+        self._kept = self._live = kept(_live_of(experiment), phases_of(self.state), short_loops=True)
         self._shape = (len(runs), experiment.population.size)
         self._experiment = experiment
 

@@ -51,7 +51,7 @@ class Steered:
         self._fixed = np.zeros((fixed_weights(without), self._state.weights.shape[1]), np.float32)
         self._outputs = np.zeros((self._state.targets.shape[0], self._state.weights.shape[1]), np.float32)
         arguments = self._model, self._state, self._fixed, True, 0, self._outputs
-        live = kept(live_steered, phases_of(self._state))
+        live = kept(live_steered, phases_of(self._state), short_loops=True)
         live(*arguments)
         self._live = settled(live, *arguments)
         self._shape = (len(runs), without.population.size)
