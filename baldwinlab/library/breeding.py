@@ -15,7 +15,7 @@ Artificial Systems (1975), for crossover at one point.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
 from statistics import NormalDist
 from typing import Any, ClassVar
@@ -29,6 +29,25 @@ from baldwinlab.evolution.selection import first_above
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
 from baldwinlab.parts import Field, Selection, Variation
+
+
+@compiled
+def cut_at(draw: float, places: int) -> int:
+    """The first place behind the cut of crossover at one point, uniform over the gaps between places; `draw` is in (0, 1)."""
+    return 1 + int(draw * (places - 1))
+
+
+@compiled
+def is_of_fitter(place: int, cut: int, coin: float) -> bool:
+    """Whether crossover at one point takes a place from the fitter parent; a coin in (0, 1) says whose places come first."""
+    return (place < cut) == (coin < 0.5)
+
+
+def joined(fitter: Sequence[Any], other: Sequence[Any], draw: float, coin: float) -> list[Any]:
+    """For oracles: the same, of whole parents."""
+    first, second = (fitter, other) if coin < 0.5 else (other, fitter)
+    cut = 1 + int(draw * (len(fitter) - 1))
+    return [*first[:cut], *second[cut:]]
 
 
 class ExpectedOffspring(Selection, name="expected-offspring"):
@@ -186,21 +205,18 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = 1 + int(draws[0, 3] * (child.size - 1))  # of the modules in a row; not the gate's number, which may be the child's
+        cut = cut_at(draws[0, 3], child.size)  # of the modules in a row; not the gate's number, which may be the child's
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                of_fitter = (draw < cut) == (draws[0, 0] < 0.5)  # whose weights come first is left to a coin
+                of_fitter = is_of_fitter(draw, cut, draws[0, 0])
                 inherited = fitter[module, weight] if of_fitter else other[module, weight]
                 child[module, weight] = _mutated(part, inherited, draws, draw, gate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         one, two = [weight for module in fitter for weight in module], [weight for module in other for weight in module]
-        if draws[0][0] >= 0.5:
-            one, two = two, one
-        cut = 1 + int(draws[0][3] * (len(one) - 1))
-        return _in_modules(part, [*one[:cut], *two[cut:]], draws, gate, len(fitter[0]))
+        return _in_modules(part, joined(one, two, draws[0][3], draws[0][0]), draws, gate, len(fitter[0]))
 
 
 class Copy(Variation, name="copy"):

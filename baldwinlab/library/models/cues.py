@@ -25,6 +25,7 @@ import xarray as xr
 
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, philox, unit
 
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)  # what a unit may be
@@ -252,18 +253,16 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = 1 + int(gate * (child.shape[1] - 1))
+        cut = cut_at(gate, child.shape[1])
         for gene in range(child.shape[1]):
-            of_fitter = (gene < cut) == (draws[0, 0] < 0.5)  # whose genes come first is left to a coin
-            child[0, gene] = fitter[0, gene] if of_fitter else other[0, gene]
+            child[0, gene] = fitter[0, gene] if is_of_fitter(gene, cut, draws[0, 0]) else other[0, gene]
             if draws[gene, 1] < part.rate:
                 child[0, gene] = _allele(gene, part.units, draws[gene, 2])
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        cut = 1 + int(gate * (len(fitter[0]) - 1))
-        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
-        child, types, links = [*one[:cut], *two[cut:]], part.units, part.units + part.units**2
+        child = joined(fitter[0], other[0], gate, draws[0][0])
+        types, links = part.units, part.units + part.units**2
         for gene, draw in enumerate(draws):
             if draw[1] < part.rate:
                 fresh = int(6 * draw[2]) if gene < types else int(5 * draw[2]) / 2 - 1 if gene < links else int(2 * draw[2])

@@ -30,6 +30,7 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
 from baldwinlab.library.plasticity import change
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
 
@@ -245,14 +246,12 @@ class OnePointOfBits(Variation, name="one-point-bits"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = 1 + int(gate * (child.shape[1] - 1))  # uniform over the places between two bits
+        cut = cut_at(gate, child.shape[1])
         for bit in range(child.shape[1]):
-            of_fitter = (bit < cut) == (draws[0, 0] < 0.5)  # whose bits come first is left to a coin
-            inherited = fitter[0, bit] if of_fitter else other[0, bit]
+            inherited = fitter[0, bit] if is_of_fitter(bit, cut, draws[0, 0]) else other[0, bit]
             child[0, bit] = ONE - inherited if draws[bit, 1] < part.rate else inherited
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        cut = 1 + int(gate * (len(fitter[0]) - 1))
-        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
-        return [[1 - bit if draw[1] < part.rate else bit for bit, draw in zip([*one[:cut], *two[cut:]], draws, strict=True)]]
+        inherited = joined(fitter[0], other[0], gate, draws[0][0])
+        return [[1 - bit if draw[1] < part.rate else bit for bit, draw in zip(inherited, draws, strict=True)]]

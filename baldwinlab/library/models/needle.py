@@ -19,6 +19,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
 
 UNSET: Final = 0.5  # the allele ?
@@ -148,17 +149,14 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = 1 + int(gate * (child.shape[1] - 1))  # uniform over the places between two loci
+        cut = cut_at(gate, child.shape[1])
         for locus in range(child.shape[1]):
-            of_fitter = (locus < cut) == (draws[0, 0] < 0.5)  # whose alleles come first is left to a coin
-            child[0, locus] = fitter[0, locus] if of_fitter else other[0, locus]
+            child[0, locus] = fitter[0, locus] if is_of_fitter(locus, cut, draws[0, 0]) else other[0, locus]
             if draws[locus, 1] < part.rate:
                 child[0, locus] = np.float32(int(3.0 * draws[locus, 2])) * np.float32(0.5)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        cut = 1 + int(gate * (len(fitter[0]) - 1))
-        one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
-        child = [*one[:cut], *two[cut:]]
+        child = joined(fitter[0], other[0], gate, draws[0][0])
         anew = [(0.0, 0.5, 1.0)[int(3 * draw[2])] for draw in draws]
         return [[new if draw[1] < part.rate else old for old, new, draw in zip(child, anew, draws, strict=True)]]

@@ -15,7 +15,7 @@ start.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -43,6 +43,9 @@ class Poles(Model):
     graphs: ClassVar[bool] = True
     loops: ClassVar[bool] = False  # whether links may lead back, and nodes remember
     sensed: ClassVar[tuple[int, ...]]  # parts of the state
+
+    def without_learner(self) -> Self:
+        return self
 
     @property
     def steps(self) -> int:
@@ -87,9 +90,6 @@ class NeatPoles(Poles, name="neat-poles"):
         **SHAPE,
     }
     measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["solves"] == 1)
-
-    def without_learner(self) -> NeatPoles:
-        return self
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         graphs = genomes[:, :, 0]

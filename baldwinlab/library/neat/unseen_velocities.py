@@ -72,9 +72,6 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         {"generalises": "start states, of 625, from which the first solution balances"},
     )
 
-    def without_learner(self) -> UnseenVelocities:
-        return self
-
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         graphs = genomes[:, :, 0]
         steps, unrest = (found[..., 0] for found in self.balanced(graphs, [START], self.longest))
