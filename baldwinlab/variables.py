@@ -54,7 +54,10 @@ def of_record(experiment: Any) -> Mapping[str, Variable]:
         return {name: RECORD[name] for name in RECORD if name != "food_eaten"} | {"energy": energy} | dict(model.records)
     kinds = {item.kind for feature in experiment.parts("world.features") for item in feature.items()}
     eaten = RECORD["food_eaten"]
-    return dict(RECORD) | {f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds}
+    own = {f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds}
+    if experiment.births_in_life:
+        own["born"] = Variable(OF_AGENT, np.int32, "agents", "agents born in this one's place in the midst of life")
+    return dict(RECORD) | own
 
 
 TRACE: Mapping[str, Variable] = {

@@ -45,7 +45,8 @@ class Problem:
     def __init__(self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None) -> None:
         """`workers` are threads, as many as there are cores unless given.
 
-        Raises ArgumentError for a seed or workers out of range, and RefusedError for genomes that are no free numbers.
+        Raises ArgumentError for a seed or workers out of range, and RefusedError for genomes that are no free numbers, or that
+        others replace in mid-life.
         """
         check_seed(seed)
         require_positive("workers", 1 if workers is None else workers)
@@ -55,6 +56,8 @@ class Problem:
             raise RefusedError(
                 f"the genomes of {experiment.name} are graphs that grow, and their entries no numbers to choose freely"
             )
+        if experiment.births_in_life:
+            raise RefusedError(f"agents of {experiment.name} are born in mid-life, so that a life is not of one genome")
         self.experiment, self.seed = experiment, seed
         self._workers = workers or available_cores()
         warm_up([experiment], CPU, lambda _: None)

@@ -76,6 +76,8 @@ class Measure(NamedTuple):
 
 def misfit(name: str, experiment: BaseExperiment) -> str:
     """Why an assay has nothing to measure of an experiment, in a sentence; empty where it has."""
+    if experiment.births_in_life and name != "descent":  # which lives nobody again
+        return f"the assay {name} is of whole lives of stored genomes, and where agents are born in mid-life others replace them"
     if name in ("innate", "descent"):
         return ""  # which ask through a model's switch, or through its pedigree, alone
     if name == "neutral":  # and this through both switches

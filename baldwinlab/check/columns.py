@@ -38,13 +38,12 @@ def nobody_looks_at_others(subject: Subject) -> str:
 
 def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | None) -> None:
     clean, dirty = _copied(batch.state), _copied(batch.state)
-    genes = (batch.genes, batch.genes.copy())
     random = np.random.default_rng(subject.seed)
-    for array in (genes[1], *(array for _, owner, array in _owned(dirty) if owner == "agent")):
+    for array in (array for _, owner, array in _owned(dirty) if owner == "agent"):
         others = np.arange(array.shape[-1]) != AGENT
         array[..., others] = _garbage(array, random, garbage)[..., others]
     before = _copied(dirty)
-    answers = [_call(subject.experiment, batch, *each, part, name) for each in zip((clean, dirty), genes, strict=True)]
+    answers = [_call(subject.experiment, batch, state, part, name) for state in (clean, dirty)]
     if answers[0] != answers[1]:
         raise FailsError(f"{part.__name__}.{name} answers otherwise when other agents are otherwise")
     for (what, owner, one), (_, _, other), (_, _, old) in zip(*map(_owned, (clean, dirty, before)), strict=True):
@@ -55,12 +54,12 @@ def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | 
             raise FailsError(f"{part.__name__}.{name} writes {what} of other agents")
 
 
-def _call(experiment: Any, batch: Batch, state: Any, genes: npt.NDArray[Any], part: Any, name: str) -> Any:
+def _call(experiment: Any, batch: Batch, state: Any, part: Any, name: str) -> Any:
     """Call a phase, as the plain Python that it is, for one agent."""
     numbers = {"world": 0, "agent": AGENT, "lane": AGENT, "step": STEPS, "first": 0, "rate": state.rate[0, AGENT]}
     values, found = values_of(experiment, part, state), np.empty((len(state.weights), 3), np.float32)
     asked = {"units": len(state.activations), "found": found}
-    known = {**state._asdict(), **numbers, **asked, "model": batch.model, "state": state, "genes": genes, "part": values}
+    known = {**state._asdict(), **numbers, **asked, "model": batch.model, "state": state, "part": values}
     function = getattr(part, name)
     with np.errstate(all="ignore"):
         try:

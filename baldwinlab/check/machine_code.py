@@ -38,7 +38,8 @@ def arithmetic_is_portable(subject: Subject) -> str:
                 raise FailsError(f"{where} draws random numbers that no seed decides; take them from philox")
             if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
                 raise FailsError(f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic")
-        if part.kind not in BREEDS and (found := DOUBLE.search(code)):
+        breeds = part.kind in BREEDS or getattr(part, "bears", False)
+        if not breeds and (found := DOUBLE.search(code)):
             raise FailsError(f"{where} calculates in float64 ({found[1]}); constants must be float32, such as np.float32(0.5)")
     return ""
 

@@ -29,6 +29,7 @@ DRIFT: Final = 9  # index: agent; draw: weight
 TEACHER: Final = 10  # index: child; draw: 0
 FOUNDER: Final = 11  # of models that are parts: index: agent; draw: as the model likes
 LIFE: Final = 12  # of models that are parts: index: agent; draw: as the model likes
+AGE: Final = 13  # index: agent; draw: 0
 MODULE_WEIGHTS: Final = 64  # and the number of any other module in a genome; index: agent; draw: weight
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits

@@ -61,6 +61,23 @@ def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None)
     return inherited
 
 
+def needs_lives(experiment: BaseExperiment) -> bool:
+    """Whether what is inherited cannot be known without living: what was learned, or by whom others were born in life."""
+    return experiment.births_in_life or experiment.part("evolution.inheritance").wants_learned(experiment)
+
+
+@entry
+def trace_back(origin: Parents, parents: Parents) -> None:
+    """Put in the place of `parents` [child, 2] those of whom they descend by `origin` [agent, 2]: who was born when a life began.
+
+    Of an agent that lives on, as both of its own parents, these are its own two.
+    """
+    for child in range(parents.shape[0]):
+        one, other = parents[child, 0], parents[child, 1]
+        if one >= 0 and other >= 0:
+            parents[child, 0], parents[child, 1] = origin[one, 0], origin[other, 1 if one == other else 0]
+
+
 def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
     """Fill the action modules of `inherited`, agent by agent, and the reinforcement modules where there are any."""
     for agent in range(learned.shape[0]):

@@ -162,6 +162,11 @@ class Neutral(Selection, name="neutral"):
         return [[int(draw * len(fitness)) for draw in draws[0][:2]] for draws in uniforms]
 
 
+def is_neutral(part: Any, experiment: BaseExperiment) -> bool:
+    """For a part's `derived`: whether it is in a neutral twin, where nobody's fitness matters."""
+    return experiment.evolution.selection == Neutral.name
+
+
 def _spun(shares: Any, uniforms: Any) -> Any:
     """The oracle's roulette wheel: whose slice, one after another, the draw falls in."""
     slices = list(accumulate(shares if any(shares) else [1.0 for _ in shares]))

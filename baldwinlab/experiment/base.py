@@ -122,6 +122,11 @@ class BaseExperiment(Fields):
         return bool(self.of_model.learns)
 
     @property
+    def births_in_life(self) -> bool:
+        """Whether agents are born in the midst of a life, so that who lives at its end is not who was born at its beginning."""
+        return False
+
+    @property
     def steps(self) -> int:
         """Steps of a life."""
         return int(self.of_model.steps)

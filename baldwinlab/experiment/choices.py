@@ -99,6 +99,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "supervised": f"{_LIBRARY}.teachers:Supervised",
     },
     "world feature": {
+        "births-and-deaths": f"{_LIBRARY}.turnover:BirthsAndDeaths",
         "drifting-food": f"{_LIBRARY}.worlds:DriftingFood",
         "patches": f"{_LIBRARY}.worlds:Patches",
         "regions-in-turn": f"{_LIBRARY}.worlds:RegionsInTurn",

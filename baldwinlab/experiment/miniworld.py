@@ -192,6 +192,10 @@ class Experiment(BaseExperiment):
         return self.lifetime.steps
 
     @property
+    def births_in_life(self) -> bool:
+        return any(feature.bears for feature in self.parts("world.features"))
+
+    @property
     def learning_steps(self) -> int:
         """Steps of a life in which an agent that learns may do so."""
         stops = self.learning.steps

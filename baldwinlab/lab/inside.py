@@ -145,10 +145,12 @@ def _links(batch: Batch, weights: Floats) -> Floats:
 def _kin(life: Life, past: Past, energy: npt.NDArray[np.float64], agent: int) -> dict[str, Any]:
     """An agent's parents, the fitter one first, whose learned weights teach it, and its children.
 
-    Who breeds follows from `energy` [agent] alone.
+    Who breeds follows from `energy` [agent] alone, unless others are born in mid-life: nobody is named then.
     """
     experiment, moment = life.experiment, life.moment
     parents, elders, children = None, None, list[int]()
+    if experiment.births_in_life:
+        return {"parents": parents, "elders": elders, "children": children}
     if moment.generation > 0:
         assert past.energy is not None
         before = past.energy.values[moment.generation - 1]

@@ -215,7 +215,7 @@ class Energy(Sense, name="energy"):
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
         lane, gained = world * model.agents + agent, ZERO
         for region in range(part.energies.size):
-            gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane])
+            gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane] - state.eaten_before[region, lane])
         gained = max(gained, ZERO)
         state.activations[first, lane] = gained / (gained + part.half)
 

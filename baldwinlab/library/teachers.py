@@ -34,7 +34,7 @@ def _ate(state: State, lane: int) -> int:
     """Items eaten in this life so far."""
     eaten = 0
     for region in range(state.eaten_in_life.shape[0]):
-        eaten += state.eaten_in_life[region, lane]
+        eaten += state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
     return eaten
 
 

@@ -289,6 +289,7 @@ class WorldFeature(Part):
     """What else there is in the world: kinds of items, walls, whatever hides, stops or moves."""
 
     kind: ClassVar[str] = "world feature"
+    bears: ClassVar[bool] = False  # whether agents are born in mid-life, by `succeed` of models/miniworld/birth.py
 
     def items(self) -> tuple[ItemRegion, ...]:
         """The items that it adds to the world's food."""

@@ -19,6 +19,13 @@ from baldwinlab.parts.views import View
 from baldwinlab.variables import Variable
 
 
+class Survivors(NamedTuple):
+    """Who lives at the end of a life in whose midst agents were born, in the place of each agent."""
+
+    genome: npt.NDArray[np.float32]  # [run, agent, module, weight]
+    origin: npt.NDArray[np.int32]  # [run, agent, (fitter, other)], of which of the life's first newborns they descend
+
+
 class Lives(NamedTuple):
     """What became of the agents of several runs in one generation."""
 
@@ -26,6 +33,7 @@ class Lives(NamedTuple):
     cost: npt.NDArray[np.float64]  # [run, agent], of learning
     learned: npt.NDArray[np.float32] | None  # [run, agent, weight], the first module at death; None where it is no use
     records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
+    living: Survivors | None = None  # who lives at the end, where that is not who was born at the beginning
 
 
 class Measure(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.evolution import Genome, Moment, fitness, next_genome
+from baldwinlab.evolution import Genome, Moment, fitness, needs_lives, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.cpu import Batch
@@ -73,11 +73,10 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
 def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
     """Those of every generation of a stored run, one after the other: as `stored_genome`, but each bred of the one before it."""
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
-    learned = experiment.part("evolution.inheritance").wants_learned(experiment)
     record = packed(record)
     genome, kept = stored_genome(experiment, record, 0), set(record["kept_generation"].values.tolist())
     for generation in range(record.sizes["generation"]):
-        if generation in kept or learned:
+        if generation in kept or needs_lives(experiment):
             genome = stored_genome(experiment, record, generation)
         else:
             genome, _ = next_genome(experiment, Moment(seed, run, generation), genome, record.energy.values[generation - 1])

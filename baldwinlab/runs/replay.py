@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.errors import RefusedError
-from baldwinlab.evolution import Genome, Moment, draw_genome, next_genome
+from baldwinlab.evolution import Genome, Moment, draw_genome, needs_lives, next_genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.look import as_text, look
@@ -74,14 +74,13 @@ def genome_at(
 ) -> Genome:
     """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
 
-    They are bred of the founders, or of an earlier generation whose genomes are `known`. What is learned cannot be known
-    without living, so with Lamarckian inheritance neither that nor `energy` is of use.
+    They are bred of the founders, or of an earlier generation whose genomes are `known`. Where who is born, or what is
+    inherited, cannot be known without living, neither that nor `energy` is of use.
     """
     seed, run, generation = moment
-    inheritance = experiment.part("evolution.inheritance")
-    if inheritance.afresh:
+    if experiment.part("evolution.inheritance").afresh:
         return draw_genome(experiment, moment)
-    if inheritance.wants_learned(experiment) and generation > 0:
+    if needs_lives(experiment) and generation > 0:
         whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
         return np.asarray(simulate_batch(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
     if energy is None:

@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.errors import ArgumentError
-from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, fitness, next_genome
+from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, fitness, next_genome, trace_back
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.toml import to_toml
@@ -107,9 +107,12 @@ class History:
         self._energy[generation] = fitness(self.experiment, lives.energy[number], lives.cost[number])
         if generation < last:
             learned = None if lives.learned is None else lives.learned[number]
-            born = bequeath(self.experiment, self.genome, learned)
+            living = None if lives.living is None else lives.living.genome[number]
+            born = bequeath(self.experiment, self.genome if living is None else living, learned)
             moment = Moment(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, born, self._energy[generation])
+            if lives.living is not None:
+                trace_back(lives.living.origin[number], self._parents[generation + 1])
         self.lived = generation + 1
 
     def of_agents(self, name: str) -> npt.NDArray[Any]:

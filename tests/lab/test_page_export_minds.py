@@ -1,4 +1,5 @@
-"""What a live laboratory draws of minds: the links of a network that grew, and from whom each learns; both are Python's."""
+"""What a live laboratory does with parts of the library: links of a network that grew, from whom each learns, births in mid-life;
+all are Python's."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from baldwinlab.lab.lives import Life, Past, Span
 from baldwinlab.lab.recording import record
 from baldwinlab.palette import shade
 from baldwinlab.runs.simulate import simulate
-from tests.lab.test_page_export import quick, start
+from tests.lab.test_page_export import quick, same_bits, start
 
 pytestmark = pytest.mark.nightly  # a module of such parts takes half a minute to be compiled, and a linker
 LAST, AGENT = 2, 4
@@ -101,3 +102,16 @@ def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher:
     taught = frames.unpack(look_inside(*last_life(heirs), AGENT))[0]["elders"]
     elders = " and ".join(map(str, dict.fromkeys(taught)))
     expect(lonely.get_by_test_id("elders")).to_contain_text(f"{elders} of generation {LAST - 1}, who")
+
+
+@pytest.mark.parametrize("selection", ["roulette", "neutral"])
+def test_births_and_deaths_in_mid_life_have_python_s_bits(lonely: Page, tmp_path: Path, selection: str) -> None:
+    brief = {"births_and_deaths": {"reserve": 0.5, "upkeep": 0.01, "oldest": 60}}
+    experiment = quick(presets.load("evo+self-taught/births-and-deaths")).replace(world=brief)
+    path = tmp_path / "laboratory.html"
+    path.write_bytes(live_page([experiment]))
+    lonely.goto(path.as_uri())
+    lonely.get_by_test_id("start").wait_for()
+    changed = experiment.replace(evolution={"selection": selection, "elite": 0 if selection == "neutral" else 20})
+    assert simulate(changed, seed=4)["born"].sum() > 100
+    assert same_bits(lonely, changed, seed=4, run=0)

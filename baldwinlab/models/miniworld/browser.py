@@ -20,12 +20,12 @@ from baldwinlab.engine.rng import REINFORCEMENT_WEIGHTS, SELECTION, TEACHER, dra
 from baldwinlab.evolution.breeding import breed_children
 from baldwinlab.evolution.fitness import balance, charge
 from baldwinlab.evolution.founders import draw_normal
-from baldwinlab.evolution.inheritance import deal
+from baldwinlab.evolution.inheritance import deal, trace_back
 from baldwinlab.evolution.moment import Moment
 from baldwinlab.evolution.selection import draw_parents, has_stranger, misfit
 from baldwinlab.evolution.sorting import sort_by
-from baldwinlab.models.miniworld.learning import expressed
-from baldwinlab.models.miniworld.life import be_born, live_one_by_one, live_together
+from baldwinlab.models.miniworld.birth import be_born
+from baldwinlab.models.miniworld.life import live_one_by_one, live_together
 from baldwinlab.models.miniworld.recall import MOST_INPUTS
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
 from baldwinlab.parts.evolution import evaluate, pass_on, teach
@@ -77,9 +77,7 @@ class Population(NamedTuple):
     afresh: bool  # nothing is inherited
     wants_learned: bool
     learns: bool
-    evolved_rate: bool
     teacher: int  # one of TEACHERS
-    rate: float
     cost_per_step: float
     cost_per_change: float
     fault: Any  # int64 [(what is wrong, the agent)]
@@ -91,13 +89,13 @@ class Population(NamedTuple):
     inherited: Any
     children: Any
     learned: Any  # float32 [agent, weight], the action module at death
-    fixed: Any  # float32 [module and weight, lane]
     eaten: Any  # int32 [agent, region]
     eaten_of_kind: Any  # int32 [kind, agent]
     gained: Any  # float64 [agent]
     cost: Any
     energy: Any  # fitness
     parents: Any  # int32 [child, 2]
+    origin: Any  # int32 [agent, 2], of which of the life's first newborns who lives at its end descends
     uniforms: Any  # float64 [child, 2, 4]
     draws: Any  # float64 [module and weight, 4], scratch
     shares: Any  # float64 [agent], scratch
@@ -191,25 +189,18 @@ def _draw_founders(population: Population, generation: int) -> None:
 
 def begin(model: Any, state: Any, population: Population) -> None:
     """Let a generation be born."""
-    genome, last, weights = population.genome, population.genome.shape[1] - 1, state.weights.shape[0]
     state.generation[0] = population.generation
-    for agent in range(model.agents):
-        for weight in range(weights):
-            state.weights[weight, agent] = genome[agent, 0, weight]
-        for gene in range(population.fixed.shape[0]):
-            population.fixed[gene, agent] = genome[agent, min(gene // weights + 1, last), gene % weights]
-        gene = genome[agent, 0, genome.shape[2] - 1]
-        state.rate[0, agent] = expressed(population.rate, gene) if population.evolved_rate else np.float32(population.rate)
-    be_born(taken(model), taken(state), population.fixed)
+    _copy(population.genome, state.genome[0])
+    be_born(taken(model), taken(state))
 
 
 def live_at_once(model: Any, state: Any, population: Population) -> None:
     """Live from `population.first_step` up to, and without, `last_step`."""
-    live_together(taken(model), taken(state), population.fixed, False, population.first_step, population.last_step)
+    live_together(taken(model), taken(state), False, population.first_step, population.last_step)
 
 
 def live_in_turn(model: Any, state: Any, population: Population) -> None:
-    live_one_by_one(taken(model), taken(state), population.fixed, False, population.first_step, population.last_step)
+    live_one_by_one(taken(model), taken(state), False, population.first_step, population.last_step)
 
 
 def ask(state: Any, population: Population) -> None:
@@ -227,7 +218,9 @@ def reckon(model: Any, state: Any, population: Population) -> None:
     """What the lives were worth that have been lived."""
     eaten, of_kind, cost = population.eaten, population.eaten_of_kind, population.cost
     of_kind[:] = 0
+    _copy(state.genome[0], population.genome)  # some may have been born in the midst of life
     for agent in range(model.agents):
+        population.origin[agent, 0], population.origin[agent, 1] = state.origin[0, agent, 0], state.origin[0, agent, 1]
         population.energy[agent], cost[agent] = np.nan, 0.0
         for region in range(eaten.shape[1]):
             eaten[agent, region] = state.eaten_in_life[region, agent]
@@ -268,6 +261,7 @@ def breed(population: Population) -> None:
         moment = Moment(population.seed, population.run, population.generation + 1)
         inherited, energy, children = population.inherited, population.energy, population.children
         breed_children(population.variation, moment, inherited, energy, population.parents, population.draws, children)
+        trace_back(population.origin, population.parents)
         _copy(population.children, population.genome)
         _deal_teachers(population, moment)
 

@@ -10,9 +10,8 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import is_kept, kept, settled
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.learning import rates
 from baldwinlab.models.miniworld.life import live_one_by_one, live_together
-from baldwinlab.models.miniworld.make import fixed_weights, make_model, make_state, phases_of
+from baldwinlab.models.miniworld.make import make_model, make_state, phases_of
 from baldwinlab.models.miniworld.recall import kind_of_recall
 
 
@@ -39,27 +38,21 @@ class Batch:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        self.genes = np.zeros((fixed_weights(experiment), self.state.weights.shape[1]), np.float32)
         self._kept = self._live = kept(_live_of(experiment), phases_of(self.state), short_loops=True)
         self._shape = (len(runs), experiment.population.size)
-        self._experiment = experiment
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Let a generation be born. `genomes` is [world, agent, module, weight], of `experiment.genome_length` weights."""
-        agents = genomes.shape[0] * genomes.shape[1]
         self.state.generation[0] = generation
-        self.state.rate[0, :agents] = rates(self._experiment, genomes).ravel()
-        modules = genomes[..., : self.state.weights.shape[0]].reshape(agents, genomes.shape[2], -1)
-        self.state.weights[:, :agents] = modules[:, 0].T
-        self.genes[:, :agents] = (modules[:, 1:] if modules.shape[1] > 1 else modules).reshape(agents, -1).T
-        arguments = self.model, self.state, self.genes, True, 0, 0
+        self.state.genome[:] = genomes
+        arguments = self.model, self.state, True, 0, 0
         self._live(*arguments)
         if self._live is self._kept:
             self._live = settled(self._kept, *arguments)
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""
-        self._live(self.model, self.state, self.genes, False, first_step, last_step)
+        self._live(self.model, self.state, False, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:
         """Where the items lie, [world, item, (x, y)]."""

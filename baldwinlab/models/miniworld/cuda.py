@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import math
 from collections.abc import Sequence
 from typing import Any, Final
 
@@ -14,8 +13,7 @@ from numba import config, cuda
 from baldwinlab.engine.gpu import COMPILING, uncontracted
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.kernels import begin_kernel, live_kernel, source_of_life
-from baldwinlab.models.miniworld.learning import rates
-from baldwinlab.models.miniworld.make import fixed_weights, make_model, make_state
+from baldwinlab.models.miniworld.make import make_model, make_state
 from baldwinlab.models.miniworld.state import State
 
 THREADS: Final = 128  # in a thread block, about: small enough that a barrier waits for few, and whole warps for worlds of 20
@@ -83,12 +81,8 @@ class Batch:
         self._stream = cuda.stream()
         self._launch = (padded // worlds, worlds * agents, self._stream)
         self._model, self._state = _on_device(self.model, self._stream), _on_device(self._host, self._stream)
-        self._experiment = experiment
-        self._genomes = cuda.pinned_array((padded * agents, len(experiment.modules), experiment.genome_length), np.float32)
+        self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
         self._genomes[:] = 0
-        self._genomes_on_device = cuda.to_device(self._genomes, self._stream)
-        lanes = self._host.weights.shape[1]
-        self._fixed = cuda.device_array((fixed_weights(experiment), lanes), np.float32, stream=self._stream)
         self._claims = cuda.device_array_like(self._host.touched, self._stream)
         source = source_of_life(self.model, self._host, experiment.lifetime.update == "sequential")
         threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
@@ -106,13 +100,11 @@ class Batch:
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Let a generation be born. `genomes` is [world, agent, module, weight]."""
         self._stream.synchronize()  # the last genomes may still be on their way
-        self._genomes[: math.prod(self._shape)] = genomes.reshape(-1, *genomes.shape[2:])
-        self._genomes_on_device.copy_to_device(self._genomes, self._stream)
-        self._host.rate[0, : len(self._genomes)] = rates(self._experiment, self._genomes)
-        self._state.rate.copy_to_device(self._host.rate, self._stream)
+        self._genomes[: len(genomes)] = genomes
+        self._state.genome.copy_to_device(self._genomes, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
         with uncontracted():
-            self._begin[self._launch](self._model, self._state, self._claims, self._genomes_on_device, self._fixed)
+            self._begin[self._launch](self._model, self._state, self._claims)
 
     def live(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`. Returns before they are done."""

@@ -12,7 +12,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU, Backend, Batch
 from baldwinlab.models.miniworld.make import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import FOOD
-from baldwinlab.parts.models import Lives
+from baldwinlab.parts.models import Lives, Survivors
 
 
 class Foragers:
@@ -31,6 +31,11 @@ class Foragers:
 def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]) -> Lives:
     """What has become of the lives in a batch that began with `genomes` [run, agent, module, weight]."""
     regions, eaten = item_regions(experiment), batch.eaten_in_life()
+    living, born = None, {}
+    if experiment.births_in_life:
+        state, runs = batch.state, slice(len(genomes))
+        living = Survivors(state.genome[runs].copy(), state.origin[runs].copy())
+        genomes, born = living.genome, {"born": state.born[runs].copy()}
     energies = np.array([region.energy for region in regions] or [0.0], np.float64)
     learned = batch.weights() if experiment.learns else None
     each = zip(genomes, learned if learned is not None else [None] * len(genomes), strict=True)
@@ -38,7 +43,8 @@ def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float
         energy=np.stack([energy_of(energies, one) for one in eaten]),
         cost=np.stack([cost_of_learning(experiment, genome, of_run) for genome, of_run in each]),
         learned=learned,
-        records=eaten_by_kind(experiment, eaten),
+        records=eaten_by_kind(experiment, eaten) | born,
+        living=living,
     )
 
 

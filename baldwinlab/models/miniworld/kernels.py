@@ -16,11 +16,11 @@ import numpy as np
 from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
+from baldwinlab.models.miniworld.birth import be_first, build_all
 from baldwinlab.models.miniworld.items import DIAGONAL, cells_within, grow, image, settle, slots_in_row, tidy, touches
 from baldwinlab.models.miniworld.life import (
     One,
     advance_all,
-    build_all,
     gather,
     lane_of,
     survey_all,
@@ -29,7 +29,7 @@ from baldwinlab.models.miniworld.life import (
 )
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
-from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
+from baldwinlab.models.miniworld.world import spawn
 from baldwinlab.parts.kinds import advance, hatch, inherit, meet, survey
 
 
@@ -180,26 +180,17 @@ def begin_kernel(threads: int) -> Any:
     """The kernel in which a generation is born: the agents of a world share the work of placing its items."""
 
     @kernel(threads)
-    def begin(model: Model, state: State, claims: Any, genomes: Any, fixed: Any) -> None:
+    def begin(model: Model, state: State, claims: Any) -> None:
         lane = cuda.grid(1)
         world, agent = lane // model.agents, lane % model.agents
-        weights = state.weights.shape[0]
-        for weight in range(weights):
-            state.weights[weight, lane] = genomes[lane, 0, weight]
-        for gene in range(fixed.shape[0]):
-            fixed[gene, lane] = genomes[lane, min(gene // weights + 1, genomes.shape[1] - 1), gene % weights]
-        for unit in range(state.activations.shape[0]):
-            state.activations[unit, lane] = ZERO
-        state.code[0, lane] = -1
-        state.near[0, lane] = ONE
+        be_first(model, state, world, agent)
         if agent == 0:
             build_all(state.features, model, state, world)
         cuda.syncthreads()
-        spawn(model, state, world, agent)
-        inherit(state.rule, model, state, fixed, lane)
+        spawn(model, state, world, agent, agent)
+        inherit(state.rule, model, state, state.genes, lane)
         hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
-            state.eaten_in_life[region, lane] = 0
             for item in range(model.region_items[region] + agent, model.region_items[region + 1], model.agents):
                 claims[world, item] = -1
                 state.touched[world, item] = -1
@@ -208,7 +199,7 @@ def begin_kernel(threads: int) -> Any:
         cuda.syncthreads()
         for region in range(agent, model.regions.shape[0], model.agents):
             settle(model, state, world, region)
-        ready(state.recall, model, state, fixed, lane)
+        ready(state.recall, model, state, state.genes, lane)
 
     return begin
 

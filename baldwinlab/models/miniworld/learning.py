@@ -9,33 +9,17 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
 import numpy as np
-import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import power_of_ten
-from baldwinlab.engine.jit import compiled, entry
+from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, get, put
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
-from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.kinds import LearningRule, backward, forward
 
 ONE = np.float32(1)
 FASTEST: Final = 10.0  # the highest rate that an evolved gene can give
-
-
-def rates(experiment: Experiment, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """The learning rate of every agent, from its gene if it has one. `genomes` is [..., module, weight]."""
-    found = np.full(genomes.shape[:-2], experiment.learning.rate, np.float32)
-    if experiment.learning.evolved_rate:
-        _express(experiment.learning.rate, genomes[..., 0, -1].ravel(), found.reshape(-1))
-    return found
-
-
-@entry
-def _express(rate: float, genes: npt.NDArray[np.float32], found: npt.NDArray[np.float32]) -> None:
-    for agent in range(genes.size):
-        found[agent] = expressed(rate, genes[agent])
 
 
 @compiled

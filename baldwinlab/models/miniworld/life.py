@@ -15,12 +15,13 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, bundle, get, lanes_in_bundle
 from baldwinlab.engine.phases import for_each, phase
 from baldwinlab.engine.reference import by_reference
-from baldwinlab.models.miniworld.items import eat, grow, settle, tidy
-from baldwinlab.models.miniworld.recall import ready, think
+from baldwinlab.models.miniworld.birth import be_born
+from baldwinlab.models.miniworld.items import eat, tidy
+from baldwinlab.models.miniworld.recall import think
 from baldwinlab.models.miniworld.senses import broad_phase, perceive
-from baldwinlab.models.miniworld.state import Floats, Model, State
-from baldwinlab.models.miniworld.world import ONE, ZERO, act_noisily, spawn, travel
-from baldwinlab.parts.kinds import advance, build, decide, hatch, inherit, learn, meet, survey
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.world import ZERO, act_noisily, travel
+from baldwinlab.parts.kinds import advance, decide, learn, meet, survey
 
 
 @compiled
@@ -28,7 +29,6 @@ def _both(one: None, other: None) -> None:
     return None
 
 
-build_all = for_each(build, None, _both)
 advance_all = for_each(advance, None, _both)
 survey_all = for_each(survey, None, _both)
 
@@ -170,38 +170,11 @@ def all_of(model: Model, state: State) -> Everyone:
     return Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
 
 
-@compiled
-def be_born(model: Model, state: State, fixed: Floats) -> None:
-    """Birth: places, items, and senses that have sensed nothing yet. `state.weights` must be set.
-
-    `fixed` [module and weight, lane] is what else the genome holds; without that, the action module again.
-    """
-    state.activations[:] = ZERO  # a newborn remembers nothing
-    state.code[:] = -1
-    state.near[:] = ONE
-    state.eaten_in_life[:] = 0
-    state.touched[:] = -1
-    state.appearances[:] = 0
-    for first in range(0, state.places.shape[1], lanes_in_bundle()):
-        inherit(state.rule, model, state, fixed, bundle(first))
-    for world in range(model.worlds):
-        build_all(state.features, model, state, world)
-        for agent in range(model.agents):
-            spawn(model, state, world, agent)
-            hatch(state.rule, model, state, world, agent)
-        for region in range(model.regions.shape[0]):
-            for item in range(model.region_items[region], model.region_items[region + 1]):
-                grow(model, state, world, region, item)
-            settle(model, state, world, region)
-    for first in range(0, state.places.shape[1], lanes_in_bundle()):
-        ready(state.recall, model, state, fixed, bundle(first))
-
-
-def live_together(model: Model, state: State, fixed: Floats, newborn: bool, first_step: int, last_step: int) -> None:
+def live_together(model: Model, state: State, newborn: bool, first_step: int, last_step: int) -> None:
     """Be born, if newborn, and live through the steps from `first_step` up to, and without, `last_step`; all at a time."""
     model, state = by_reference(model), by_reference(state)
     if newborn:
-        be_born(model, state, fixed)
+        be_born(model, state)
     everyone = all_of(model, state)
     for step in range(first_step, last_step):
         take_step(everyone, model, state, step)
@@ -209,11 +182,11 @@ def live_together(model: Model, state: State, fixed: Floats, newborn: bool, firs
             advance_all(state.features, model, state, world, step)
 
 
-def live_one_by_one(model: Model, state: State, fixed: Floats, newborn: bool, first_step: int, last_step: int) -> None:
+def live_one_by_one(model: Model, state: State, newborn: bool, first_step: int, last_step: int) -> None:
     """As `live_together`, but agent after agent (R7)."""
     model, state = by_reference(model), by_reference(state)
     if newborn:
-        be_born(model, state, fixed)
+        be_born(model, state)
     for step in range(first_step, last_step):
         for world in range(model.worlds):
             agent = step % model.agents

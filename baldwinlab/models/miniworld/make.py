@@ -116,6 +116,8 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         action_noise=np.float32(experiment.motor.noise),
         inputs=len(experiment.inputs),
         learning_steps=experiment.learning_steps,
+        rate=float(experiment.learning.rate),
+        evolved_rate=experiment.learning.evolved_rate,
         least_near=np.float32(0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5),
         always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
     )
@@ -132,6 +134,10 @@ def dimensions(experiment: Experiment) -> dict[str, int]:
     items, cells = sum(region.count for region in regions), sum(math.prod(_grid(region, experiment)) for region in regions)
     return {
         "agents": experiment.population.size,
+        "modules": len(experiment.modules),
+        "genome length": experiment.genome_length,
+        "fixed weights": fixed_weights(experiment),
+        "draws": len(experiment.modules) * experiment.genome_length,
         "weights": experiment.weight_count,
         "units": sum(experiment.layer_sizes),
         "inputs": len(experiment.inputs),
@@ -211,5 +217,6 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 
 def phases_of(state: State) -> tuple[Any, ...]:
     """The types of a state's parts, and their phases: what is compiled in beside the step itself."""
-    parts = (state.recall, state.network, state.rule, state.body, *state.senses, *state.features)
+    parts = [state.recall, state.network, state.rule, state.body, *state.senses, *state.features]
+    parts += [value for part in parts for value in part if hasattr(type(value), "part")]  # those that parts call in turn
     return tuple(each for part in parts for each in (type(part), *functions_of(type(part).part)))

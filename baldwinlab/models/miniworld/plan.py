@@ -22,6 +22,7 @@ from baldwinlab.engine import wasm
 from baldwinlab.engine.phases import Array
 from baldwinlab.evolution.founders import purposes
 from baldwinlab.evolution.inheritance import Darwinian
+from baldwinlab.evolution.selection import Neutral, is_neutral
 from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.experiment.choices import key_of
@@ -52,6 +53,8 @@ MODEL: Final[Mapping[str, Value]] = {
     "reach": field("contact.reach"),
     "action_noise": field("motor.noise"),
     "learning_steps": {"found": "learning steps"},
+    "rate": field("learning.rate"),
+    "evolved_rate": field("learning.evolved_rate"),
 }
 ARRAYS_OF_MODEL: Final[Mapping[str, tuple[int | str, ...]]] = {
     "region_kind": ("item regions",),
@@ -81,9 +84,7 @@ POPULATION: Final[Mapping[str, Value]] = {
     "first_step": 0,
     "last_step": 0,
     "elite": field("evolution.elite"),
-    "evolved_rate": field("learning.evolved_rate"),
     "teacher": field("learning.teacher", among=list(browser.TEACHERS)),
-    "rate": field("learning.rate"),
     "cost_per_step": field("learning.cost_per_step"),
     "cost_per_change": field("learning.cost_per_change"),
 }
@@ -95,13 +96,13 @@ ARRAYS_OF_POPULATION: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "inherited": ("f4", ("agents", "modules", "genome length")),
     "children": ("f4", ("agents", "modules", "genome length")),
     "learned": ("f4", ("agents", "weights")),
-    "fixed": ("f4", ("fixed weights", "lanes")),
     "eaten": ("i4", ("agents", "regions")),
     "eaten_of_kind": ("i4", ("item kinds", "agents")),
     "gained": ("f8", ("agents",)),
     "cost": ("f8", ("agents",)),
     "energy": ("f8", ("agents",)),
     "parents": ("i4", ("agents", 2)),
+    "origin": ("i4", ("agents", 2)),
     "uniforms": ("f8", ("agents", 2, 4)),
     "draws": ("f8", ("draws", 4)),
     "shares": ("f8", ("agents",)),
@@ -117,6 +118,7 @@ DERIVED: Final[Mapping[Any, Value]] = {  # what follows from fields, by the func
     Crossover.derived["rate"]: field("evolution.mutation_rate"),
     Crossover.derived["size"]: field("evolution.mutation_size"),
     Darwinian.derived["share"]: field("evolution.lamarckian_share"),
+    is_neutral: field("evolution.selection", **{"is": Neutral.name}),
 }
 OF_ANY_INHERITANCE: Final = ("darwinian", "none")
 
@@ -253,6 +255,9 @@ class Habitat:
             value = getattr(values, name)
             if derive is FeedForward.derived["sizes"]:
                 leaves[prefix + name] = self._layers()
+            elif hasattr(type(value), "part"):  # one that breeds, which it calls in turn
+                chosen = f"evolution.{type(value).part.kind}"
+                leaves |= self._part(f"{prefix}{name}.", value, chosen, self.experiment.part(chosen))
             elif isinstance(value, np.ndarray):
                 leaves[prefix + name] = {"type": _type(value), "values": value.ravel().tolist(), "shape": list(value.shape)}
             else:

@@ -48,6 +48,8 @@ class Model(NamedTuple):
     action_noise: np.float32
     inputs: int
     learning_steps: int
+    rate: float  # of learning
+    evolved_rate: bool  # whether a gene changes it
     least_near: np.float32  # 1/2 where a sense tells of more than items, so that it is always asked, else 0
     always_alert: int  # 1 where there are items that no sense looks for
 
@@ -55,6 +57,11 @@ class Model(NamedTuple):
 class State(NamedTuple):
     keys: npt.NDArray[np.uint32]  # [world, (seed, run)]
     generation: npt.NDArray[np.uint32]  # [1]
+    genome: Floats  # [world, agent, module, weight], with which they were born who live
+    genes: Floats  # [module and weight, lane], those of the modules beside the action module; where there are none, of that
+    origin: Integers  # [world, agent, (fitter, other)], of which of the life's first newborns they descend who live
+    born: Integers  # [world, agent], who were born in an agent's place after the first
+    eaten_before: Integers  # [region, lane], by those who died in its place
     places: Floats  # [(x, y), lane]
     beside_x: Floats  # [region, lane], the agent's place, or the same a map's span off, whichever is nearest to the region
     beside_y: Floats  # [region, lane]
@@ -63,7 +70,7 @@ class State(NamedTuple):
     code: Integers  # [1, lane], which inputs are 1, as bits, or 0 where any is real-valued; -1 before the first look
     alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
     action: Floats  # [1, lane], the number of the action done
-    eaten_in_life: Integers  # [region, lane], so far in this life
+    eaten_in_life: Integers  # [region, lane], so far in this life, by all who lived in the agent's place
     item_x: Floats  # [world, item]
     item_y: Floats  # [world, item]
     appearances: Counts  # [world, item], how many places have been drawn for it before
@@ -91,6 +98,11 @@ class State(NamedTuple):
 ARRAYS: Final[Mapping[str, Array]] = {
     "keys": per_world(2, dtype="uint32"),
     "generation": Array("batch", (1,), "uint32"),
+    "genome": per_world("agents", "modules", "genome length"),
+    "genes": per_agent("fixed weights"),
+    "origin": per_world("agents", 2, dtype="int32"),
+    "born": per_world("agents", dtype="int32"),
+    "eaten_before": per_agent("regions", dtype="int32"),
     "places": per_agent(2),
     "beside_x": per_agent("regions"),
     "beside_y": per_agent("regions"),

@@ -12,19 +12,20 @@ from baldwinlab.engine.lanes import bundle, get, lanes_in_bundle, put
 from baldwinlab.engine.reference import by_reference
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.life import advance_all, all_of, be_born, do_it, look_round
-from baldwinlab.models.miniworld.make import fixed_weights, item_regions, make_model, make_state, phases_of
+from baldwinlab.models.miniworld.birth import be_born
+from baldwinlab.models.miniworld.life import advance_all, all_of, do_it, look_round
+from baldwinlab.models.miniworld.make import item_regions, make_model, make_state, phases_of
 from baldwinlab.models.miniworld.state import Floats, Model, State
 
 Numbers = npt.NDArray[np.float32]  # [world, agent, number]
 
 
-def live_steered(model: Model, state: State, fixed: Floats, newborn: bool, step: int, outputs: Floats) -> None:
+def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: Floats) -> None:
     """Be born, if newborn; else take the step with these `outputs` [action, lane]. Then sense what the next step begins with."""
     model, state = by_reference(model), by_reference(state)
     everyone = all_of(model, state)
     if newborn:
-        be_born(model, state, fixed)
+        be_born(model, state)
         look_round(everyone, model, state, step)
         return
     rows, actions = state.activations.shape[0], outputs.shape[0]
@@ -41,16 +42,17 @@ class Steered:
     """Several worlds of an experiment side by side, in which agents do as they are told, and learn nothing of their own."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        """Raises RefusedError where agents act one after another, each seeing what the one before has done."""
+        """Raises RefusedError where agents act one after another, each seeing what the one before has done, or die in mid-life."""
+        if experiment.births_in_life:
+            raise RefusedError("world.features lets agents be born in mid-life, and whoever is told what to do lives to its end")
         if experiment.lifetime.update == "sequential":
             raise RefusedError('lifetime.update = "sequential" lets agents act one after another, and these act together')
         without = experiment.replace(learning={"rule": "none"}, evolution={"lamarckian_share": 0})
         self.experiment = without
         self._model, self._state = make_model(without, len(runs)), make_state(without, len(runs))
         self._state.keys[:] = [(seed, run) for run in runs]
-        self._fixed = np.zeros((fixed_weights(without), self._state.weights.shape[1]), np.float32)
         self._outputs = np.zeros((self._state.targets.shape[0], self._state.weights.shape[1]), np.float32)
-        arguments = self._model, self._state, self._fixed, True, 0, self._outputs
+        arguments = self._model, self._state, True, 0, self._outputs
         live = kept(live_steered, phases_of(self._state), short_loops=True)
         live(*arguments)
         self._live = settled(live, *arguments)
@@ -63,7 +65,7 @@ class Steered:
         self._state.keys[:, 0] = seed
         self._state.generation[0] = generation
         self.step = 0
-        self._live(self._model, self._state, self._fixed, True, 0, self._outputs)
+        self._live(self._model, self._state, True, 0, self._outputs)
         return self._sensed()
 
     def act(self, outputs: Numbers) -> tuple[Numbers, npt.NDArray[np.float64]]:
@@ -71,7 +73,7 @@ class Steered:
         worlds, agents = self._shape
         self._outputs[:, : worlds * agents] = outputs.reshape(worlds * agents, -1).T
         before = self._state.eaten_in_life[:, : worlds * agents].copy()
-        self._live(self._model, self._state, self._fixed, False, self.step, self._outputs)
+        self._live(self._model, self._state, False, self.step, self._outputs)
         self.step += 1
         eaten = self._state.eaten_in_life[:, : worlds * agents] - before
         return self._sensed(), (self._worth @ eaten).reshape(worlds, agents)

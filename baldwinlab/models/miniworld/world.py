@@ -47,13 +47,13 @@ def shortest(difference: Value, span: np.float32) -> Value:
 
 
 @compiled
-def spawn(model: Model, state: State, world: int, agent: int) -> None:
-    """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere."""
+def spawn(model: Model, state: State, world: int, agent: int, number: int) -> None:
+    """Put a newborn at its birthplace, uniformly in the start disc, heading along +x, or anywhere: each number has its own."""
     seed, run = state.keys[world, 0], state.keys[world, 1]
     x, y, attempt = ONE, ONE, 0
     lane, searching = world * model.agents + agent, True
     while searching:  # of a square's points, the first that lies in the disc, and where nothing forbids it
-        words = philox(attempt, agent, state.generation[0], BIRTHPLACE, seed, run)
+        words = philox(attempt, number, state.generation[0], BIRTHPLACE, seed, run)
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
@@ -63,7 +63,7 @@ def spawn(model: Model, state: State, world: int, agent: int) -> None:
         searching = bool(x * x + y * y > ONE) or taken
     state.heading[0, lane] = ZERO
     if model.random_headings:
-        words = philox(0, agent, state.generation[0], HEADING, seed, run)
+        words = philox(0, number, state.generation[0], HEADING, seed, run)
         state.heading[0, lane] = np.float32(int(HEADINGS * unit(words[0])))
 
 

@@ -1,0 +1,103 @@
+"""Birth: all of a generation's at the beginning of a life, or one agent's in its midst, where a world feature lets others live
+in the place of who has died."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.lanes import bundle, lanes_in_bundle
+from baldwinlab.engine.phases import for_each
+from baldwinlab.models.miniworld.items import grow, settle
+from baldwinlab.models.miniworld.learning import expressed
+from baldwinlab.models.miniworld.recall import ready
+from baldwinlab.models.miniworld.state import Model, State
+from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
+from baldwinlab.parts.kinds import build, hatch, inherit
+
+
+@compiled
+def _both(one: None, other: None) -> None:
+    return None
+
+
+build_all = for_each(build, None, _both)
+
+
+@compiled
+def express(model: Model, state: State, world: int, agent: int) -> None:
+    """Give a newborn what its genome says: weights, the genes of the other modules, and how fast it learns."""
+    lane, weights = world * model.agents + agent, state.weights.shape[0]
+    last_module, last_gene = state.genome.shape[2] - 1, state.genome.shape[3] - 1
+    for weight in range(weights):
+        state.weights[weight, lane] = state.genome[world, agent, 0, weight]
+    for gene in range(state.genes.shape[0]):
+        module = min(gene // weights + 1, last_module)
+        state.genes[gene, lane] = state.genome[world, agent, module, gene % weights]
+    rate = np.float32(model.rate)
+    if model.evolved_rate:
+        rate = expressed(model.rate, state.genome[world, agent, 0, last_gene])
+    state.rate[0, lane] = rate
+
+
+@compiled
+def forget(state: State, lane: int) -> None:
+    """A newborn has sensed nothing yet, and remembers nothing."""
+    for unit in range(state.activations.shape[0]):
+        state.activations[unit, lane] = ZERO
+    state.code[0, lane] = -1
+    state.near[0, lane] = ONE
+
+
+@compiled
+def be_first(model: Model, state: State, world: int, agent: int) -> None:
+    """A life begins with this agent: nobody has lived in its place."""
+    lane = world * model.agents + agent
+    express(model, state, world, agent)
+    forget(state, lane)
+    for region in range(state.eaten_in_life.shape[0]):
+        state.eaten_in_life[region, lane] = state.eaten_before[region, lane] = 0
+    state.born[world, agent] = 0
+    state.origin[world, agent, 0] = state.origin[world, agent, 1] = agent
+
+
+@compiled
+def be_born(model: Model, state: State) -> None:
+    """The beginning of a life: everybody's weights and place, items, and senses that have sensed nothing yet."""
+    state.activations[:] = ZERO  # of the lanes past the last agent, too
+    state.touched[:] = -1
+    state.appearances[:] = 0
+    for world in range(model.worlds):
+        for agent in range(model.agents):
+            be_first(model, state, world, agent)
+    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+        inherit(state.rule, model, state, state.genes, bundle(first))
+    for world in range(model.worlds):
+        build_all(state.features, model, state, world)
+        for agent in range(model.agents):
+            spawn(model, state, world, agent, agent)
+            hatch(state.rule, model, state, world, agent)
+        for region in range(model.regions.shape[0]):
+            for item in range(model.region_items[region], model.region_items[region + 1]):
+                grow(model, state, world, region, item)
+            settle(model, state, world, region)
+    for first in range(0, state.places.shape[1], lanes_in_bundle()):
+        ready(state.recall, model, state, state.genes, bundle(first))
+
+
+@compiled
+def succeed(model: Model, state: State, world: int, agent: int, number: int) -> None:
+    """Let a newborn of the genome `state.genome[world, agent]` live in the place of an agent that has died.
+
+    It is the birth of that number in this world and life, after the first newborns', from 0; so it has a birthplace of its own.
+    """
+    lane = world * model.agents + agent
+    express(model, state, world, agent)
+    forget(state, lane)
+    for region in range(state.eaten_in_life.shape[0]):
+        state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
+    state.born[world, agent] += 1
+    inherit(state.rule, model, state, state.genes, lane)
+    spawn(model, state, world, agent, model.agents + number)
+    hatch(state.rule, model, state, world, agent)
+    ready(state.recall, model, state, state.genes, lane)
