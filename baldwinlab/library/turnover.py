@@ -3,7 +3,8 @@
 An agent lives on what it eats. Who runs out of energy dies, and so does who has lived as long as anybody can; in the same step a
 child is born in its place, so that there are always as many. Its parents are drawn with a probability proportional to the energy
 that each has left. It has their genes by the experiment's own variation, a birthplace of its own, and nothing of what they have
-learned. In the neutral twin a child is born whenever somebody is due to die, but anybody dies for it, and anybody is its parent.
+learned, which is inherited between lives alone, where it is. In the neutral twin a child is born whenever somebody is due to die,
+but anybody dies for it, and anybody is its parent.
 
 Sources: for births and deaths by energy, without generations, D. Ackley and M. Littman, "Interactions between learning and
 evolution", Artificial Life II (1991); for one child at a time in a population of constant size, the "steady state", D. Whitley,
@@ -128,15 +129,10 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     }
 
     def check(self, experiment: Any) -> None:
-        evolution = experiment.evolution
-        where = "world.features: births-and-deaths"
         if type(experiment.part("evolution.variation")).vary_all is not vary_all.default:
-            raise ValueError(f"{where} needs a variation that makes one child by itself, and {evolution.variation!r} does not")
-        inheritance = experiment.part("evolution.inheritance")
-        if inheritance.afresh or inheritance.wants_learned(experiment) or experiment.learning.teacher != "inherited":
             raise ValueError(
-                f"{where} passes genes on in the midst of life: evolution.inheritance must be darwinian with a lamarckian_share "
-                f"of 0, and learning.teacher inherited"
+                f"world.features: births-and-deaths needs a variation that makes one child by itself, and "
+                f"{experiment.evolution.variation!r} does not"
             )
 
     @staticmethod

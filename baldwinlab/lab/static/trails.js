@@ -5,6 +5,7 @@ const RECENT = 220; // steps
 const RECENT_SEGMENTS = 9000; // in a frame, so that many agents leave shorter trails
 const CROWD = 300; // agents beyond which trails are short, and drawn from every fourth place
 const LIFE_SEGMENTS = 24000; // added in a frame
+const LEAP = 1 / 8; // of the map: nobody goes as far in a few steps
 
 /** Paths of all agents over the last steps, fading; `pen` is the context, in units of the world. */
 export function drawRecent(pen, recording, step, colour, width) {
@@ -36,16 +37,16 @@ export function drawOwn(pen, recording, step, agent, colour, width) {
   pen.globalAlpha = 1;
 }
 
-/** Adds rows `from` to `to` of an agent's path, every so-many-th; where it crosses the edge of the torus, the line is broken. */
+/** Adds rows `from` to `to` of an agent's path, every so-many-th; where it leaps over the edge of the torus, or is born anew, the line is broken. */
 function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
-  const [halfWidth, halfHeight] = [world.width / 2, world.height / 2];
+  const [far, high] = [world.width * LEAP, world.height * LEAP];
   let at = from * agents + agent;
   let [oldX, oldY] = [x[at], y[at]];
   pen.moveTo(oldX, oldY);
   for (let row = from + every; row <= to; row += every) {
     at += agents * every;
     const [newX, newY] = [x[at], y[at]];
-    if (Math.abs(newX - oldX) > halfWidth || Math.abs(newY - oldY) > halfHeight) pen.moveTo(newX, newY);
+    if (Math.abs(newX - oldX) > far || Math.abs(newY - oldY) > high) pen.moveTo(newX, newY);
     else pen.lineTo(newX, newY);
     oldX = newX;
     oldY = newY;

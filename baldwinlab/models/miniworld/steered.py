@@ -42,7 +42,7 @@ class Steered:
     """Several worlds of an experiment side by side, in which agents do as they are told, and learn nothing of their own."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        """Raises RefusedError where agents act one after another, each seeing what the one before has done, or die in mid-life."""
+        """Raises RefusedError where agents act one after another, and where they are born in mid-life."""
         if experiment.births_in_life:
             raise RefusedError("world.features lets agents be born in mid-life, and whoever is told what to do lives to its end")
         if experiment.lifetime.update == "sequential":
