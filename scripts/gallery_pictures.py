@@ -64,7 +64,7 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
 PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first
 CUT: Final = {  # the picture, and left, upper, right and lower edge in it
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
-    "worlds-and-minds": ("worlds-and-minds.png", (292, 625, 1312, 1135)),
+    "worlds-and-minds": ("worlds-and-minds.png", (292, 816, 988, 1136)),
 }
 
 

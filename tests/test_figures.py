@@ -24,10 +24,11 @@ from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.multiverse.figures import readings, readings_shares
+from baldwinlab.papers.claims import Claim
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import load
 from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
-from tests.statistics.studies import AS_THE_PAPER, study, trace
+from tests.statistics.studies import AS_THE_PAPER, Claims, study, trace
 
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
@@ -151,6 +152,24 @@ def test_brackets_show_the_corrected_p() -> None:
     figure = DRAW["final-fitness"]()
     labels = [text.get_text() for text in figure.axes[0].texts]
     assert len(labels) == 3 and all(label.startswith("p ") for label in labels)
+
+
+def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_map() -> None:
+    names = ["evo", "evo+self-taught", *(f"evo+something-that-is-long-{number}" for number in range(10))]
+    claims = tuple(
+        Claim.model_validate({"id": f"{a}/{place}", "title": "", "claim": "", "comparisons": [
+            {"a": f"{a}/{place}", "b": f"evo/{place}", "measure": "mean", "rule": "greater"}]})
+        for place in "AB" for a in names[1:]
+    )  # fmt: skip
+    many = study({f"{name}/{place}": range(20, 28) for place in "AB" for name in names})
+    figure = figures.fitness_boxes(many, evaluate(many, 10, Claims(claims)))
+    figures.svg(figure)  # which lays it out
+    upper, lower = (axes for axes in figure.axes if axes.get_title("left").endswith("average agent"))
+    for axes in (upper, lower):
+        labels = [text.get_window_extent() for text in axes.texts]
+        assert len(labels) == 12 and max(label.y1 for label in labels) <= axes.get_window_extent().y1
+    assert [label.get_text() for label in lower.get_xticklabels()] == names
+    assert not any(label.get_text() for label in upper.get_xticklabels())
 
 
 def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:

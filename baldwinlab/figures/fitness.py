@@ -21,6 +21,7 @@ from baldwinlab.statistics.rules import SIGNIFICANT
 
 MOST_BRACKETS = 6  # above each other; more would hide the boxes
 LETTERS = 48  # of labels that stand beside each other below a panel of half the width
+LETTER = 0.075  # inches, of a label that stands upright
 COLUMNS = {"best": "best agent", "mean": "average agent"}
 
 
@@ -97,19 +98,31 @@ def fitness_boxes(study: xr.Dataset, results: Sequence[ClaimResult], last: int =
 
     Brackets join the conditions that the claims compare on a map, with the p corrected for all claims.
     """
-    figure = Figure((WIDTH, _height(study) + 0.4))
+    below = _learners(study)
+    upright = {place: 0 if _fit(names) else LETTER * max(map(len, names)) for place, names in below.items()}
+    figure = Figure((WIDTH, _height(study) + 0.4 + sum(upright.values())))
     tables = {measure: fitness.final(study, measure, last) for measure in COLUMNS}
     for axes, measure, shown in _panels(figure, study):
         samples = [tables[measure].sel(condition=condition.name).dropna("run").values for condition in shown]
-        for place, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
+        for number, (condition, sample) in enumerate(zip(shown, samples, strict=True)):
             if sample.size:
-                box(axes, place, sample, condition.look)
-        learners = [condition.learner for condition in shown]
-        axes.set_xticks(range(len(shown)), learners, rotation=0 if _fit(learners) else 90)
+                box(axes, number, sample, condition.look)
+        place = shown[0].map_name
+        axes.set_xticks(range(len(shown)), below[place] or [""] * len(shown), rotation=90 if upright[place] else 0)
         axes.set_xlim(-0.6, len(shown) - 0.4)
         axes.grid(visible=False, axis="x")
         _brackets(axes, [condition.name for condition in shown], _compared(results, measure))
     return figure
+
+
+def _learners(study: xr.Dataset) -> dict[str, list[str]]:
+    """What stands below the panels of each map; below the last of many alone, where all show the same learners."""
+    found: dict[str, list[str]] = {}
+    for condition in conditions(study):
+        found.setdefault(condition.map_name, []).append(condition.learner)
+    *others, last = found
+    alike = not _fit(found[last]) and all(found[place] == found[last] for place in others)
+    return found | {place: [] for place in others} if alike else found
 
 
 def _fit(labels: Sequence[str]) -> bool:
@@ -162,7 +175,7 @@ def _against_one(axes: Axes, places: list[tuple[int, int, float]], top: float) -
         for left, right, p in places:
             colour = BLACK if p < SIGNIFICANT else GREY
             axes.text(left + right - one, 1.03 * top, p_label(p), rotation=90, ha="center", va="bottom", color=colour)
-        axes.set_ylim(top=1.9 * top)
+        axes.set_ylim(top=1.7 * top)
 
 
 def p_label(p: float) -> str:

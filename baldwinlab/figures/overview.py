@@ -19,6 +19,7 @@ from baldwinlab.statistics.rules import FAILS, HOLDS
 
 MARKS = {1: " ▲", -1: " ▼", 0: ""}
 DARK = 0.6  # share of the best from which on words are white
+COLUMN, LETTER = 0.75, 0.08  # inches: as narrow as can be read, so that a phone shows all maps beside each other
 
 
 class Standing(NamedTuple):
@@ -63,7 +64,9 @@ def overview(panels: Mapping[str, Sequence[Standing]]) -> Figure:
     """
     rows = [len({one.learner for one in found}) for found in panels.values()]
     columns = max(len({one.map for one in found}) for found in panels.values())
-    figure = Figure((2.2 + 1.1 * columns, 0.7 * len(panels) + 0.3 * sum(rows)))
+    names = LETTER * max((len(one.learner) for found in panels.values() for one in found), default=0)
+    cells = max(COLUMN * columns, *(LETTER * len(title) for title in panels))
+    figure = Figure((0.3 + names + cells, 0.7 * len(panels) + 0.3 * sum(rows)))
     grid = figure.subplots(len(panels), squeeze=False, height_ratios=rows)
     for axes, (title, found) in zip(grid.flat, panels.items(), strict=True):
         _panel(axes, found)

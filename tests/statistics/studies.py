@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,6 +12,7 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors, coordinates
 from baldwinlab.models.miniworld.look import as_text
+from baldwinlab.papers.claims import Claim
 from baldwinlab.presets import load
 
 RUNS = 8
@@ -23,6 +25,15 @@ AS_THE_PAPER: Mapping[str, Sequence[float]] = {
     "evo+self-taught/B": range(50, 50 + RUNS),
     "self-taught/B": range(2, 2 + RUNS),
 }
+
+
+class Claims(NamedTuple):
+    """Whoever makes them."""
+
+    claims: tuple[Claim, ...]
+
+    def measures(self, name: str) -> dict[str, Any]:
+        return {}
 
 
 def study(eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: int = 10, hungry: int = 6) -> xr.Dataset:
