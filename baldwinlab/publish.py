@@ -10,7 +10,9 @@ import xarray as xr
 
 from baldwinlab import results as lab_results
 from baldwinlab.assays import section as assays
-from baldwinlab.assays import stored
+from baldwinlab.assays import stored, ways
+from baldwinlab.assays.analysis import Analysis
+from baldwinlab.assays.analysis import evaluate as evaluate_assays
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.factors import CONDITIONS, SWEEP
 from baldwinlab.models.miniworld.look import look
@@ -19,7 +21,7 @@ from baldwinlab.multiverse.analysis import STANDARD, read
 from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
-from baldwinlab.report import Section, draw_report, emergence_generations, render, write_report
+from baldwinlab.report import InShort, Section, draw_report, emergence_generations, render, write_report
 from baldwinlab.report.content import reading, run_counts
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs.estimate import of_replay, of_tables
@@ -61,7 +63,10 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> 
     known, beside = _compared(study, data, last, paper), _beside(study, data, paper, results)
 
     def write_page() -> None:
-        write_report(study.directory, drawn, out, [*known, *_left(study, last, paper, beside)])
+        measured = stored.read(study.directory, study.factors)
+        analysis = evaluate_assays(measured, last) if measured else None
+        left = _left(study, measured, analysis, paper, beside)
+        write_report(study.directory, drawn, out, [*known, *left], _in_short(study, results, analysis, paper))
 
     write_page()
     lab_results.keep(study, data)
@@ -76,11 +81,22 @@ def _compared(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[S
     return []
 
 
-def _left(study: Study, last: int, paper: Paper, beside: readings.Beside | None) -> list[Section]:
+def _in_short(study: Study, results: Sequence[ClaimResult], analysis: Analysis | None, paper: Paper) -> InShort | None:
+    """Of a paper that sums up many conditions in one figure: what foragers' ways of learning give, and cost."""
+    foraging = all(isinstance(experiment, Experiment) for experiment in study.experiments.values())
+    found = ways.ways(results, study.factors, analysis) if foraging and "overview" in paper.about.figures else None
+    if found is None or any(study.experiments[name].learns for name in found.held_against):
+        return None
+    return ways.in_short(found, study.directory)
+
+
+def _left(
+    study: Study, measured: stored.Assays, analysis: Analysis | None, paper: Paper, beside: readings.Beside | None
+) -> list[Section]:
     """What other commands have left in the folder of a study."""
     found = []
-    if measured := stored.read(study.directory, study.factors):
-        found.append(assays.section(measured, study.directory, last, paper.words.inference))
+    if analysis:
+        found.append(assays.section(measured, study.directory, analysis.last, paper.words.inference, analysis))
     places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
     return found + [readings.section(multiverse, study.directory / "figures", beside) for multiverse in multiverses[:1]]

@@ -40,7 +40,7 @@ FLOORS = [
 CAPABILITIES = ("assays", "multiverse", "sweeps")
 LIVES = {"engine", "parts", "evolution", "models", "library", "runs", "check", "studies"}
 READS = {"statistics", "figures", "report", "movie"}  # besides these files of each capability:
-FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict", "glance"}
+FILES_THAT_READ = {"stored", "norms", "analysis", "figures", "section", "verdict", "glance", "ways"}
 
 
 def name_of(path: Path) -> str:

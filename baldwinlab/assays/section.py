@@ -48,14 +48,16 @@ MEASURES = {
 }
 
 
-def section(assays: Assays, directory: Path, last: int = 10, inference: Inference | None = None) -> Section:
+def section(
+    assays: Assays, directory: Path, last: int = 10, inference: Inference | None = None, analysis: Analysis | None = None
+) -> Section:
     """The section of a report on these assays, beside how a paper infers the effect if it does.
 
     Writes baldwin.json, baldwin.csv and the figures to `directory`.
 
     Raises ValueError for an assay that is not what it should be, and OSError.
     """
-    analysis = evaluate(assays, last)
+    analysis = analysis or evaluate(assays, last)
     write(analysis, directory)
     headlines = {subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects}
     many, order = glance.of_many(analysis), list(dict.fromkeys(name for stored in assays.values() for name in stored))

@@ -106,7 +106,7 @@ class Claim(Declared):
     title: str
     text: str = Field(alias="claim")
     decided_by: Rule | None = Field(None, alias="rule")
-    paper: str = ""  # what it says, or what another source says
+    paper: str = ""  # what it says, or what another source says; "" where it is a question of the study's own
     figure: float | None = None
     choices: tuple[Choice, ...] = ()  # that could account for a difference, the likeliest first
     comparisons: tuple[Comparison, ...] = Field(min_length=1)
@@ -126,6 +126,11 @@ class Claim(Declared):
         rule = info.data.get("decided_by")
         tables = isinstance(comparisons, list) and all(isinstance(one, dict) for one in comparisons)
         return [{"rule": rule} | one for one in comparisons] if tables and rule else comparisons
+
+    @property
+    def of_paper(self) -> bool:
+        """Whether it says what a paper found, which a result can then differ from."""
+        return bool(self.paper or self.choices) or self.figure is not None
 
     @property
     def rule(self) -> str:

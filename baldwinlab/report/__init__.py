@@ -13,12 +13,12 @@ from baldwinlab.files import write_atomically
 from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import ClaimResult
 from baldwinlab.report import content
-from baldwinlab.report.pictures import EXPLAINING, Looks, embed, pictures
-from baldwinlab.report.sections import Section, finished, render, write_page
+from baldwinlab.report.pictures import EXPLAINING, SUMMING_UP, Looks, embed, pictures
+from baldwinlab.report.sections import InShort, Section, finished, render, write_page
 from baldwinlab.report.words import measures
 from baldwinlab.statistics.summary import by_condition
 
-__all__ = ["Section", "draw_report", "emergence_generations", "render", "write_page", "write_report"]
+__all__ = ["InShort", "Section", "draw_report", "emergence_generations", "render", "write_page", "write_report"]
 
 PANELS = 6
 
@@ -63,8 +63,10 @@ def draw_report(
         "overview": content.overview(study, conditions, provenance, about),
         "verdict_counts": content.verdict_counts(results),
         "results": results,
+        "of_paper": any(result.claim.of_paper for result in results),
         "figures": shown,
         "explaining": EXPLAINING,
+        "summing_up": SUMMING_UP,
         "measures": measures("food_eaten" in study),
         "last": last,
         "pairs": any(finding.comparison.paired for result in results for finding in result.findings),
@@ -80,10 +82,14 @@ def draw_report(
     }
 
 
-def write_report(directory: Path, drawn: Mapping[str, Any], out: Path, sections: Sequence[Section] = ()) -> Path:
+def write_report(
+    directory: Path, drawn: Mapping[str, Any], out: Path, sections: Sequence[Section] = (), in_short: InShort | None = None
+) -> Path:
     """Write what was `drawn` of the study in `directory` to `out`, with `sections` after the claims; gives `out`.
+
+    At its head stands what is said `in_short`.
 
     The file appears whole or not at all. Raises OSError.
     """
-    page = render("report/report.html", sections=sections, **drawn)
+    page = render("report/report.html", sections=sections, in_short=in_short, **drawn)
     return write_atomically(out, finished(page, out, directory / "figures").encode())

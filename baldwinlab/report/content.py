@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from itertools import product
 from typing import Any
 
 import xarray as xr
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.factors import Factors
+from baldwinlab.factors import Factors, of_study
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import Choice
 from baldwinlab.papers.paper import STANDARD
@@ -20,6 +21,8 @@ from baldwinlab.statistics import fitness
 from baldwinlab.statistics.rules import HOLDS, VERDICTS
 
 Experiments = Mapping[str, Experiment]
+
+MOST_NAMED = 12  # conditions, one after the other
 
 
 def experiment_texts(study: xr.Dataset) -> dict[str, str]:
@@ -73,7 +76,7 @@ def overview(study: xr.Dataset, conditions: Experiments, provenance: Mapping[str
     """What was run, as pairs of a heading and what it is."""
     settings, foraging = conditions.values(), foragers(conditions).values()
     found = [
-        ("conditions", ", ".join(conditions)),
+        *named(of_study(study)),
         ("models", ", ".join(dict.fromkeys(experiment.model for experiment in settings))),
         ("independent runs", span(run_counts(study).values())),
         ("generations a run", span(experiment.evolution.generations for experiment in settings)),
@@ -84,6 +87,19 @@ def overview(study: xr.Dataset, conditions: Experiments, provenance: Mapping[str
         ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
     ]
     return [(heading, text) for heading, text in found if text and (heading, text) != ("models", "miniworld")]
+
+
+def named(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
+    """The conditions; where they are many, and each learner lives on each map, learners and maps instead."""
+    learners, maps = (dict.fromkeys(getattr(one, name) for one in factors.values()) for name in ("learner", "map"))
+    whole = {(one.learner, one.map) for one in factors.values()} == {*product(learners, maps)}
+    if len(factors) <= MOST_NAMED or not whole or len(factors) != len(learners) * len(maps) or len(maps) < 2:
+        return [("conditions", ", ".join(factors))]
+    return [
+        ("conditions", f"{len(factors)}: each of {len(learners)} learners on each of {len(maps)} maps"),
+        ("learners", ", ".join(learners)),
+        ("maps", ", ".join(maps)),
+    ]
 
 
 def fitness_in_words(foraging: Iterable[Experiment]) -> str:

@@ -25,9 +25,10 @@ from baldwinlab.statistics import fitness
 from baldwinlab.statistics.tables import to_csv
 
 Looks = Mapping[str, figures.Look]  # of conditions of foragers, by name, as far as their parts are here
-NARROW = 4.0  # inches
+NARROW, SLIM = 4.0, 6.0  # inches
 OF_ANY_MODEL = ("shares", "clocks", "measures", "survival")  # figures of what only models other than the foragers record
 EXPLAINING = ("networks", "senses", "maps")  # figures that say what was run, not what came of it
+SUMMING_UP = ("overview",)  # figures that stand at the head of a report
 
 
 class Picture(NamedTuple):
@@ -300,12 +301,13 @@ def embed(picture: Picture, folder: Path) -> dict[str, Any]:
         columns = dict.fromkeys(column for row in picture.table for column in row)
         write_atomically(folder / files["CSV"], to_csv(list(columns), picture.table))
     width, height = picture.figure.get_size_inches()
+    shape = ["narrow"] if width < NARROW else [*(["slim"] if width < SLIM else []), *(["tall"] if height > width else [])]
     return {
         "name": picture.name,
         "title": picture.title,
         "caption": picture.caption,
         "alternative": picture.alternative,
-        "shape": "narrow" if width < NARROW else "tall" if height > width else "",
+        "shape": " ".join(shape),
         "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
         "files": files,
         "again": picture.again,

@@ -31,6 +31,13 @@ class Section(NamedTuple):
     of_claims: str = ""  # what is said of it where the claims of the study stand
 
 
+class InShort(NamedTuple):
+    """What stands at the head of a report, round the figure that sums up many conditions."""
+
+    sentences: Sequence[str]
+    table: str  # HTML
+
+
 def render(template: str, **values: Any) -> str:
     """A template of the package, such as report/page.html, filled. It may use the filters of `words`, and report/macros.html."""
     loader = PackageLoader("baldwinlab", "")
