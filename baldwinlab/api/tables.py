@@ -16,12 +16,18 @@ from baldwinlab.statistics.rules import MARKS
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 
 
-def claims_table(results: Sequence[ClaimResult], title: str = "What the paper claims, and what we measured") -> Table:
-    """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure."""
+def claims_table(results: Sequence[ClaimResult], title: str = "") -> Table:
+    """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure.
+
+    Where no claim says anything of a paper, nor does the table.
+    """
+    of_paper = any(result.claim.of_paper for result in results)
+    title = title or f"What {'the paper claims' if of_paper else 'was asked'}, and what we measured"
     table = Table(title=title, title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 1, 0))
     table.add_column("")
     table.add_column("verdict", width=13)
-    table.add_column("claim, measured effect [95 % interval], corrected p, effect size; the paper's figure")
+    beside = "; the paper's figure" if of_paper else ""
+    table.add_column(f"claim, measured effect [95 % interval], corrected p, effect size{beside}")
     for result in results:
         record = result.record()
         verdict = Text(record["verdict"], style=VERDICT_STYLE.get(record["verdict"], ""))

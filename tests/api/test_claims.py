@@ -48,7 +48,7 @@ def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, st
     Path("mine.toml").write_text(CLAIM, encoding="utf-8")
     before = {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
     done = command("claims", "study", "--claims", "mine.toml", "--last", "2", "--out", "verdicts.json")
-    assert done.code == 0 and "The claims of mine.toml" in done.out and "paper:" not in done.out
+    assert done.code == 0 and "The claims of mine.toml" in done.out and "paper" not in done.out
     found = {claim["id"]: claim for claim in json.loads(Path("verdicts.json").read_text(encoding="utf-8"))}
     assert found["mine"]["verdict"] == "holds" and found["mine"]["effect"] > 0
     assert found["own-measure"]["verdict"] == "holds" and found["own-measure"]["effect"] > 1

@@ -161,11 +161,21 @@ def test_runs_stand_in_a_table_that_sorts_and_can_be_saved(page: Page, many: str
 def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_both_worlds(page: Page, claims: None) -> None:
     open_results(page)
     expect(page.get_by_test_id("claims")).to_contain_text("1 holds, 1 is undecided.")
+    expect(page.get_by_test_id("claims").get_by_role("heading")).to_have_text("The paper's claims")
     claim = page.get_by_test_id("claim-C1")
     expect(claim).to_contain_text("+282 (95 % interval 212 to 293), corrected p below 0.001")
     expect(claim).to_contain_text("about 40 items more")
     claim.get_by_role("link", name="evo+self-taught/A beside evo/A").click()
     expect(page.get_by_test_id("world-b")).to_be_visible()
+
+
+def test_questions_of_a_study_s_own_are_held_against_no_paper(page: Page, lab_server: LabServer, claims: None) -> None:
+    (lab_server.root / "small" / "claims.json").write_text(json.dumps([CLAIM | {"paper": "", "figure": None}]))
+    open_results(page)
+    shown = page.get_by_test_id("claims")
+    expect(shown.get_by_role("heading")).to_have_text("The claims")
+    expect(shown).to_contain_text("Watch")
+    expect(shown).not_to_contain_text("The paper")
 
 
 def test_a_study_that_was_never_held_against_the_paper_says_how_it_is(page: Page) -> None:

@@ -1,4 +1,4 @@
-/** The paper's claims: the verdict, the measured effect beside the paper's figure, and the lifetimes to look at. */
+/** The claims: the verdict, the measured effect beside the paper's figure where there is one, and the lifetimes to look at. */
 
 import { el, format } from "./common.js";
 
@@ -17,7 +17,7 @@ const MEASURES = { best: "best agent", mean: "average agent", share: "share that
  * @param {(condition: string) => number} lastGeneration
  */
 export function claimList(claims, study, typicalRun, lastGeneration) {
-  const section = el("section", { class: "card", "data-testid": "claims" }, el("h2", {}, "The paper's claims"));
+  const section = el("section", { class: "card", "data-testid": "claims" }, el("h2", {}, ofPaper(claims) ? "The paper's claims" : "The claims"));
   if (!claims.length) {
     section.append(el("p", { class: "soft" }, "This study has not been held against the paper. ", el("code", {}, "baldwinlab report"), " does it."));
     return section;
@@ -31,6 +31,11 @@ export function claimList(claims, study, typicalRun, lastGeneration) {
   return section;
 }
 
+/** Whether any says what a paper found; questions of a study's own do not. */
+function ofPaper(claims) {
+  return !claims.length || claims.some((claim) => claim.paper || (claim.figure ?? null) !== null);
+}
+
 function counted(claims) {
   const counts = Object.entries(VERDICTS).map(([verdict, words]) => [claims.filter((claim) => claim.verdict === verdict).length, words]);
   return `${counts.filter(([count]) => count).map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`).join(", ")}.`;
@@ -41,7 +46,7 @@ function claimEntry(claim, lives) {
     el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
     el("dl", { class: "claim-facts" },
       ...fact("Measured", measured(claim)),
-      ...fact("The paper", claim.paper),
+      ...(claim.paper ? fact("The paper", claim.paper) : []),
       ...(lives.length ? fact("Watch", watchLink(lives)) : [])));
 }
 
