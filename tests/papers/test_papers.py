@@ -246,6 +246,26 @@ def test_papers_lists_each_with_what_it_is(command: Command) -> None:
     assert re.search(r"2026, evo/A, .* and 74 more\n", done.out)
 
 
+def test_a_user_s_questions_are_answered_at_the_head_of_the_report_and_no_paper_is_spoken_of(
+    command: Command,
+    tmp_path: Path,
+) -> None:
+    asked = CLAIMS[CLAIMS.index("[[claims]]") : CLAIMS.index('[[claims]]\nid = "T2"')]
+    questions = asked.replace('paper = "more"\nchoices = ["T1"]\n', "")
+    folder(tmp_path / "tiny", paper=PAPER + 'figures = ["overview"]\nassays = ["neutral"]\n', claims=questions)
+    done = command("reproduce", "./tiny")
+    assert done.code == 0, done.err
+    assert "What was asked, and what we measured" in done.out and "the paper" not in done.out
+    out = tmp_path / "results/tiny"
+    record = json.loads((out / "ways.json").read_text())
+    assert (record["alone"], record["maps"], [one["learner"] for one in record["ways"]]) == ("plain", ["near"], ["taught"])
+    assert record["ways"][0]["innate_verdict"] != "not measured" and record["ways"][0]["cost_verdict"] == "not measured"
+    page = (out / "report.html").read_text()
+    head = page.split('<h2 id="what-was-run"')[0]
+    assert "ways of learning" in head and 'id="figure-overview"' in head and ">Learning adds</th>" in head
+    assert 'id="differences"' not in page and ">The paper</th>" not in page
+
+
 def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     command: Command,
     tmp_path: Path,
