@@ -24,7 +24,7 @@ from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.items import eat
 from baldwinlab.models.miniworld.make import phases_of
 from baldwinlab.models.miniworld.recall import think
-from baldwinlab.models.miniworld.senses import broad_phase, perceive
+from baldwinlab.models.miniworld.senses import broad_phase, perceive, wake
 from baldwinlab.models.miniworld.world import travel
 from baldwinlab.parts.kinds import decide, learn
 from baldwinlab.presets import load
@@ -48,8 +48,8 @@ def _sense(model: Any, state: Any, rounds: int) -> None:
         for first in range(0, state.places.shape[1], WIDTH):
             broad_phase(model, state, bundle(first))
         for world in range(model.worlds):
-            for agent in range(model.agents):
-                perceive(model, state, world, agent)
+            for number in range(wake(model, state, world, 0, model.agents)):
+                perceive(model, state, world, get(state.awake, 0, world * model.agents + number))
 
 
 def _think(model: Any, state: Any, rounds: int) -> None:

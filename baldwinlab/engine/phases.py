@@ -72,7 +72,8 @@ def functions_of(holder: type) -> tuple[Callable[..., Any], ...]:
 class Array(NamedTuple):
     """An array of a part, or of the step itself, declared with its owner, from which every venue derives where it lies.
 
-    owner: "agent", [*rows, lane]; "world", [world, *rows]; "batch", [*rows], the same for all worlds.
+    owner: "agent", [*rows, lane]; "lane", [lane, *rows], an agent's too; "world", [world, *rows]; "batch", [*rows], the same for
+    all worlds.
     Rows are numbers, or names of dimensions.
     """
 
@@ -85,6 +86,14 @@ class Array(NamedTuple):
 def per_agent(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
     """An array [row, lane] that belongs to agents: a phase per agent reaches only the column of its own."""
     return Array("agent", rows or (1,), dtype, fill)
+
+
+def per_lane(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
+    """An array [lane, row] that belongs to agents, for what is looked up agent by agent: an agent's rows lie side by side.
+
+    As columns they would be a cache miss each, where there are many agents.
+    """
+    return Array("lane", rows or (1,), dtype, fill)
 
 
 def per_world(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:

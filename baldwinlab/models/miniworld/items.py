@@ -134,7 +134,7 @@ def cells_within(model: Model, region: int, axis: int, position: np.float32, rad
 def slots_in_row(model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]) -> tuple[int, int]:
     """The slots of a row's cells from the first of `columns`, without the second: from the first slot, without the second."""
     cell = model.region_cells[region] + region + row * model.grid[region, 0]
-    return state.cell_slots[world, cell + columns[0]], state.cell_slots[world, cell + columns[1]]
+    return get(state.cell_slots, world, cell + columns[0]), get(state.cell_slots, world, cell + columns[1])
 
 
 @compiled

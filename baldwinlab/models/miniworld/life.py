@@ -18,7 +18,7 @@ from baldwinlab.engine.reference import by_reference
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.items import eat, tidy
 from baldwinlab.models.miniworld.recall import think
-from baldwinlab.models.miniworld.senses import broad_phase, perceive
+from baldwinlab.models.miniworld.senses import broad_phase, perceive, wake
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import ZERO, act_noisily, travel
 from baldwinlab.parts.kinds import advance, decide, learn, meet, survey
@@ -70,8 +70,8 @@ def look_round(who: Any, model: Model, state: State, step: int) -> None:
         broad_phase(model, state, lane_of(who, first))
     watch(who, model, state, step)
     for world in range(who.first_world, who.last_world):
-        for agent in range(who.first_agent, who.last_agent):
-            perceive(model, state, world, agent)
+        for number in range(wake(model, state, world, who.first_agent, who.last_agent)):
+            perceive(model, state, world, get(state.awake, 0, world * model.agents + who.first_agent + number))
 
 
 @compiled

@@ -157,7 +157,7 @@ def _shapes(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int,
 
     def shape(array: Array) -> tuple[int, ...]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
-        return {"agent": (*rows, lanes), "world": (worlds, *rows), "batch": rows}[array.owner]
+        return {"agent": (*rows, lanes), "lane": (lanes, *rows), "world": (worlds, *rows), "batch": rows}[array.owner]
 
     return shape
 
@@ -207,7 +207,8 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
         part = getattr(state, name)
         for number, each in enumerate(part if name in ("senses", "features") else [part]):
             holders[f"{name}[{number}]."] = each, type(each).part.arrays
-    kept = {"agent": (..., slice(worlds * agents)), "world": (slice(worlds),), "batch": ()}
+    lanes = slice(worlds * agents)
+    kept = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
     return {
         f"{of}{name}": getattr(holder, name)[kept[array.owner]].copy()
         for of, (holder, arrays) in holders.items()

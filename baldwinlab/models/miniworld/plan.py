@@ -327,7 +327,12 @@ def _constants(of: Any, names: Iterable[str]) -> dict[str, Any]:
 def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
     """Arrays as they are declared with their owners."""
     shapes: dict[str, Callable[[Any], list[Any]]]
-    shapes = {"agent": lambda rows: [*rows, "lanes"], "world": lambda rows: ["worlds", *rows], "batch": list}
+    shapes = {
+        "agent": lambda rows: [*rows, "lanes"],
+        "lane": lambda rows: ["lanes", *rows],
+        "world": lambda rows: ["worlds", *rows],
+        "batch": list,
+    }
     return {
         prefix + name: {"type": np.dtype(array.dtype).str[1:], "shape": shapes[array.owner](array.rows), "fill": array.fill}
         for name, array in declared.items()

@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from baldwinlab.engine.lanes import Lane, get, put
-from baldwinlab.engine.phases import Array, per_agent, phase
+from baldwinlab.engine.lanes import Lane, first_lane, get, lanes_of, put
+from baldwinlab.engine.phases import Array, per_agent, per_lane, phase
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.kinds import forward
 
@@ -47,7 +47,7 @@ class Ask:
 
 
 class _Table(Ask):
-    arrays: ClassVar[dict[str, Array]] = {"answers": per_agent("answers")}  # code * actions + action
+    arrays: ClassVar[dict[str, Array]] = {"answers": per_lane("answers")}  # code * actions + action
 
     @staticmethod
     def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
@@ -57,8 +57,9 @@ class _Table(Ask):
             for k in range(model.inputs):
                 put(state.activations, k, lane, np.float32((code >> k) & 1))
             forward(state.network, fixed, state.activations, lane)
-            for k in range(actions):
-                put(part.answers, code * actions + k, lane, get(state.activations, outputs + k, lane))
+            for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
+                for k in range(actions):
+                    put(part.answers, one, code * actions + k, get(state.activations, outputs + k, one))
 
 
 class Teacher(_Table):
@@ -68,7 +69,7 @@ class Teacher(_Table):
     def remember(part: Any, model: Model, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         for k in range(actions):
-            put(state.targets, k, lane, get(part.answers, get(state.code, 0, lane) * actions + k, lane))
+            put(state.targets, k, lane, get(part.answers, lane, get(state.code, 0, lane) * actions + k))
 
 
 class Reflex(_Table):
@@ -79,7 +80,7 @@ class Reflex(_Table):
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for k in range(actions):
-            put(state.activations, outputs + k, lane, get(part.answers, get(state.code, 0, lane) * actions + k, lane))
+            put(state.activations, outputs + k, lane, get(part.answers, lane, get(state.code, 0, lane) * actions + k))
 
     @staticmethod
     def think(part: Any, model: Model, state: State, lane: Lane) -> None:

@@ -11,8 +11,8 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, square_root
 
 FEW_ITEMS: Final = 8 * WIDTH
-ITEMS_IN_CELL: Final = 4  # on average
-WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
+ITEMS_IN_CELL: Final = 12  # on average
+WORTH_SORTING: Final = 0.5  # of a region's area: where an agent looks at more of it, to look at all is faster
 
 
 @compiled

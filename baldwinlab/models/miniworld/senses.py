@@ -97,14 +97,14 @@ def _spot(
 @compiled
 def _look_along(
     model: Model, state: State, world: int, slots: tuple[int, int], x: np.float32, y: np.float32, heading: int
-) -> int:
-    """What an agent at (x, y) gets to know of the items from the first of `slots`, without the second, as bits."""
+) -> tuple[Mask, Mask, Mask, Mask]:
+    """As `_spot`, from the first of `slots`, without the second; but a bundle at least, which may only find more that is there."""
     begin, end = slots
     left, front, right, near = _spot(model, state, world, bundle(begin), x, y, heading)
     for first in range(begin + lanes_in_bundle(), end, lanes_in_bundle()):
         more_left, more_front, more_right, more_near = _spot(model, state, world, bundle(first), x, y, heading)
         left, front, right, near = left | more_left, front | more_front, right | more_right, near | more_near
-    return as_bits(left, front, right) | ALERT * int(any_of(near))
+    return left, front, right, near
 
 
 @compiled
@@ -113,21 +113,27 @@ def _look(model: Model, state: State, world: int, region: int, x: np.float32, y:
     farthest = max(model.visual_radius, model.alert_radius)
     columns = cells_within(model, region, 0, x, farthest)
     first_row, last_row = cells_within(model, region, 1, y, farthest)
-    bits = 0
-    for row in range(first_row, last_row):
+    if columns[0] == columns[1] or first_row == last_row:
+        return 0
+    slots = slots_in_row(model, state, world, region, first_row, columns)
+    left, front, right, near = _look_along(model, state, world, slots, x, y, heading)
+    for row in range(first_row + 1, last_row):
         slots = slots_in_row(model, state, world, region, row, columns)
-        if slots[0] < slots[1]:
-            bits |= _look_along(model, state, world, slots, x, y, heading)
-    return bits
+        more_left, more_front, more_right, more_near = _look_along(model, state, world, slots, x, y, heading)
+        left, front, right, near = left | more_left, front | more_front, right | more_right, near | more_near
+    return as_bits(left, front, right) | ALERT * int(any_of(near))
 
 
 @compiled
 def _look_from(model: Model, state: State, world: int, region: int, lane: int) -> int:
-    """What an agent gets to know of a region, as bits: of one that is a single cell, from beside it, as most are."""
+    """What an agent gets to know of a region, as bits: from beside it, where it is reached from one image alone, as most are."""
     heading = int(get(state.heading, 0, lane))
-    if is_one_cell(model, region) and model.images[region] == 1:
+    if model.images[region] == 1:
         x, y = get(state.beside_x, region, lane), get(state.beside_y, region, lane)
-        return _look_along(model, state, world, slots_of(model, region), x, y, heading)
+        if is_one_cell(model, region):
+            left, front, right, near = _look_along(model, state, world, slots_of(model, region), x, y, heading)
+            return as_bits(left, front, right) | ALERT * int(any_of(near))
+        return _look(model, state, world, region, x, y, heading)
     bits = 0
     for number in range(model.images[region]):
         x, y = image(model, region, number, get(state.places, 0, lane), get(state.places, 1, lane))
@@ -247,10 +253,21 @@ _tell = if_any(_tell_numbers, _tell_bits, lambda part: bool(part.real))
 
 
 @compiled
+def wake(model: Model, state: State, world: int, first: int, last: int) -> int:
+    """List in `awake` whose inputs may have changed, of the agents from `first` up to, and without, `last`; returns how many.
+
+    Everybody is written down, and the next one over who is near nothing: to ask of each would be the processor's to guess.
+    """
+    count = 0
+    for agent in range(first, last):
+        put(state.awake, 0, world * model.agents + first + count, agent)
+        count += int(get(state.near, 0, world * model.agents + agent) != ZERO)
+    return count
+
+
+@compiled
 def perceive(model: Model, state: State, world: int, agent: int) -> None:
-    """Let the agent's senses set its inputs, where they may have changed."""
+    """Let the agent's senses set its inputs."""
     lane = world * model.agents + agent
-    if get(state.near, 0, lane) == ZERO:
-        return
     put(state.alert, 0, lane, model.always_alert)
     _tell(state.senses, model, state, world, agent)

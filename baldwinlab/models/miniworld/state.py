@@ -66,6 +66,7 @@ class State(NamedTuple):
     beside_x: Floats  # [region, lane], the agent's place, or the same a map's span off, whichever is nearest to the region
     beside_y: Floats  # [region, lane]
     near: Floats  # [1, lane], 1 if any region of items is near, 1/2 if senses are asked all the same, else 0
+    awake: Integers  # [1, lane], scratch: from a world's first lane on, the agents of whom `near` is not 0
     heading: Floats  # [1, lane], in turns of 9 degrees
     code: Integers  # [1, lane], which inputs are 1, as bits, or 0 where any is real-valued; -1 before the first look
     alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
@@ -107,6 +108,7 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "beside_x": per_agent("regions"),
     "beside_y": per_agent("regions"),
     "near": per_agent(1),
+    "awake": per_agent(1, dtype="int32"),
     "heading": per_agent(1),
     "code": per_agent(1, dtype="int32"),
     "alert": per_agent(1, dtype="int32"),
