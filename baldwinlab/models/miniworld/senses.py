@@ -98,7 +98,7 @@ def _spot(
 def _look_along(
     model: Model, state: State, world: int, slots: tuple[int, int], x: np.float32, y: np.float32, heading: int
 ) -> tuple[Mask, Mask, Mask, Mask]:
-    """As `_spot`, from the first of `slots`, without the second; but a bundle at least, which may only find more that is there."""
+    """As `_spot`, from the first of `slots`, without the second; but a bundle at least: what is found beyond is there as well."""
     begin, end = slots
     left, front, right, near = _spot(model, state, world, bundle(begin), x, y, heading)
     for first in range(begin + lanes_in_bundle(), end, lanes_in_bundle()):
