@@ -11,7 +11,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, square_root
 
 FEW_ITEMS: Final = 8 * WIDTH
-ITEMS_IN_CELL: Final = 12  # on average
+ITEMS_IN_CELL: Final = 12  # on average: two rows of two cells are looked at then, where an agent sees as far as the paper's
 WORTH_SORTING: Final = 0.5  # of a region's area: where an agent looks at more of it, to look at all is faster
 
 

@@ -26,6 +26,8 @@ ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
 
+Spotted = tuple[Mask, Mask, Mask, Mask]  # where items are at the left, in front, at the right, and near enough to be touched soon
+
 
 @compiled
 def _behind_nothing(features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask) -> Mask:
@@ -83,9 +85,20 @@ def as_bits(left: Mask, front: Mask, right: Mask) -> int:
 
 
 @compiled
-def _spot(
-    model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int
-) -> tuple[Mask, Mask, Mask, Mask]:
+def _either_spotted(one: Spotted, other: Spotted) -> Spotted:
+    """What is spotted in any of two bundles."""
+    return one[0] | other[0], one[1] | other[1], one[2] | other[2], one[3] | other[3]
+
+
+@compiled
+def _told(spotted: Spotted) -> int:
+    """What an agent gets to know, as bits."""
+    left, front, right, near = spotted
+    return as_bits(left, front, right) | ALERT * int(any_of(near))
+
+
+@compiled
+def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int) -> Spotted:
     """Which items in these slots are seen at the left, in front and at the right, and which may be touched soon."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
@@ -97,31 +110,29 @@ def _spot(
 @compiled
 def _look_along(
     model: Model, state: State, world: int, slots: tuple[int, int], x: np.float32, y: np.float32, heading: int
-) -> tuple[Mask, Mask, Mask, Mask]:
+) -> Spotted:
     """As `_spot`, from the first of `slots`, without the second; but a bundle at least: what is found beyond is there as well."""
     begin, end = slots
-    left, front, right, near = _spot(model, state, world, bundle(begin), x, y, heading)
+    spotted = _spot(model, state, world, bundle(begin), x, y, heading)
     for first in range(begin + lanes_in_bundle(), end, lanes_in_bundle()):
-        more_left, more_front, more_right, more_near = _spot(model, state, world, bundle(first), x, y, heading)
-        left, front, right, near = left | more_left, front | more_front, right | more_right, near | more_near
-    return left, front, right, near
+        spotted = _either_spotted(spotted, _spot(model, state, world, bundle(first), x, y, heading))
+    return spotted
 
 
 @compiled
 def _look(model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int) -> int:
-    """What an agent at (x, y) gets to know of a region, as bits."""
+    """What an agent at (x, y) gets to know of a region, as bits: told once, for that takes as long as a bundle."""
     farthest = max(model.visual_radius, model.alert_radius)
     columns = cells_within(model, region, 0, x, farthest)
     first_row, last_row = cells_within(model, region, 1, y, farthest)
     if columns[0] == columns[1] or first_row == last_row:
         return 0
     slots = slots_in_row(model, state, world, region, first_row, columns)
-    left, front, right, near = _look_along(model, state, world, slots, x, y, heading)
+    spotted = _look_along(model, state, world, slots, x, y, heading)
     for row in range(first_row + 1, last_row):
         slots = slots_in_row(model, state, world, region, row, columns)
-        more_left, more_front, more_right, more_near = _look_along(model, state, world, slots, x, y, heading)
-        left, front, right, near = left | more_left, front | more_front, right | more_right, near | more_near
-    return as_bits(left, front, right) | ALERT * int(any_of(near))
+        spotted = _either_spotted(spotted, _look_along(model, state, world, slots, x, y, heading))
+    return _told(spotted)
 
 
 @compiled
@@ -131,8 +142,7 @@ def _look_from(model: Model, state: State, world: int, region: int, lane: int) -
     if model.images[region] == 1:
         x, y = get(state.beside_x, region, lane), get(state.beside_y, region, lane)
         if is_one_cell(model, region):
-            left, front, right, near = _look_along(model, state, world, slots_of(model, region), x, y, heading)
-            return as_bits(left, front, right) | ALERT * int(any_of(near))
+            return _told(_look_along(model, state, world, slots_of(model, region), x, y, heading))
         return _look(model, state, world, region, x, y, heading)
     bits = 0
     for number in range(model.images[region]):
