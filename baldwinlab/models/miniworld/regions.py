@@ -11,25 +11,27 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import WIDTH, square_root
 
 FEW_ITEMS: Final = 8 * WIDTH
-ITEMS_IN_CELL: Final = 12  # on average: two rows of two cells are looked at then, where an agent sees as far as the paper's
+ITEMS_IN_CELL: Final = 4  # on average
+HEIGHT_OF_CELL: Final = 3  # times its width: items of a row lie side by side, so few rows, and narrow cells, have few in vain
 WORTH_SORTING: Final = 0.5  # of a region's area: where an agent looks at more of it, to look at all is faster
 
 
 @compiled
-def cell_edge(width: float, height: float, count: int) -> Any:
-    """Of the cells that a region's items are sorted into: square, or of a strip, however thin, as long as holds so many items."""
-    items = max(1, count)
-    return max(square_root(width * height * ITEMS_IN_CELL / items), max(width, height) * ITEMS_IN_CELL / items)
+def cell_size(width: float, height: float, count: int) -> Any:
+    """Width and height of the cells that a region's items are sorted into: in a strip, however thin, as long as hold so many."""
+    area, items = width * height, max(1, count)
+    high = min(height, max(square_root(area * ITEMS_IN_CELL * HEIGHT_OF_CELL / items), height * ITEMS_IN_CELL / items))
+    return area * ITEMS_IN_CELL / (items * high), high
 
 
 @compiled
 def share_looked_at(width: float, height: float, count: int, radius: float) -> Any:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
-    area, side = width * height, 2 * radius + cell_edge(width, height, count)
-    looked_at = side * side
-    if count <= FEW_ITEMS or looked_at >= WORTH_SORTING * area:  # equal where both are less than any float
+    cell_width, cell_height = cell_size(width, height, count)
+    looked_at = min(width, 2 * radius + cell_width) * min(height, 2 * radius + cell_height)
+    if count <= FEW_ITEMS or looked_at >= WORTH_SORTING * width * height:  # equal where both are less than any float
         return 1.0
-    return looked_at / area
+    return looked_at / (width * height)
 
 
 @compiled
@@ -40,8 +42,8 @@ def columns_and_rows(width: float, height: float, count: int, radius: float) -> 
     """
     if share_looked_at(width, height, count, radius) == 1.0:
         return 1, 1
-    edge = cell_edge(width, height, count)
-    return max(1, round(width / edge)), max(1, round(height / edge))
+    cell_width, cell_height = cell_size(width, height, count)
+    return max(1, round(width / cell_width)), max(1, round(height / cell_height))
 
 
 @compiled
