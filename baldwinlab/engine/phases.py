@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, NamedTuple
 
-from baldwinlab.engine.jit import register
+from baldwinlab.engine.jit import compiled, register
 
 
 def phase(default: Callable[..., Any]) -> Any:
@@ -46,6 +46,16 @@ def for_each(of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any]
         return lambda parts, *others: join(of_one(parts[0], *others), generic(parts[1:], *others))
 
     return register(generic, choose)
+
+
+@compiled
+def _nothing(one: None, other: None) -> None:
+    return None
+
+
+def one_after_another(of_one: Callable[..., None]) -> Callable[..., None]:
+    """A phase of several parts in a tuple that gives nothing."""
+    return for_each(of_one, None, _nothing)
 
 
 def if_any(

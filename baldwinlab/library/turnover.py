@@ -30,13 +30,26 @@ ZERO = np.float32(0)
 
 
 @compiled
+def _gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
+    """The energy of what an agent has eaten since it was born."""
+    lane, gained = world * model.agents + agent, ZERO
+    for region in range(part.energies.size):
+        gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane] - state.eaten_before[region, lane])
+    return gained
+
+
+@compiled
 def _left(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> Any:
     """The energy that an agent has left at the end of a step."""
-    lane = world * model.agents + agent
-    left = part.begun[world, agent] - part.upkeep * np.float32(step + 1 - part.since[world, agent])
-    for region in range(part.energies.size):
-        left += part.energies[region] * np.float32(state.eaten_in_life[region, lane] - state.eaten_before[region, lane])
-    return left
+    spent = part.upkeep * np.float32(step + 1 - part.since[world, agent])
+    return part.begun[world, agent] - spent + _gained(part, model, state, world, agent)
+
+
+@compiled
+def _begin(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
+    """Let an agent's account begin with a newborn's reserve, whatever it has eaten until then."""
+    part.since[world, agent] = step
+    part.begun[world, agent] = part.reserve - _gained(part, model, state, world, agent)
 
 
 @compiled
@@ -93,17 +106,8 @@ def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step
         state.origin[world, place, parent] = part.descent[world, parent]
     succeed(model, state, world, place, part.births[world, 0])
     part.births[world, 0] += 1
-    _begin(part, state, world, place, world * model.agents + place, step + 1)
-    if place != agent:
-        _begin(part, state, world, agent, world * model.agents + agent, step + 1)
-
-
-@compiled
-def _begin(part: Any, state: Any, world: int, agent: int, lane: int, step: int) -> None:
-    """Let the account of who lives in this place begin with a newborn's reserve."""
-    part.since[world, agent], part.begun[world, agent] = step, part.reserve
-    for region in range(state.eaten_in_life.shape[0]):
-        state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
+    _begin(part, model, state, world, place, step + 1)
+    _begin(part, model, state, world, agent, step + 1)  # in the neutral twin somebody else, who is spared
 
 
 class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
@@ -115,7 +119,7 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     bears: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
         "since": per_world("agents", dtype="int32"),  # the step in which who lives in a place was born; below 0: before this life
-        "begun": per_world("agents"),  # the energy that it had then
+        "begun": per_world("agents"),  # the energy that it had then, less what it had eaten until then
         "wheel": per_world("agents"),  # scratch: shares in being a parent, added up
         "births": per_world(1, dtype="int64"),  # of this life, so far
         "child": per_world("modules", "genome length"),  # scratch: the genome of who is to be born

@@ -7,7 +7,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
-from baldwinlab.engine.phases import for_each
+from baldwinlab.engine.phases import one_after_another
 from baldwinlab.models.miniworld.items import grow, settle
 from baldwinlab.models.miniworld.learning import expressed
 from baldwinlab.models.miniworld.recall import ready
@@ -15,13 +15,7 @@ from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
 from baldwinlab.parts.kinds import build, hatch, inherit
 
-
-@compiled
-def _both(one: None, other: None) -> None:
-    return None
-
-
-build_all = for_each(build, None, _both)
+build_all = one_after_another(build)
 
 
 @compiled

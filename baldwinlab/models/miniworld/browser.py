@@ -140,7 +140,8 @@ def measure(setting: Setting) -> None:
 @compiled
 def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
     left, right, upper, lower = _edges(setting, region)
-    return columns_and_rows(right - left, lower - upper, int(setting.regions[region, 4]), setting.visual_radius)
+    count = int(setting.regions[region, 4])
+    return columns_and_rows(right - left, lower - upper, count, setting.visual_radius, setting.agents)
 
 
 @compiled

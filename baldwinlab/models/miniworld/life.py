@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, bundle, get, lanes_in_bundle
-from baldwinlab.engine.phases import for_each, phase
+from baldwinlab.engine.phases import one_after_another, phase
 from baldwinlab.engine.reference import by_reference
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.items import eat, tidy
@@ -23,14 +23,8 @@ from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import ZERO, act_noisily, travel
 from baldwinlab.parts.kinds import advance, decide, learn, meet, survey
 
-
-@compiled
-def _both(one: None, other: None) -> None:
-    return None
-
-
-advance_all = for_each(advance, None, _both)
-survey_all = for_each(survey, None, _both)
+advance_all = one_after_another(advance)
+survey_all = one_after_another(survey)
 
 
 @phase

@@ -59,12 +59,12 @@ def _span(region: ItemRegion) -> tuple[float, float]:
 
 def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
-    return float(share_looked_at(*_span(region), region.count, experiment.senses.visual_radius))
+    return float(share_looked_at(*_span(region), region.count, experiment.senses.visual_radius, experiment.population.size))
 
 
 def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
     """Columns and rows of the cells that a region's items are sorted into."""
-    return columns_and_rows(*_span(region), region.count, experiment.senses.visual_radius)
+    return columns_and_rows(*_span(region), region.count, experiment.senses.visual_radius, experiment.population.size)
 
 
 def items_looked_at(experiment: Experiment) -> int:

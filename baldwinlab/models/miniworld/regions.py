@@ -13,7 +13,8 @@ from baldwinlab.engine.lanes import WIDTH, square_root
 FEW_ITEMS: Final = 8 * WIDTH
 ITEMS_IN_CELL: Final = 4  # on average
 HEIGHT_OF_CELL: Final = 3  # times its width: items of a row lie side by side, so few rows, and narrow cells, have few in vain
-WORTH_SORTING: Final = 0.5  # of a region's area: where an agent looks at more of it, to look at all is faster
+WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
+MANY: Final = 12  # agents, for whom twice as much is worth sorting, as they share in it
 
 
 @compiled
@@ -25,22 +26,23 @@ def cell_size(width: float, height: float, count: int) -> Any:
 
 
 @compiled
-def share_looked_at(width: float, height: float, count: int, radius: float) -> Any:
+def share_looked_at(width: float, height: float, count: int, radius: float, agents: int) -> Any:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
     cell_width, cell_height = cell_size(width, height, count)
     looked_at = min(width, 2 * radius + cell_width) * min(height, 2 * radius + cell_height)
-    if count <= FEW_ITEMS or looked_at >= WORTH_SORTING * width * height:  # equal where both are less than any float
+    worth = WORTH_SORTING * width * height * (2 if agents >= MANY else 1)
+    if count <= FEW_ITEMS or looked_at >= worth:  # equal where both are less than any float
         return 1.0
     return looked_at / (width * height)
 
 
 @compiled
-def columns_and_rows(width: float, height: float, count: int, radius: float) -> tuple[Any, Any]:
+def columns_and_rows(width: float, height: float, count: int, radius: float, agents: int) -> tuple[Any, Any]:
     """Of the cells that a region's items are sorted into.
 
     One cell for a few items, and where an agent would have to look at most cells anyway.
     """
-    if share_looked_at(width, height, count, radius) == 1.0:
+    if share_looked_at(width, height, count, radius, agents) == 1.0:
         return 1, 1
     cell_width, cell_height = cell_size(width, height, count)
     return max(1, round(width / cell_width)), max(1, round(height / cell_height))
