@@ -82,15 +82,15 @@ def _share(wheel: Any, agent: int) -> Any:
 
 
 @compiled
-def _conceive(part: Any, state: Any, world: int, number: int, one: int, other: int) -> None:
-    """Make `part.child` of two parents, the richer one the fitter, and say of whom it descends. `number` is the child's own."""
+def _conceive(part: Any, state: Any, world: int, number: int, one: int, other: int) -> tuple[Any, Any]:
+    """Make `part.child` of two parents, the richer one the fitter; gives its `origin`. `number` is the child's own."""
     seed, run, generation = state.keys[world, 0], state.keys[world, 1], state.generation[0]
     if _share(part.wheel[world], other) > _share(part.wheel[world], one):
         one, other = other, one
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
     gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
     vary(part.variation, state.genome[world, one], state.genome[world, other], part.draws[world], gate, part.child[world])
-    part.descent[world, 0], part.descent[world, 1] = state.origin[world, one, 0], state.origin[world, other, 0]
+    return state.origin[world, one, 0], state.origin[world, other, 0]
 
 
 @compiled
@@ -100,10 +100,9 @@ def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step
     words = philox(0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1])
     wheel = part.wheel[world]
     place = _drawn(wheel, words[2]) if part.neutral else agent
-    _conceive(part, state, world, number, _drawn(wheel, words[0]), _drawn(wheel, words[1]))
+    origin = _conceive(part, state, world, number, _drawn(wheel, words[0]), _drawn(wheel, words[1]))
     copy_genome(part.child[world], state.genome[world, place])
-    for parent in range(2):
-        state.origin[world, place, parent] = part.descent[world, parent]
+    state.origin[world, place, 0], state.origin[world, place, 1] = origin
     succeed(model, state, world, place, part.births[world, 0])
     part.births[world, 0] += 1
     _begin(part, model, state, world, place, step + 1)
@@ -123,7 +122,6 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         "wheel": per_world("agents"),  # scratch: shares in being a parent, added up
         "births": per_world(1, dtype="int64"),  # of this life, so far
         "child": per_world("modules", "genome length"),  # scratch: the genome of who is to be born
-        "descent": per_world(2, dtype="int32"),  # and its `origin`
         "draws": per_world("draws", 4, dtype="float64"),  # scratch
     }
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {

@@ -5,7 +5,8 @@ const RECENT = 220; // steps
 const RECENT_SEGMENTS = 9000; // in a frame, so that many agents leave shorter trails
 const CROWD = 300; // agents beyond which trails are short, and drawn from every fourth place
 const LIFE_SEGMENTS = 24000; // added in a frame
-const LEAP = 1 / 8; // of the map: nobody goes as far in a few steps
+const LEAP = 1 / 8; // of the map: nobody goes as far in a few steps,
+const FAR = 10; // nor as far in one, units of length, where the map is small
 
 /** Paths of all agents over the last steps, fading; `pen` is the context, in units of the world. */
 export function drawRecent(pen, recording, step, colour, width) {
@@ -39,7 +40,7 @@ export function drawOwn(pen, recording, step, agent, colour, width) {
 
 /** Adds rows `from` to `to` of an agent's path, every so-many-th; where it leaps over the edge of the torus, or is born anew, the line is broken. */
 function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
-  const [far, high] = [world.width * LEAP, world.height * LEAP];
+  const [far, high] = [world.width, world.height].map((span) => Math.min(span / 2, Math.max(span * LEAP, FAR * every)));
   let at = from * agents + agent;
   let [oldX, oldY] = [x[at], y[at]];
   pen.moveTo(oldX, oldY);
