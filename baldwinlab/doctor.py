@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import os
 import platform
-import re
 import tempfile
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
-from baldwinlab import resources
+from baldwinlab import extras, resources
 from baldwinlab.engine import cache
 from baldwinlab.runs.warm_up import available_cores
 from baldwinlab.version import __version__
 
 State = Literal["well", "missing", "problem"]  # missing is what may be
-FOR: Final = {  # what an extra is for; those that developers need are not listed
-    "cuda": "lives on an NVIDIA GPU",
-    "cluster": "studies on the workers of a Dask or Slurm cluster, and in object stores",
-    "exchange": "studies as Zarr, as Parquet, in polars, and as RO-Crates",
-    "lab": "the lab in the browser",
-    "notebook": "the notebooks, kept as text",
-    "rl": "worlds as environments of PettingZoo and Gymnasium",
-    "video": "lives as .mp4",
-    "wasm": "pages in which parts of your own run",
-}
 LITTLE: Final = 2**30  # bytes of memory or disk: less than a study of the paper takes
 
 
@@ -56,36 +44,21 @@ def _python() -> Finding:
 
 
 def _packages() -> Iterator[Finding]:
-    """The core, and each extra: what is installed, in which version."""
-    for extra, needed in _requirements().items():
-        found = {name: _version(name) for name in needed}
-        lacking = [name for name, version in found.items() if version is None]
-        there = ", ".join(f"{name} {version}" for name, version in found.items() if version)
-        if not extra:
-            mend = "install baldwinlab again, with pip" if lacking else ""
-            yield Finding("core", "problem" if lacking else "well", f"without {', '.join(lacking)}" if lacking else there, mend)
-        elif lacking:
-            yield Finding(f"extra {extra}", "missing", f"for {FOR[extra]}", f'pip install "baldwinlab[{extra}]"')
+    """Describe the core and each extra: installed versions, or the missing packages and how to install them."""
+    for extra in (extras.CORE, *extras.PURPOSES):
+        versions = {name: extras.installed_version(name) for name in extras.required_packages().get(extra, [])}
+        installed = ", ".join(f"{name} {version}" for name, version in versions.items() if version)
+        missing = ", ".join(name for name, version in versions.items() if version is None)
+        about, purpose = f"extra {extra}", f"for {extras.PURPOSES.get(extra)}"
+        if extra == extras.CORE:
+            mend = "install baldwinlab again, with pip" if missing else ""
+            said = f"not installed: {missing}" if missing else installed
+            yield Finding("core", "problem" if missing else "well", said, mend)
+        elif missing:
+            said = f"{purpose}; not installed: {missing}"
+            yield Finding(about, "missing", said, extras.installation_command(extra))
         else:
-            yield Finding(f"extra {extra}", "well", f"for {FOR[extra]}: {there}")
-
-
-def _requirements() -> dict[str, list[str]]:
-    """What the package says that it needs, by extra; "" is the core."""
-    found: dict[str, list[str]] = {"": [], **{extra: [] for extra in FOR}}
-    for line in importlib.metadata.requires("baldwinlab") or []:
-        name = re.match(r"[A-Za-z0-9._-]+", line)
-        extra = re.search(r"extra == ['\"]([^'\"]+)", line)
-        if name and (extra.group(1) if extra else "") in found:
-            found[extra.group(1) if extra else ""].append(name.group())
-    return found
-
-
-def _version(name: str) -> str | None:
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None
+            yield Finding(about, "well", f"{purpose}: {installed}")
 
 
 def _cores() -> Finding:
@@ -127,7 +100,7 @@ def _written(folder: Path) -> Finding:
 
 
 def _gpu() -> Finding:
-    if _version("numba-cuda") is None:
+    if extras.installed_version("numba-cuda") is None:
         return Finding("GPU", "missing", "not looked for, as the extra cuda is not installed; the CPU gives the same bits")
     from baldwinlab.models.miniworld import cuda  # here, because to load it takes a while
 

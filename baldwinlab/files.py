@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 from uuid import uuid4
 
 from baldwinlab.errors import RefusedError
+from baldwinlab.extras import missing_extra
 
 DEEPEST: Final = 32  # levels of JSON
 PARTIAL = ".partial"  # the ending of a file that is being written
@@ -72,7 +73,7 @@ def location(text: str | Path) -> Path:
 def require_cluster_extra(what: str) -> None:
     """Raises RefusedError, with a sentence for the user, where the extra `cluster` is not installed."""
     if not all(find_spec(name) for name in ("upath", "distributed", "dask_jobqueue")):
-        raise RefusedError(f"{what} needs the extra 'cluster': pip install 'baldwinlab[cluster]'")
+        raise missing_extra("cluster", what)
 
 
 def text_of(path: Path) -> str:

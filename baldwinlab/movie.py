@@ -17,6 +17,7 @@ import xarray as xr
 from PIL import Image, ImageColor, ImageDraw
 
 from baldwinlab.errors import BaldwinLabError
+from baldwinlab.extras import missing_extra
 from baldwinlab.files import write_atomically, writing
 from baldwinlab.outputs import REPLAY
 from baldwinlab.palette import MOVIE, shade
@@ -112,9 +113,7 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
-        raise MovieError(
-            "writing .mp4 needs the extra 'video': pip install 'baldwinlab[video]'; .gif and .png need nothing"
-        ) from None
+        raise MovieError(f"{missing_extra('video', 'writing .mp4')}; .gif and .png need no extra") from None
     first = next(frames)
     how = {"fps": FRAMES_PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
     writer = imageio_ffmpeg.write_frames(str(path), first.size, output_params=["-metadata", f"comment={REPLAY}"], **how)

@@ -20,6 +20,7 @@ from typing import Any, Final
 
 from baldwinlab.errors import BaldwinLabError, RefusedError
 from baldwinlab.experiment import Experiment
+from baldwinlab.extras import missing_extra
 from baldwinlab.lab.export import live_page
 from baldwinlab.presets import load
 from baldwinlab.version import __version__
@@ -82,7 +83,7 @@ def is_made(source: Path, out: Path, **settings: Any) -> bool:
         from sphinx.application import Sphinx  # here, because only the extra has it
         from sphinx.util.docutils import docutils_namespace
     except ImportError:
-        raise RefusedError("the site needs the extra 'docs': pip install 'baldwinlab[docs]'") from None
+        raise missing_extra("docs", "the site") from None
     with tempfile.TemporaryDirectory() as trees, docutils_namespace():
         app = Sphinx(source, None, out, trees, "html", SPHINX | settings, None, sys.stderr, warningiserror=True)
         app.build(force_all=True)

@@ -14,6 +14,7 @@ import baldwinlab
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
     {"errors", "factors", "palette", "version"},
+    {"extras"},
     {"files", "netcdf", "outputs"},
     {"resources"},
     {"experiment"},

@@ -19,6 +19,7 @@ from websockets.sync.client import connect
 
 from baldwinlab import cli
 from baldwinlab.cli import lab
+from baldwinlab.extras import missing_extra
 from baldwinlab.presets import load
 from tests.lab.asking import CLIENT
 from tests.small import small, small_study
@@ -55,7 +56,7 @@ def test_a_folder_that_is_not_there_is_refused(
 def test_without_its_extra_it_says_how_to_get_it(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lab, "find_spec", lambda name: None)
     said = complaint([], capsys, monkeypatch)
-    assert said == "baldwinlab: the lab needs the extra 'lab': pip install 'baldwinlab[lab]'\n"
+    assert said == f"baldwinlab: {missing_extra('lab', 'the lab')}\n"
 
 
 def test_it_listens_on_loopback_only() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab import doctor, resources
+from baldwinlab import extras, resources
 from baldwinlab.doctor import Finding, examine, is_well
 from baldwinlab.engine import cache
 from tests.commands import Command
@@ -26,16 +26,17 @@ def test_a_machine_that_is_well_is_told_in_a_line_each(command: Command) -> None
 def test_an_extra_that_is_not_installed_is_no_problem_and_says_what_it_is_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = doctor._version
-    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "distributed" else known(name))
+    known = extras.installed_version
+    monkeypatch.setattr(extras, "installed_version", lambda name: None if name == "distributed" else known(name))
     cluster = found(tmp_path)["extra cluster"]
-    assert (cluster.state, cluster.mend) == ("missing", 'pip install "baldwinlab[cluster]"')
+    assert (cluster.state, cluster.mend) == ("missing", extras.installation_command("cluster"))
+    assert cluster.said.endswith("; not installed: distributed")
     assert is_well([cluster])
 
 
 def test_a_core_that_lacks_a_package_is_a_problem(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = doctor._version
-    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "scipy" else known(name))
+    known = extras.installed_version
+    monkeypatch.setattr(extras, "installed_version", lambda name: None if name == "scipy" else known(name))
     core = found(tmp_path)["core"]
     assert core.state == "problem" and "scipy" in core.said and core.mend
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Generator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import imageio_ffmpeg
 import pytest
 from PIL import Image, ImageColor
 
+from baldwinlab.extras import installation_command
 from baldwinlab.movie import CAPTION, GAP, MovieError, Scene, write_movie, write_movie_of
 from baldwinlab.palette import MOVIE
 from baldwinlab.runs.replay import replay
@@ -93,5 +95,5 @@ def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) ->
 
 
 def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(tmp_path: Path, no_video_extra: None) -> None:
-    with pytest.raises(MovieError, match=r"needs the extra 'video': pip install 'baldwinlab\[video\]'"):
+    with pytest.raises(MovieError, match=re.escape(installation_command("video"))):
         write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")

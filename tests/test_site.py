@@ -23,7 +23,7 @@ from tests.lab.conftest import offline
 
 ROOT = Path(__file__).parent.parent
 pytestmark = pytest.mark.filterwarnings("ignore:.*MystReferenceResolver.app")  # of MyST, for a Sphinx that is to come
-pytest.importorskip("furo", reason="what makes the site is not installed: pip install 'baldwinlab[docs]'")
+pytest.importorskip("furo", reason="the site needs the extra 'docs'")
 
 
 class Links(HTMLParser):

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.extras import missing_extra
 from baldwinlab.models.miniworld.look import look
 from baldwinlab.models.miniworld.steered import Numbers, Steered
 
@@ -25,7 +26,7 @@ try:
     from gymnasium.vector import AutoresetMode, VectorEnv
     from pettingzoo import ParallelEnv
 except ImportError:
-    raise RefusedError("environments need the extra 'rl': pip install 'baldwinlab[rl]'") from None
+    raise missing_extra("rl", "an environment") from None
 
 FIRST_SEEDS = 2**31  # what a seed is below
 

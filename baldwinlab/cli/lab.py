@@ -20,6 +20,7 @@ from baldwinlab import console
 from baldwinlab.cli.common import Directory, Parts, Whole, load_parts
 from baldwinlab.errors import BaldwinLabError, RefusedError
 from baldwinlab.experiment import Experiment
+from baldwinlab.extras import missing_extra
 from baldwinlab.files import is_local
 from baldwinlab.models.miniworld.cpu import is_compiled
 from baldwinlab.runs.warm_up import warm_up
@@ -40,7 +41,7 @@ def lab(
 ) -> None:
     """Open the lab in the browser: watch, replay and share the studies in a folder, and start new ones."""
     if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
-        raise RefusedError("the lab needs the extra 'lab': pip install 'baldwinlab[lab]'")
+        raise missing_extra("lab", "the lab")
     if not is_local(directory):
         raise RefusedError(f"{directory}: the lab shows folders of this machine only")
     if directory != RESULTS and not directory.is_dir():  # whoever begins has no results yet, and may start a live run

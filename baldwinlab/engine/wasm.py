@@ -32,6 +32,7 @@ from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.optimised import passes_for, unrolling
 from baldwinlab.engine.reference import Reference
 from baldwinlab.errors import RefusedError
+from baldwinlab.extras import missing_extra
 
 TRIPLE: Final = "wasm32-unknown-unknown"
 FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
@@ -99,7 +100,7 @@ def find_linker() -> list[str]:
             return [found]
     if find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "wasm-ld"]
-    raise RefusedError("a part of one's own needs a linker for WebAssembly to be exported: pip install 'baldwinlab[wasm]'")
+    raise missing_extra("wasm", "the export of a custom part")
 
 
 def _linked(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> bytes:

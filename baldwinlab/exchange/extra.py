@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from baldwinlab.errors import RefusedError
+from baldwinlab.extras import missing_extra
 
 
 @contextmanager
@@ -14,4 +14,4 @@ def needed_for(what: str) -> Iterator[None]:
     try:
         yield
     except ImportError:
-        raise RefusedError(f"{what} needs the extra 'exchange': pip install 'baldwinlab[exchange]'") from None
+        raise missing_extra("exchange", what) from None

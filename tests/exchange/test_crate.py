@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import sys
 from collections import defaultdict
@@ -19,6 +20,7 @@ from rocrate_validator import models, services
 import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.errors import RefusedError
+from baldwinlab.extras import missing_extra
 from baldwinlab.studies.store import create
 from tests.commands import Command
 from tests.small import small
@@ -172,5 +174,5 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(copy: Study, command: 
 
 def test_without_its_library_it_is_told_how_to_install_it(copy: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
-    with pytest.raises(RefusedError, match=r"an RO-Crate needs the extra 'exchange': pip install 'baldwinlab\[exchange\]'"):
+    with pytest.raises(RefusedError, match=re.escape(str(missing_extra("exchange", "an RO-Crate")))):
         copy.crate()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import warnings
 from collections.abc import Callable
@@ -19,6 +20,7 @@ import baldwinlab as bl
 from baldwinlab import Study, StudyError
 from baldwinlab.errors import RefusedError
 from baldwinlab.exchange import written
+from baldwinlab.extras import installation_command
 from tests.commands import Command
 from tests.small import small, small_study
 
@@ -162,7 +164,7 @@ def test_a_library_that_is_not_there_is_told_with_its_extra(
     for name in [name for name in sys.modules if name.partition(".")[0] == library]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(RefusedError, match=r"needs the extra 'exchange': pip install 'baldwinlab\[exchange\]'"):
+    with pytest.raises(RefusedError, match=re.escape(installation_command("exchange"))):
         WAYS[way](mixed, tmp_path)
     assert not list(tmp_path.iterdir())
 

@@ -19,6 +19,7 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.cli import main
+from baldwinlab.extras import installation_command
 from baldwinlab.lab import frames, pages, share
 from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
@@ -147,7 +148,7 @@ def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_
 
 
 def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:
-    assert "pip install 'baldwinlab[video]'" in refusal(lab_server.address, "movie", 400, a=LIFE, format="mp4")
+    assert installation_command("video") in refusal(lab_server.address, "movie", 400, a=LIFE, format="mp4")
 
 
 def test_a_movie_that_would_take_the_machine_is_left_to_the_command_line(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -18,6 +19,7 @@ import pytest
 from baldwinlab import cli
 from baldwinlab.assays import ASSAYS, missing_assays, run_assays
 from baldwinlab.experiment import Experiment
+from baldwinlab.extras import installation_command
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, cluster
@@ -229,7 +231,7 @@ def test_without_the_extra_threads_work_and_the_rest_names_it(module: str, monke
     monkeypatch.setitem(sys.modules, module, None)
     assert choose("threads", 3) == THREADS._replace(workers=3)
     for ask in (lambda: choose("dask:tcp://127.0.0.1:9"), lambda: choose("slurm", 2), lambda: location("s3://bucket/study")):
-        with pytest.raises(ValueError, match=r"needs the extra 'cluster': pip install 'baldwinlab\[cluster\]'"):
+        with pytest.raises(ValueError, match=re.escape(installation_command("cluster"))):
             ask()
 
 

@@ -12,6 +12,7 @@ from numba import config, cuda
 
 from baldwinlab.engine.gpu import COMPILING, uncontracted
 from baldwinlab.experiment import Experiment
+from baldwinlab.extras import missing_extra
 from baldwinlab.models.miniworld.kernels import begin_kernel, live_kernel, source_of_life
 from baldwinlab.models.miniworld.make import make_model, make_state
 from baldwinlab.models.miniworld.state import State
@@ -26,7 +27,7 @@ def available() -> str | None:
     if config.ENABLE_CUDASIM:
         return None
     if importlib.util.find_spec("numba_cuda") is None:
-        return "backend cuda needs the extra 'cuda': pip install 'baldwinlab[cuda]'"
+        return str(missing_extra("cuda", "backend cuda"))
     try:
         found = cuda.is_available()
     except Exception as problem:  # a driver may fail in any way

@@ -20,6 +20,7 @@ import baldwinlab
 from baldwinlab.engine.gpu import uncontracted
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
 from baldwinlab.experiment import Experiment
+from baldwinlab.extras import missing_extra
 from baldwinlab.models.miniworld import cpu, cuda, kernels
 from baldwinlab.models.miniworld.backend import GPU_PAYS, Batch, choose
 from baldwinlab.models.miniworld.make import make_model, make_state, named_arrays
@@ -220,7 +221,7 @@ def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
 
 def test_what_is_missing_is_said_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    extra = "backend cuda needs the extra 'cuda': pip install 'baldwinlab[cuda]'"
+    extra = str(missing_extra("cuda", "backend cuda"))
     assert cuda.available() == extra
     with pytest.raises(ValueError, match=re.escape(extra)):
         choose("cuda")
