@@ -213,15 +213,29 @@ def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-def _put_nothing(array: Any, row: Any, lane: Any, value: Any) -> Any:
-    return types.void if lane is BUNDLE or value is not WIDE else None
+def _get_type(array: Any, row: Any, lane: Any) -> Any:
+    """A block is loaded as float32, so an array of another type is refused rather than misread."""
+    if lane is BUNDLE:
+        return WIDE if array.dtype == types.float32 else None
+    return array.dtype
 
 
+def _put_type(array: Any, row: Any, lane: Any, value: Any) -> Any:
+    if lane is BUNDLE:
+        return types.void if array.dtype == types.float32 and value in _VALUES else None
+    return types.void if value is not WIDE else None
+
+
+def _choose_type(mask: Any, a: Any, b: Any) -> Any:
+    return WIDE if mask is MASK and a in _VALUES and b in _VALUES else None
+
+
+_VALUES: Final = (WIDE, types.float32)
 _ONE: Final = (types.Array, types.Integer, types.Integer)
 _MANY: Final = (types.Array, types.Integer, BUNDLE)
 _SINGLE: Final = [(*_ONE, types.Number), (*_ONE, types.Boolean)]
-_instructions(get, lambda array, row, lane: WIDE if lane is BUNDLE else array.dtype, [_ONE, _MANY], _get)
-_instructions(put, _put_nothing, [*_SINGLE, (*_MANY, WIDE), (*_MANY, types.float32)], _put)
+_instructions(get, _get_type, [_ONE, _MANY], _get)
+_instructions(put, _put_type, [*_SINGLE, (*_MANY, WIDE), (*_MANY, types.float32)], _put)
 
 
 def _operator(symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[Any, Any, Any], Any]) -> None:
@@ -256,6 +270,11 @@ _operator_of_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
 def _magnitude(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     name = f"llvm.fabs.v{WIDTH}f32"
     return builder.call(cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), name), arguments)
+
+
+def _minus(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Flip the sign bits: -0.0 and NaN too, as IEEE 754 and NumPy do."""
+    return builder.fneg(arguments[0])
 
 
 def _clamp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -298,13 +317,11 @@ def _is_root(value: Any) -> Any:
     return value if value is WIDE or isinstance(value, types.Float) else None
 
 
-_VALUES: Final = (WIDE, types.float32)
 _CHOICES: Final = [(MASK, a, b) for a in _VALUES for b in _VALUES]
 _instructions(abs, lambda value: WIDE if value is WIDE else None, [(WIDE,)], _magnitude)
+_instructions(operator.neg, lambda value: WIDE if value is WIDE else None, [(WIDE,)], _minus)
 _instructions(clamp, lambda value, limit: WIDE if (value, limit) == _VALUES else None, [_VALUES], _clamp)
-_instructions(
-    choose, lambda mask, a, b: WIDE if mask is MASK else None, [(MASK, a, b) for a in _VALUES for b in _VALUES], _choose
-)
+_instructions(choose, _choose_type, _CHOICES, _choose)
 _instructions(any_of, lambda mask: types.boolean if mask is MASK else None, [(MASK,)], _any_of)
 _instructions(negated, lambda mask: MASK if mask is MASK else None, [(MASK,)], _negated)
 _instructions(lookup, lambda table, index: WIDE if index is WIDE else None, [(types.Array, WIDE)], _lookup)
