@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+os.environ.setdefault("BALDWINLAB_POISON", "1")  # before the package reads it, and for the processes that tests start
+
 from baldwinlab.experiment import choices
 from tests.commands import Command, Outcome
 

@@ -85,20 +85,22 @@ class Array(NamedTuple):
     owner: "agent", [*rows, lane]; "lane", [lane, *rows], an agent's too; "world", [world, *rows]; "batch", [*rows], the same for
     all worlds.
     Rows are numbers, or names of dimensions.
+    fill: the content when the array is allocated, once for all generations; None: undefined, so that the owner must write a
+    value before it reads one, in every lifetime.
     """
 
     owner: str
     rows: tuple[int | str, ...] = ()
     dtype: str = "float32"
-    fill: float = 0
+    fill: float | None = None
 
 
-def per_agent(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
+def per_agent(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
     """An array [row, lane] that belongs to agents: a phase per agent reaches only the column of its own."""
     return Array("agent", rows or (1,), dtype, fill)
 
 
-def per_lane(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
+def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
     """An array [lane, row] that belongs to agents, for what is looked up agent by agent: an agent's rows lie side by side.
 
     As columns they would be a cache miss each, where there are many agents.
@@ -106,6 +108,6 @@ def per_lane(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array
     return Array("lane", rows or (1,), dtype, fill)
 
 
-def per_world(*rows: int | str, dtype: str = "float32", fill: float = 0) -> Array:
+def per_world(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
     """An array [world, *rows] that belongs to worlds."""
     return Array("world", rows or (1,), dtype, fill)

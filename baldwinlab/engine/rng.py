@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
 
 # What a number is for. The values are part of every stored result: never renumber, only append.
@@ -99,13 +100,13 @@ def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[n
 
 def words(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.uint32]:
     """Random words [index, draw, 4] for every index below `shape[0]` and every draw below `shape[1]`."""
-    out = np.empty((*shape, 4), np.uint32)
+    out = poison.empty((*shape, 4), np.uint32)
     _fill(seed, run, generation, purpose, out)
     return out
 
 
 def uniforms(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
     """Uniform numbers [index, draw, 4] in (0, 1), as `uniform` makes them."""
-    out = np.empty((*shape, 4))
+    out = poison.empty((*shape, 4))
     _draw_all(seed, run, generation, purpose, out)
     return out

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from baldwinlab.engine import rng
+from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import kept
 from baldwinlab.evolution.founders import draw_genome
 from baldwinlab.evolution.inheritance import deal_teachers
@@ -30,9 +30,9 @@ def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: 
     """
     agents, modules, weights = genome.shape
     parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)), genome)
-    children = np.empty_like(genome)
+    children = np.full_like(genome, np.nan)  # so that an unwritten gene is found
     variation, code = breeding_part(experiment, "variation")
-    kept(breed_children, code)(variation, moment, genome, fitness, parents, np.empty((modules * weights, 4)), children)
+    kept(breed_children, code)(variation, moment, genome, fitness, parents, poison.empty((modules * weights, 4)), children)
     return deal_teachers(experiment, children, moment), parents
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry, kept
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.moment import Fitness, Genome
@@ -52,7 +53,7 @@ def evaluate_all(part: Any, energy: Fitness, cost: Fitness, found: Fitness) -> N
 
 def energy_of(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
     """Energy [agent] of the items `eaten` [agent, region], of which each gives `energies` [region]."""
-    found = np.empty(len(eaten))
+    found = poison.empty(len(eaten))
     balance(energies, np.ascontiguousarray(eaten), found)
     return found
 

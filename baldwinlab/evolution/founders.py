@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from baldwinlab.engine import rng
+from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.moment import Genome, Moment
@@ -23,7 +23,7 @@ def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
     """The genomes of a generation that has no parents."""
     if not isinstance(experiment, Experiment):
         return np.ascontiguousarray(experiment.of_model.founders(experiment.population.size, moment), np.float32)
-    genome = np.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
+    genome = poison.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
     for module, purpose in enumerate(purposes(experiment)):
         draw_normal(moment, purpose, genome, module)
     variation = breeding_part(experiment, "variation")[0]

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine import rng
+from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import entry, kept
 from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.moment import Genome, Moment, Parents
@@ -100,14 +100,14 @@ def keep_teachers(genome: Genome, moment: Moment) -> Genome:
 
 def shuffle_teachers(genome: Genome, moment: Moment) -> Genome:
     """The children's teachers are dealt anew among them."""
-    dealt = np.empty_like(genome)
+    dealt = poison.empty(genome.shape, genome.dtype)
     deal(genome, _dealt(len(genome), moment), dealt)
     return dealt
 
 
 def _dealt(children: int, moment: Moment) -> Order:
     """Which child's teacher each gets."""
-    order = np.empty(children, np.int64)
+    order = poison.empty(children, np.int64)
     draws = moment.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
     sort_by(draws, draws, order)
     return order

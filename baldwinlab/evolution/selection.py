@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry, kept
 from baldwinlab.evolution.moment import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
@@ -33,7 +34,7 @@ def select(experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms, gen
         raise ValueError(f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}")
     agents, parents = fitness.size, np.full((len(uniforms), 2), -1, np.int32)
     looked_at = np.empty((agents, 0, 0), np.float32) if genome is None else genome
-    scratch = np.empty(agents), np.empty(agents, np.int64)
+    scratch = poison.empty(agents), poison.empty(agents, np.int64)
     kept(draw_parents, code)(scheme, experiment.evolution.elite, looked_at, fitness, uniforms, *scratch, parents)
     if has_stranger(parents, agents):
         raise ValueError(f"{where} chose a parent that is none of the {agents} agents")

@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import share_of_turn, sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
@@ -151,12 +152,12 @@ class CellForagers(Model, name="cell-foragers"):
         """So many environments of the lives of agents from number `first` on, the course of `kept` of them."""
         learned = genomes[:, :, 0].copy()
         fixed = np.ascontiguousarray(genomes[:, :, -1])
-        eaten = np.zeros((*genomes.shape[:2], environments), np.int32)
-        units = np.zeros((3, INPUTS + self.hidden + self.outputs), np.float32)
-        food, track = np.zeros((kept, FOOD), np.int64), np.zeros((kept, self.moves, 2), np.int64)
+        eaten = poison.empty((*genomes.shape[:2], environments), np.int32)
+        units = poison.empty((3, INPUTS + self.hidden + self.outputs), np.float32)
+        food, track = poison.empty((kept, FOOD), np.int64), poison.empty((kept, self.moves, 2), np.int64)
         code = LEARNED[self.learning] if self.learns else NOTHING
         numbers = np.array([seed, generation, code, self.hidden, self.outputs, first], np.int64)
-        scratch = units, np.zeros(FOOD, np.int64), food, track
+        scratch = units, poison.empty(FOOD, np.int64), food, track
         forage(numbers, np.array(runs, np.int64), np.float32(self.rate), learned, fixed, *scratch, eaten)
         return Foraged(learned, eaten, food, track)
 

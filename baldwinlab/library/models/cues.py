@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
@@ -105,8 +106,8 @@ class CueLearners(Model, name="cue-learners"):
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         shape, learned = genomes.shape[:2], genomes[:, :, 0].copy()
         life = Life(seed, generation, self.items, self.accuracy, self.learning, np.float32(self.rate))
-        own = Units(np.empty(self.units, np.int64), np.empty(self.units, np.float32))
-        found = Found(np.empty(shape), np.empty(shape), np.empty(shape, np.int32), np.empty(shape, np.int32))
+        own = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
+        found = Found(poison.empty(shape), poison.empty(shape), poison.empty(shape, np.int32), poison.empty(shape, np.int32))
         eat(life, np.array(runs, np.int64), learned, own, found)
         beyond = (found.eaten - found.half_way).astype(np.float32)
         records = {"beyond": beyond, "by_colour": found.by_colour, "born_so": found.born_so}

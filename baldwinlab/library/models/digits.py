@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
@@ -119,8 +120,8 @@ class DigitReaders(Model, name="digit-readers"):
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         learned = genomes[:, :, 0].copy()
-        used, wrong = np.empty(learned.shape[:2], np.int32), np.empty((*learned.shape[:2], 2), np.int32)
-        scratch = np.empty((3, max(self.hidden, DIGITS)), np.float32)
+        used, wrong = poison.empty(learned.shape[:2], np.int32), poison.empty((*learned.shape[:2], 2), np.int32)
+        scratch = poison.empty((3, max(self.hidden, DIGITS)), np.float32)
         for place, run in enumerate(runs):
             numbers = np.array([seed, run, generation, self.hidden, self.trials, self.allotment == "spread"], np.int64)
             learnt, read = lessons(seed, run, self.each, self.noise)

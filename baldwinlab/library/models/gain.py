@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.founders import draw_normal
@@ -76,7 +77,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         return 1
 
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        genomes = np.empty((agents, 1, 1), np.float32)
+        genomes = poison.empty((agents, 1, 1), np.float32)
         draw_normal(moment, FOUNDER, genomes, 0)
         return np.float32(self.start) + np.float32(self.spread) * genomes
 

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.parts import LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, View, Walk, uniforms
@@ -133,7 +134,7 @@ class NKClimbers(Model, name="nk-climbers"):
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         powers = 1 << np.arange(self.bits)
         born = self.numbers(genomes)
-        died, innate, learned = born.copy(), np.empty(born.shape), np.empty(born.shape)
+        died, innate, learned = born.copy(), poison.empty(born.shape), poison.empty(born.shape)
         for place, run in enumerate(runs):
             height = landscape(seed, run, self.bits, self.others)
             chosen = uniforms(seed, run, generation, LIFE, (born.shape[1], self.trials))[:, :, 0]

@@ -26,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
@@ -125,8 +126,8 @@ class LightSwitch(Model, name="light-switch"):
         begin = np.stack([uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]).astype(np.float32)
         found = []
         for world in (WORLD, CHANGED[self.change]):
-            lit = np.zeros(shape, np.int64)
-            values = np.zeros((2, INPUTS + self.neurons), np.float32)
+            lit = poison.empty(shape, np.int64)
+            values = poison.empty((2, INPUTS + self.neurons), np.float32)
             drive(self.moves, np.array(world, np.float32), begin, signs, rules, rates, born.copy(), values, lit)
             found.append(lit / self.moves)
         score, changed = found

@@ -30,6 +30,7 @@ from typing import Any, ClassVar, Final, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import clamp
@@ -166,7 +167,7 @@ class TMazes(Model, name="t-mazes"):
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
         counts = np.zeros((*genomes.shape[:2], kept, 4), np.int64)
         ways = np.full((kept, 4 * self.turns + 2), NOT_THERE, np.int64)
-        scratch = np.zeros(INPUTS + self.neurons, np.float32), np.zeros(4, np.int64)
+        scratch = poison.empty(INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
         explore(numbers, mazes, weights, *scratch, counts, ways)
         return Explored(weights / sizes, counts, ways)
 

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
@@ -125,7 +126,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         A trial fails with chance 1 - 2^-unset, so the first t all do with its power t: that of the last before the success
         is just above the agent's luck. Products alone, no logarithm, so that the bits are those of any machine.
         """
-        first = np.empty(unset.shape, np.int64)
+        first = poison.empty(unset.shape, np.int64)
         for count in np.unique(unset):
             fail = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
             first[unset == count] = 1 + np.searchsorted(-fail, -luck[unset == count])

@@ -28,6 +28,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Matrix, Measure, Model, Variable, View
 
@@ -236,7 +237,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         numbers = _numbers(genomes)
         payoff = payoffs(self.rounds, self.noise, self.learning, self.first)
-        worth, energy = np.zeros(GENOMES), np.empty(numbers.shape)
+        worth, energy = np.zeros(GENOMES), poison.empty(numbers.shape)
         for run, there in enumerate(numbers):
             round_robin(payoff, np.bincount(there, minlength=GENOMES), worth)
             energy[run] = worth[there]

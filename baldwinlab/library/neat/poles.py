@@ -20,6 +20,7 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.library.neat.cart import FORCE, HINGE, PARTS, STEP, move, stands
@@ -67,9 +68,9 @@ class Poles(Model):
         Both are [run, agent, start].
         """
         shape = (*graphs.shape[:2], len(starts))
-        steps, unrest = np.empty(shape, np.int64), np.empty(shape)
-        units = np.empty((2, len(self.sensed) + self.links + 1), np.float32)
-        scratch = (units, np.empty((2, self.links, 3), np.float32), np.empty((7, PARTS)), np.empty(LAST))
+        steps, unrest = poison.empty(shape, np.int64), poison.empty(shape)
+        units = poison.empty((2, len(self.sensed) + self.links + 1), np.float32)
+        scratch = (units, poison.empty((2, self.links, 3), np.float32), poison.empty((7, PARTS)), poison.empty(LAST))
         how = (np.array(self.sensed), self.loops, longest, np.float32(self.steepness))
         balance(np.ascontiguousarray(graphs), np.array(starts, float), *how, *scratch, steps, unrest)
         return steps, unrest

@@ -17,6 +17,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
 from baldwinlab.library.neat.graphs import answer, entries, minimal
@@ -60,8 +61,8 @@ class NeatXor(Model, name="neat-xor"):
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
-        answers = np.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
-        units = np.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
+        answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
+        units = poison.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
         ask(graphs, np.array(QUESTIONS, np.float32), np.float32(self.steepness), units, answers)
         wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
         right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from baldwinlab.engine.jit import is_kept, kept, settled
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.life import live_one_by_one, live_together
-from baldwinlab.models.miniworld.make import make_model, make_state, phases_of
+from baldwinlab.models.miniworld.make import make_model, make_state, phases_of, poison_state
 from baldwinlab.models.miniworld.recall import kind_of_recall
 
 
@@ -43,6 +44,7 @@ class Batch:
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Let a generation be born. `genomes` is [world, agent, module, weight], of `experiment.genome_length` weights."""
+        poison_state(self.state, math.prod(self._shape))
         self.state.generation[0] = generation
         self.state.genome[:] = genomes
         arguments = self.model, self.state, True, 0, 0

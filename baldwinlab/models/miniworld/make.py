@@ -9,12 +9,13 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.lanes import WIDTH
 from baldwinlab.engine.phases import Array, functions_of
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.recall import MOST_INPUTS, kind_of_recall
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert, share_looked_at
-from baldwinlab.models.miniworld.state import ARRAYS, FOOD, HEADING_COUNT, Floats, Model, State
+from baldwinlab.models.miniworld.state import ARRAYS, FOOD, HEADING_COUNT, WRITTEN_BY_LAUNCHERS, Floats, Model, State
 from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
 
 FOOD_COLOR: Final = "green"  # of `baldwinlab.palette`
@@ -25,13 +26,10 @@ def _bundles(count: int) -> int:
     return -(-count // WIDTH)
 
 
-def _aligned(shape: tuple[int, ...], dtype: str, fill: float) -> npt.NDArray[Any]:
-    """An array that begins on a cache line, so that no bundle straddles two."""
-    size = math.prod(shape) * np.dtype(dtype).itemsize
-    buffer = np.zeros(size + 64, np.uint8)
-    offset = -buffer.ctypes.data % 64
-    array = buffer[offset : offset + size].view(dtype).reshape(shape)
-    array[...] = fill
+def _aligned(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
+    """Allocate an array that begins on a cache line, so that no bundle straddles two."""
+    array = poison.allocate(shape, np.dtype(declared.dtype))
+    array[...] = declared.fill or 0
     return array
 
 
@@ -171,16 +169,17 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
 
 
 def make_state(experiment: Experiment, worlds: int) -> State:
+    """Allocate a state; its content is undefined unless an array declares `fill`."""
     shape = _shapes(experiment, worlds)
 
     def allocate(array: Array) -> npt.NDArray[Any]:
-        return _aligned(shape(array), array.dtype, array.fill)
+        return _aligned(shape(array), array)
 
     def made(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
 
     recall = kind_of_recall(experiment)
-    return State(
+    state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
         recall=recall.Compiled(*map(allocate, recall.arrays.values())),
         network=made(experiment.part("network.kind")),
@@ -189,6 +188,8 @@ def make_state(experiment: Experiment, worlds: int) -> State:
         senses=tuple(map(made, experiment.parts("senses.kinds"))),
         features=tuple(map(made, experiment.parts("world.features"))),
     )
+    poison_state(state, worlds * experiment.population.size)
+    return state
 
 
 def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
@@ -200,18 +201,34 @@ def arrays_of(state: Any) -> Iterator[npt.NDArray[Any]]:
             yield from arrays_of(entry)
 
 
-def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
-    """A copy of every array, by name, of so many worlds with so many agents in each, without what fills up a batch."""
+def poison_state(state: State, agents: int) -> None:
+    """Poison the arrays that a lifetime must write before it reads them, but no lanes past the last of all `agents`."""
+    if poison.is_on():
+        lanes = slice(agents)
+        filled = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
+        for holder, arrays in holders_of(state).values():
+            for name, array in arrays.items():
+                if array.fill is None and not (holder is state and name in WRITTEN_BY_LAUNCHERS):
+                    poison.fill(getattr(holder, name)[filled[array.owner]])
+
+
+def holders_of(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
+    """Return the state and its parts, each with the arrays that it declares, by the prefix of their names."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
     for name in ("recall", "network", "rule", "body", "senses", "features"):
         part = getattr(state, name)
         for number, each in enumerate(part if name in ("senses", "features") else [part]):
             holders[f"{name}[{number}]."] = each, type(each).part.arrays
+    return holders
+
+
+def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
+    """A copy of every array, by name, of so many worlds with so many agents in each, without what fills up a batch."""
     lanes = slice(worlds * agents)
     kept = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
     return {
         f"{of}{name}": getattr(holder, name)[kept[array.owner]].copy()
-        for of, (holder, arrays) in holders.items()
+        for of, (holder, arrays) in holders_of(state).items()
         for name, array in arrays.items()
     }
 

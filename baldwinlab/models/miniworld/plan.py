@@ -334,7 +334,7 @@ def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
         "batch": list,
     }
     return {
-        prefix + name: {"type": np.dtype(array.dtype).str[1:], "shape": shapes[array.owner](array.rows), "fill": array.fill}
+        prefix + name: {"type": np.dtype(array.dtype).str[1:], "shape": shapes[array.owner](array.rows), "fill": array.fill or 0}
         for name, array in declared.items()
     }
 

@@ -96,6 +96,7 @@ class State(NamedTuple):
     features: Any
 
 
+WRITTEN_BY_LAUNCHERS: Final = ("keys", "generation", "genome")  # before a lifetime begins
 ARRAYS: Final[Mapping[str, Array]] = {
     "keys": per_world(2, dtype="uint32"),
     "generation": Array("batch", (1,), "uint32"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +15,7 @@ from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.life import advance_all, all_of, do_it, look_round
-from baldwinlab.models.miniworld.make import item_regions, make_model, make_state, phases_of
+from baldwinlab.models.miniworld.make import item_regions, make_model, make_state, phases_of, poison_state
 from baldwinlab.models.miniworld.state import Floats, Model, State
 
 Numbers = npt.NDArray[np.float32]  # [world, agent, number]
@@ -62,6 +63,7 @@ class Steered:
 
     def begin(self, seed: int, generation: int) -> Numbers:
         """Let a generation be born; gives what it senses first, [world, agent, input]."""
+        poison_state(self._state, math.prod(self._shape))
         self._state.keys[:, 0] = seed
         self._state.generation[0] = generation
         self.step = 0

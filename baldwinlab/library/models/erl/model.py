@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.library.models.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
 from baldwinlab.library.models.erl.world import (
@@ -191,8 +192,8 @@ class ErlPopulations(Model, name="erl-populations"):
 
     def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
         shape = genomes.shape[:2]
-        survived, told = np.zeros(shape, np.int64), np.zeros((*shape, 3))
-        rules, inputs = self.rules(), np.zeros(INPUTS, np.float32)
+        survived, told = poison.empty(shape, np.int64), np.zeros((*shape, 3))
+        rules, inputs = self.rules(), poison.empty(INPUTS, np.float32)
         for row, run in enumerate(runs):
             for number in range(shape[1]):
                 bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, BITS)

@@ -1,0 +1,98 @@
+"""Poison: a debug mode that fills memory with a pattern before anything is written there.
+
+The environment variable `BALDWINLAB_POISON` chooses the pattern: 0 or unset is off, 1 and 2 are two patterns. Code that reads
+memory before it writes it gives other results under another pattern, so two runs with two patterns must give the same bits.
+Every output and scratch buffer of lifetimes and of reproduction is allocated by `empty` or filled by `fill`.
+
+Integers of the patterns are small, and every poisoned array has a margin on both sides: an index that was never written reads
+or writes the margin, and not the memory of something else.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.errors import RefusedError
+
+VARIABLE: Final = "BALDWINLAB_POISON"
+ALIGNMENT: Final = 64  # bytes, a cache line
+
+
+class Pattern(NamedTuple):
+    """The values of unwritten memory, by the kind of number."""
+
+    real: float
+    signed: int
+    unsigned: int
+    boolean: bool
+
+
+PATTERNS: Final = {1: Pattern(math.nan, -3, 3, True), 2: Pattern(-1e30, 4, 5, False)}
+
+
+_pattern: int | None = None  # not read from the environment yet
+
+
+def pattern_number() -> int:
+    """Return the number of the pattern in use; 0 is off.
+
+    Raises
+    ------
+    RefusedError
+        If the environment variable is neither 0, 1 nor 2.
+    """
+    global _pattern
+    if _pattern is None:
+        value = os.environ.get(VARIABLE) or "0"
+        if value not in ("0", *map(str, PATTERNS)):
+            raise RefusedError(f"the environment variable {VARIABLE} is {value!r} and must be 0 (off), 1 or 2")
+        _pattern = int(value)
+    return _pattern
+
+
+def is_on() -> bool:
+    """Return whether unwritten memory is poisoned."""
+    return pattern_number() != 0
+
+
+@contextmanager
+def use_pattern(number: int) -> Iterator[None]:
+    """Poison with pattern `number` (0 is off) in this process, until the block ends."""
+    global _pattern
+    before, _pattern = pattern_number(), number
+    try:
+        yield
+    finally:
+        _pattern = before
+
+
+def fill(array: npt.NDArray[Any]) -> None:
+    """Fill `array` with the pattern. Do nothing if poison is off."""
+    if is_on():
+        pattern = PATTERNS[pattern_number()]
+        array[...] = {"f": pattern.real, "i": pattern.signed, "u": pattern.unsigned, "b": pattern.boolean}[array.dtype.kind]
+
+
+def empty(shape: int | tuple[int, ...], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:
+    """Allocate an array as `numpy.empty` does, filled with the pattern if poison is on."""
+    if not is_on():
+        return np.empty(shape, dtype)
+    array = allocate((shape,) if isinstance(shape, int) else tuple(shape), np.dtype(dtype))
+    fill(array)
+    return array
+
+
+def allocate(shape: tuple[int, ...], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """Allocate zeros that begin on a cache line, with margins if poison is on."""
+    size = math.prod(shape) * dtype.itemsize
+    margin = 8 * (ALIGNMENT + math.prod(shape[1:]) * dtype.itemsize) if is_on() else 0
+    buffer = np.zeros(size + ALIGNMENT + 2 * margin, np.uint8)
+    first = margin + -(buffer.ctypes.data + margin) % ALIGNMENT
+    return buffer[first : first + size].view(dtype).reshape(shape)

@@ -1,0 +1,46 @@
+"""Poison: unwritten memory holds a pattern, and what reads it gives other results under another pattern."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from baldwinlab.engine import poison
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64", "int8", "int32", "int64", "uint8", "uint32", "bool"])
+def test_unwritten_memory_differs_between_the_two_patterns(dtype: str) -> None:
+    found = []
+    for number in poison.PATTERNS:
+        with poison.use_pattern(number):
+            found.append(poison.empty((3, 4), dtype))
+    assert (found[0] != found[1]).all()
+    assert all(array.shape == (3, 4) and array.dtype == dtype and array.flags.c_contiguous for array in found)
+
+
+def test_without_poison_nothing_is_filled() -> None:
+    array = np.arange(5.0)
+    with poison.use_pattern(0):
+        poison.fill(array)
+        assert not poison.is_on()
+    assert (array == np.arange(5.0)).all()
+
+
+@pytest.mark.parametrize("number", poison.PATTERNS)
+def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> None:
+    with poison.use_pattern(number):
+        index, array = int(poison.empty(1, np.int64)[0]), poison.empty((2, 100), np.float32)
+    assert array.base is not None
+    assert array.base.nbytes > 2 * abs(index) * array.strides[0] + array.nbytes
+
+
+@pytest.mark.parametrize(("value", "printed"), [("2", "2"), ("", "0"), ("0", "0"), ("3", "must be 0 (off), 1 or 2")])
+def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
+    code = "from baldwinlab.engine import poison; print(poison.pattern_number())"
+    environment = os.environ | {poison.VARIABLE: value}
+    ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert printed in ended.stdout + ended.stderr
