@@ -1,13 +1,22 @@
 # make reproduce and make test do all their own set-up, from a machine with only Python >= 3.11 and make.
 
-PYTHON ?= python3
+# The distribution's own Python where it is a supported version, so that tests run what a newcomer has.
+PYTHON ?= $(shell /usr/bin/python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+  && echo /usr/bin/python3 || echo python3)
 VENV ?= .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
-# What pip would compile one file after the other, the libraries' own tests among them.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
+# $(call install,FILE): install the locked versions of a file and check that they fit together.
+install = $(PIP) --require-hashes -r $(1) && $(BIN)/python -m pip check --disable-pip-version-check
+# pip compiles one file after the other, the libraries' own tests among them; this uses all cores.
 BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 
-.PHONY: help reproduce test docs dist nightly faults lint format bench cuda slurm browser firefox wasm clean
+# System packages can be installed on Debian and its relatives, as root.
+APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
+INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
+
+.PHONY: help reproduce test docs dist nightly faults lint format lock oldest newest bench cuda slurm \
+  browser firefox wasm clean
 
 help:
 	@echo "make reproduce   run the whole paper: six conditions, statistics, assays, every reading of it, figures, report"
@@ -21,6 +30,9 @@ help:
 	@echo "make cuda        add what the GPU backend needs"
 	@echo "make wasm        compile the engine for browsers anew, after a change of what compiled code does"
 	@echo "make slurm       as root: set up a Slurm of one node, and run a study on its jobs"
+	@echo "make lock        resolve the locked files again from pyproject.toml (UPGRADE=--upgrade: to new versions)"
+	@echo "make oldest      run a slice of the tests with the oldest versions that pyproject.toml allows"
+	@echo "make newest      the same with the newest versions"
 	@echo "make clean       remove the virtual environment, the site and what the tools left"
 
 reproduce: $(VENV)/.core
@@ -32,13 +44,13 @@ test: $(VENV)/.dev browser
 
 # Every page of docs/ and of the papers, a reference made from the code, search, laboratories that run in the page, and the
 # notebooks with what their cells give. About two minutes.
-docs: $(VENV)/.docs
+docs: $(VENV)/.dev
 	rm -rf $(VENV)/notebooks
 	$(BIN)/python -m scripts.notebooks $(VENV)/notebooks
 	$(BIN)/python -m scripts.documentation site $(VENV)/notebooks
 	@echo "open site/index.html"
 
-nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.jax browser firefox
+nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators browser firefox oldest newest
 	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
 
 # What breaks things: kills, damaged files, odd inputs, floods. About ten minutes.
@@ -55,32 +67,65 @@ format: $(VENV)/.dev
 	$(BIN)/ruff format .
 
 $(VENV)/.made:
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "baldwinlab needs Python 3.11 or later; this is " + sys.version.split()[0] + " (set PYTHON=...)")'
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "baldwinlab needs Python 3.11 or later; this is " \
+	  + sys.version.split()[0] + " (set PYTHON=...)")'
+	@$(PYTHON) -c 'import ensurepip' 2>/dev/null || { $(APT) && $(INSTALL) python3-venv; } \
+	  || { echo "$(PYTHON) has no module venv: install your distribution's package, such as python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
 $(VENV)/.core: $(VENV)/.made requirements.txt pyproject.toml
-	$(PIP) -r requirements.txt
-	$(PIP) --no-build-isolation --no-deps --editable .
+	$(PIP) --require-hashes -r requirements.txt
+	$(PIP) --no-build-isolation --editable .
+	@$(BIN)/python -m pip check --disable-pip-version-check
 	$(BYTECODE)
 	@touch $@
 
-$(VENV)/.docs: $(VENV)/.core requirements-docs.txt
-	$(PIP) --no-deps -r requirements-docs.txt
-	@touch $@
-
-$(VENV)/.dev: $(VENV)/.core requirements-dev.txt requirements-docs.txt
-	$(PIP) --no-deps -r requirements-dev.txt
+$(VENV)/.dev: $(VENV)/.core requirements-dev.txt
+	$(call install,requirements-dev.txt)
 	$(BYTECODE)
 	@touch $@
 
-$(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt
-	$(PIP) --no-deps -r requirements-cuda.txt
+# bench, cuda, wasm: what few commands need. wasm is the linker that makes a browser's module of a user's part.
+$(VENV)/.%: $(VENV)/.core requirements-%.txt
+	$(call install,requirements-$*.txt)
 	@touch $@
 
-$(VENV)/.bench: $(VENV)/.core requirements-bench.txt
-	$(PIP) -r requirements-bench.txt
+# They have an environment of their own: see pyproject.toml.
+$(VENV)/.validators: $(VENV)/.made requirements-validators.txt
+	@command -v c++ >/dev/null || { $(APT) && $(INSTALL) g++ python3-dev; }
+	$(PYTHON) -m venv --clear $(VENV)/validators
+	$(VENV)/validators/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements-validators.txt
+	@$(VENV)/validators/bin/python -m pip check --disable-pip-version-check
 	@touch $@
+
+# The extras of pyproject.toml are the one source. The locked files hold hashes, no addresses, and are valid for
+# every supported Python.
+COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+  --custom-compile-command "make lock" $(UPGRADE)
+extras = $(foreach extra,$(1),--extra $(extra))
+USERS := cluster exchange lab notebook rl video
+comma := ,
+
+lock: $(VENV)/.dev
+	$(COMPILE) --group validators --output-file requirements-validators.txt
+	$(COMPILE) pyproject.toml $(call extras,$(USERS) build dev docs test) --output-file requirements-dev.txt
+	$(COMPILE) pyproject.toml $(call extras,build lab video) --constraints requirements-dev.txt --output-file requirements.txt
+	$(foreach extra,bench cuda wasm,$(COMPILE) pyproject.toml --extra $(extra) --constraints requirements-dev.txt \
+	  --output-file requirements-$(extra).txt &&) true
+
+# Both ends of what pyproject.toml allows, each in an environment of its own, on tests that take a few minutes.
+SLICE := tests/engine tests/experiment tests/statistics tests/evolution tests/exchange/test_table.py \
+  tests/test_console.py tests/test_netcdf.py tests/test_outputs.py tests/test_cli.py
+oldest: RESOLUTION := lowest-direct
+newest: RESOLUTION := highest
+oldest newest: $(VENV)/.dev
+	$(BIN)/uv venv --quiet --clear --python $(PYTHON) $(VENV)/$@
+	$(BIN)/uv pip install --quiet --python $(VENV)/$@ --resolution $(RESOLUTION) --editable \
+	  ".[$(subst $() ,$(comma),$(USERS))]"
+	$(BIN)/uv pip install --quiet --python $(VENV)/$@ --editable ".[test]"
+	$(BIN)/uv pip check --python $(VENV)/$@
+	$(VENV)/$@/bin/python -m pytest -n auto --dist loadfile $(SLICE)
 
 # The wheel and the source archive, each tried from an empty folder: see CONTRIBUTING.md.
 dist: $(VENV)/.dev
@@ -97,16 +142,6 @@ bench: $(VENV)/.bench
 # Adds what the GPU backend needs (0.5 GB), also to compile its kernels where there is no GPU.
 cuda: $(VENV)/.cuda
 
-# The linker that makes a browser's module of a part of one's own.
-$(VENV)/.wasm: $(VENV)/.core requirements-wasm.txt
-	$(PIP) --no-deps -r requirements-wasm.txt
-	@touch $@
-
-# What one example of other people's optimisers needs (0.4 GB).
-$(VENV)/.jax: $(VENV)/.dev requirements-jax.txt
-	$(PIP) --no-deps -r requirements-jax.txt
-	@touch $@
-
 # What browsers run is compiled code, and ships: a test says when it is to be made anew. Takes a few minutes.
 wasm: $(VENV)/.dev $(VENV)/.wasm
 	$(BIN)/python scripts/browser_modules.py
@@ -117,11 +152,9 @@ slurm: $(VENV)/.dev
 
 # Pages are tested in real browsers. Without one, and without the right to install it, its tests are skipped.
 # $(1): packages, of which the first that there is will do; $(2): programs, of which any will do.
-INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 define installed
 @$(foreach program,$(2),command -v $(program) >/dev/null 2>&1 ||) \
-{ command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq \
-  && { $(foreach package,$(1),$(INSTALL) $(package) >/dev/null 2>&1 ||) false; }; } \
+{ $(APT) && { $(foreach package,$(1),$(INSTALL) $(package) >/dev/null 2>&1 ||) false; }; } \
 || echo "none of $(2) is installed, nor could be: its tests will be skipped"
 endef
 
