@@ -20,6 +20,7 @@ import uvicorn
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from baldwinlab.console import progress
+from baldwinlab.lab.access import Access
 from baldwinlab.lab.server import make_app
 from baldwinlab.presets import load
 from baldwinlab.studies.store import create
@@ -54,7 +55,7 @@ def main() -> None:
             print(f"{'agents':>6}  {'':14}  {'median':>6}  {'slowest 5 %':>11}  frames a second")
             for agents in WORLDS:
                 for name, rest in SETTINGS.items():
-                    middle, slow = frames_a_second(page, f"{address}/#/world?study={agents}&condition={CONDITION}{rest}", seconds)
+                    middle, slow = frames_a_second(page, f"{address}#/world?study={agents}&condition={CONDITION}{rest}", seconds)
                     print(f"{agents:6}  {name:14}  {middle:6.1f}  {slow:11.1f}", flush=True)
 
 
@@ -85,13 +86,15 @@ def make_study(directory: Path, agents: int, items: int) -> None:
 
 @contextmanager
 def serving(root: Path) -> Iterator[str]:
-    server = uvicorn.Server(uvicorn.Config(make_app(root), host="127.0.0.1", port=0, log_level="error"))
+    """Serve the studies of a folder at the address that is yielded, which carries the token."""
+    access = Access()
+    server = uvicorn.Server(uvicorn.Config(make_app(root, access), host="127.0.0.1", port=0, log_level="error"))
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
         while not server.started:
             time.sleep(0.01)
-        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}/?token={access.token}"
     finally:
         server.should_exit = True
         thread.join()

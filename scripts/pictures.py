@@ -35,13 +35,13 @@ def main() -> None:
     of_papers(study.parent)
     with serving(study) as address, chromium() as browser:
         for name, (state, window) in WORLDS.items():
-            page = opened(browser, f"{address}/#/world?{state}", window, closed=() if name == "guide" else ("world",))
+            page = opened(browser, f"{address}#/world?{state}", window, closed=() if name == "guide" else ("world",))
             expect(page.locator("[data-ready]")).to_have_count(2 if name == "beside" else 1, timeout=60_000)
             keep(page, name)
-        page = opened(browser, f"{address}/#/results?study=.", (1280, 1000), closed=("results",))
+        page = opened(browser, f"{address}#/results?study=.", (1280, 1000), closed=("results",))
         page.get_by_test_id("curves").locator("canvas").wait_for(timeout=120_000)
         keep(page, "results")
-        page = opened(browser, f"{address}/#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",))
+        page = opened(browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",))
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-caption")).to_contain_text("Generation 9", timeout=120_000)
         keep(page, "live")
@@ -50,10 +50,10 @@ def main() -> None:
 def of_papers(folder: Path) -> None:
     """Their cards, and a life of one of them."""
     with serving(folder) as address, chromium() as browser:
-        page = opened(browser, f"{address}/#/papers", (1280, 1000), closed=("papers",))
+        page = opened(browser, f"{address}#/papers", (1280, 1000), closed=("papers",))
         page.locator(".paper-card").first.wait_for()
         keep(page, "papers")
-        page = opened(browser, f"{address}/#/world?{CELLS}", DESK, closed=("world",))
+        page = opened(browser, f"{address}#/world?{CELLS}", DESK, closed=("world",))
         expect(page.locator("[data-ready]")).to_have_count(1)
         keep(page, "cells")
 

@@ -15,13 +15,13 @@ from pathlib import Path
 import httpx
 import psutil
 import pytest
-from websockets.sync.client import connect
 
 from baldwinlab import cli
 from baldwinlab.cli import lab
 from baldwinlab.extras import missing_extra
+from baldwinlab.lab.access import Access
 from baldwinlab.presets import load
-from tests.lab.asking import CLIENT
+from tests.lab.asking import CLIENT, LabServer
 from tests.small import small, small_study
 
 
@@ -67,51 +67,55 @@ def test_it_listens_on_loopback_only() -> None:
 def test_the_browser_is_opened_unless_told_otherwise(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
-    served: list[socket.socket] = []
-    monkeypatch.setattr(lab, "_serve", lambda directory, listener: served.append(listener))
+    served: list[Access] = []
+    monkeypatch.setattr(lab, "_serve", lambda directory, listener, access: served.append(access))
     lab.lab(tmp_path, port=0, browser=False)
     assert (len(served), opened) == (1, [])
     lab.lab(tmp_path, port=0)
     assert len(served) == 2
-    assert opened[0].startswith("http://127.0.0.1:")
+    token = httpx.URL(opened[0]).params["token"]
+    assert opened[0].startswith("http://127.0.0.1:") and token != served[1].token
+    assert served[1].admits(token) and not served[1].admits(token)  # others may read the browser's command line
 
 
 @contextmanager
-def opened(root: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """The command at work in a process of its own, and the address of its page."""
+def opened(root: Path) -> Iterator[tuple[subprocess.Popen[str], LabServer]]:
+    """The command at work in a process of its own, and its lab."""
     command = [sys.executable, "-m", "baldwinlab", "lab", str(root), "--port", "0", "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
-        said = next(line for line in process.stdout if "is open at" in line)
+        server = LabServer.from_output(root, next(line for line in process.stdout if "is open at" in line))
+        server.admit_client()
         try:
-            yield process, said.split("is open at ")[1].split()[0]
+            yield process, server
         finally:
             process.terminate()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process")
 def test_ctrl_c_closes_it(tmp_path: Path) -> None:
-    with opened(tmp_path) as (process, address), httpx.Client(timeout=60) as client:
-        assert client.get(f"{address}api/studies").json() == {"studies": []}  # and its connection stays open
+    with opened(tmp_path) as (process, server), httpx.Client(timeout=60) as client:
+        assert client.get(server.entry).status_code == 303
+        assert client.get(f"{server.address}/api/studies").json() == {"studies": []}  # and its connection stays open
         process.send_signal(signal.SIGINT)
         rest, complaints = process.communicate(timeout=30)
     assert (process.returncode, complaints) == (0, "")
     assert rest.endswith("the lab is closed\n")
 
 
-def attached(address: str, what: str) -> ExitStack:
+def attached(server: LabServer, what: str) -> ExitStack:
     """Somebody who is there when the lab is closed, until the end of the `with`."""
-    port, many = int(address.rstrip("/").split(":")[2]), ExitStack()
+    many = ExitStack()
     if what == "a page that watches and does not read":
         order = {"experiment": small("evo/A").replace(evolution={"generations": 10_000}).to_dict()}
-        id = CLIENT.post(f"{address}api/live", json=order).json()["id"]
-        many.enter_context(connect(f"ws://127.0.0.1:{port}/api/live/{id}", close_timeout=0))
+        id = CLIENT.post(f"{server.address}/api/live", json=order).json()["id"]
+        many.enter_context(server.websocket(f"/api/live/{id}", close_timeout=0))
         return many
-    begun = {"half a request": "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{"}
+    begun = {"half a request": "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\nContent-Length: 9\n\n{"}
     query = "preset=evo/A&seed=0&run=0&generation=99"  # for which 99 generations are lived
-    whole = f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\n\n"
-    client = many.enter_context(socket.create_connection(("127.0.0.1", port)))
-    client.sendall(begun.get(what, whole).replace("PORT", str(port)).replace("\n", "\r\n").encode())
+    whole = f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n\n"
+    client = many.enter_context(socket.create_connection(("127.0.0.1", server.port)))
+    client.sendall(server.request(begun.get(what, whole)))
     return many
 
 
@@ -119,10 +123,10 @@ def attached(address: str, what: str) -> ExitStack:
 @pytest.mark.parametrize("what", ["a page that watches and does not read", "half a request", "a life that takes long"])
 @pytest.mark.parametrize("seconds", [30, pytest.param(3, marks=pytest.mark.nightly, id="3, on an idle machine")])
 def test_ctrl_c_closes_it_soon_whatever_is_attached(tmp_path: Path, what: str, seconds: float) -> None:
-    with opened(tmp_path) as (process, address):
-        while not CLIENT.get(f"{address}api/engine").json()["ready"]:
+    with opened(tmp_path) as (process, server):
+        while not CLIENT.get(f"{server.address}/api/engine").json()["ready"]:
             time.sleep(0.1)
-        with attached(address, what):
+        with attached(server, what):
             time.sleep(1)
             asked = time.monotonic()
             process.send_signal(signal.SIGINT)
@@ -137,10 +141,10 @@ def test_a_day_of_playing_does_not_grow_its_memory(tmp_path: Path) -> None:
     """Once as much is kept as may be, recordings of 150 MB in all come and go."""
     crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
     small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
-    with opened(tmp_path) as (process, address):
+    with opened(tmp_path) as (process, server):
         used = []
         for last in range(988, 1000):
             query = f"study=crowd&condition=evo/A&run=0&generation=0&last={last}"
-            assert len(CLIENT.get(f"{address}api/recording?{query}").content) > 25e6
+            assert len(CLIENT.get(f"{server.address}/api/recording?{query}").content) > 25e6
             used.append(psutil.Process(process.pid).memory_info().rss)
     assert used[-1] - used[5] < 60e6

@@ -22,6 +22,7 @@ from baldwinlab.errors import BaldwinLabError, RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.extras import missing_extra
 from baldwinlab.files import is_local
+from baldwinlab.lab.access import Access
 from baldwinlab.models.miniworld.cpu import is_compiled
 from baldwinlab.runs.warm_up import warm_up
 
@@ -48,11 +49,12 @@ def lab(
         raise RefusedError(f"{directory}: there is no such folder; give that of a study, or one that holds studies")
     load_parts(part)
     with listening(port) as listener:
-        address = f"http://{HOST}:{listener.getsockname()[1]}/"
-        console.say(f"the lab is open at {address} and shows {directory}; ctrl-C closes it")
+        access, address = Access(), f"http://{HOST}:{listener.getsockname()[1]}/?token="
+        console.say(f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it")
         if browser:
-            threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
-        _serve(directory, listener)
+            target = f"{address}{access.issue_ticket()}"
+            threading.Thread(target=webbrowser.open, args=[target], daemon=True).start()
+        _serve(directory, listener, access)
 
 
 def listening(port: int) -> socket.socket:
@@ -73,13 +75,13 @@ def listening(port: int) -> socket.socket:
     return listener
 
 
-def _serve(directory: Path, listener: socket.socket) -> None:
+def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     """Until ctrl-C. Pages are there before the engine is: where it must be compiled first, they say so."""
     from baldwinlab.lab.clients import server_of  # here, because only the extra has what they need, and it takes a while to load
     from baldwinlab.lab.server import make_app
 
     warming = threading.Thread(target=_warm_up)
-    server = server_of(make_app(directory, ready=lambda: not warming.is_alive()))
+    server = server_of(make_app(directory, access, ready=lambda: not warming.is_alive()))
     warming.start()
     with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
         server.run(sockets=[listener])

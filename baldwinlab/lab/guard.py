@@ -1,15 +1,20 @@
-"""Who may ask: the page itself, and nobody else's.
+"""Admission of requests: only the page of this lab, in the browser of its owner, is answered.
 
-A browser lets any page send requests to loopback. So a request is refused whose Host is not this server (as where another
-name was made to point here), whose Origin is another page, or which the browser says was made for another page.
+A browser lets any page send requests to loopback. A request is refused if its Host is not this server (for example where another
+name was made to point here), if its Origin is another page, or if the browser marks it as made for another page. On a shared
+machine every user can send requests to loopback. Whatever reads a study or starts a run therefore needs the token of `access`;
+the page's own files, which every installation has, need none.
 """
 
 from __future__ import annotations
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import JSONResponse
+from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
+
+from baldwinlab.lab.access import REFUSAL, Access, cookie_name
 
 NAMES = ("127.0.0.1", "localhost", "[::1]")
 HEADERS = {
@@ -22,27 +27,56 @@ HEADERS = {
 
 
 class Guard:
-    """Middleware that refuses requests and websockets of others with status 403, and puts the headers on every answer."""
+    """Middleware that refuses requests and websockets of others, and puts the headers on every answer.
 
-    def __init__(self, app: ASGIApp) -> None:
-        self.app = app
+    A foreign page gets status 403, a request without the token 401. A refused websocket is closed before it is accepted, so
+    its handshake is answered with 403.
+    """
+
+    def __init__(self, app: ASGIApp, access: Access) -> None:
+        self.app, self.access = app, access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        fault = _fault(scope)
-        if fault and scope["type"] == "websocket":
-            await WebSocket(scope, receive, send).close()  # before it is accepted, so the handshake is answered with 403
-        elif fault:
-            await JSONResponse({"error": fault}, 403, HEADERS)(scope, receive, send)
-        else:
+        response = self._answer(scope)
+        if response is None:
             await self.app(scope, receive, _with_headers(scope, send))
+        elif scope["type"] == "websocket":
+            await WebSocket(scope, receive, send).close()
+        else:
+            await response(scope, receive, _with_headers(scope, send))
+
+    def _answer(self, scope: Scope) -> Response | None:
+        """Return the answer to a request that the application does not get."""
+        if fault := _fault(scope):
+            return JSONResponse({"error": fault}, 403)
+        connection, name = HTTPConnection(scope), cookie_name(_port(scope))
+        if scope["path"] == "/" and (text := connection.query_params.get("token")) is not None:
+            return self._enter(text, name)
+        is_public = scope["type"] == "http" and not scope["path"].startswith("/api")
+        if is_public or self.access.is_token(connection.cookies.get(name, "")):
+            return None
+        return JSONResponse({"error": REFUSAL}, 401)
+
+    def _enter(self, text: str, name: str) -> Response:
+        """Store the token in the browser, and take it out of the address."""
+        if not self.access.admits(text):
+            return JSONResponse({"error": REFUSAL}, 401)
+        response = RedirectResponse("/", 303)
+        response.set_cookie(name, self.access.token, httponly=True, samesite="strict")
+        return response
+
+
+def _port(scope: Scope) -> int | None:
+    server: tuple[str, int | None] = scope.get("server") or ("", None)
+    return server[1]
 
 
 def _fault(scope: Scope) -> str | None:
     """Why a request is refused, if it is."""
-    headers, port = Headers(scope=scope), (scope.get("server") or ("", None))[1]
+    headers, port = Headers(scope=scope), _port(scope)
     host, origin = headers.get("host", ""), headers.get("origin")
     if host not in {f"{name}:{port}" for name in NAMES} | ({*NAMES} if port == 80 else set()):
         return f"this server is not {host!r}: it answers to 127.0.0.1:{port} and localhost:{port} only"

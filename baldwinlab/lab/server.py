@@ -34,6 +34,7 @@ from baldwinlab.lab import (
     sweeping,
     views,
 )
+from baldwinlab.lab.access import Access
 from baldwinlab.lab.clients import InPieces
 from baldwinlab.lab.guard import Guard
 from baldwinlab.movie import MovieError
@@ -42,10 +43,10 @@ from baldwinlab.studies.records import StudyError
 STATIC = Path(__file__).parent / "static"
 
 
-def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
-    """The application that serves the studies in `root`: at any depth, and nothing outside it.
+def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: True) -> Starlette:
+    """Return the application that serves the studies in `root`, at any depth, to the holder of the token.
 
-    Pages wait with what lives until the engine is `ready`.
+    Pages wait with simulations until the engine is `ready`.
     """
     lab, sweeps = Lab(root.resolve(), live.Live(), ready=ready), sweeping.Sweeps()
 
@@ -65,7 +66,7 @@ def make_app(root: Path, ready: Callable[[], bool] = lambda: True) -> Starlette:
     return Starlette(
         routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), files],
         lifespan=lifespan,
-        middleware=[Middleware(InPieces), Middleware(Guard)],
+        middleware=[Middleware(InPieces), Middleware(Guard, access)],
         exception_handlers={
             ClientDisconnect: _gone,
             MissingError: _not_there,

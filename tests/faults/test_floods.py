@@ -14,11 +14,10 @@ from pathlib import Path
 import httpx
 import psutil
 import pytest
-from websockets.sync.client import connect
 
 from baldwinlab.presets import load
 from tests.faults.amount import amount
-from tests.lab.asking import CLIENT
+from tests.lab.asking import CLIENT, LabServer
 from tests.small import small, small_study
 
 ALLOWED = 400e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
@@ -37,11 +36,11 @@ lab(Path(sys.argv[1]), port=0, browser=False)
 class Server:
     """The lab in a process of its own, which waits a second where it would wait longer."""
 
-    def __init__(self, process: subprocess.Popen[str]) -> None:
+    def __init__(self, root: Path, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None
-        said = next(line for line in process.stdout if "is open at" in line)
-        self.process, self.address = process, said.split("is open at ")[1].split()[0]
-        self.port = int(self.address.rstrip("/").split(":")[2])
+        self.process = process
+        self.lab = LabServer.from_output(root, next(line for line in process.stdout if "is open at" in line))
+        self.lab.admit_client()
 
     def memory(self) -> int:
         """Bytes at rest: the least of some seconds, in which it may still let go of what came last."""
@@ -52,8 +51,8 @@ class Server:
         return min(found)
 
     def begin(self, lines: str) -> socket.socket:
-        it = socket.create_connection(("127.0.0.1", self.port))
-        it.sendall(lines.replace("PORT", str(self.port)).replace("\n", "\r\n").encode())
+        it = socket.create_connection(("127.0.0.1", self.lab.port))
+        it.sendall(self.lab.request(lines))
         return it
 
 
@@ -62,7 +61,7 @@ def opened(root: Path) -> Iterator[Server]:
     command = [sys.executable, "-c", IMPATIENT, str(root)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
-            yield Server(process)
+            yield Server(root, process)
         finally:
             process.kill()
 
@@ -70,12 +69,12 @@ def opened(root: Path) -> Iterator[Server]:
 def flood(server: Server) -> None:
     with ExitStack() as many:
         for number in range(100):
-            head = f"POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{number}"
+            head = f"POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\nContent-Length: 9\n\n{number}"
             many.enter_context(closing(server.begin(head if number % 2 else "GET /api")))
     with ExitStack() as many:
         for last in range(950, 970):
             query = f"study=crowd&condition=evo/A&run=0&generation=0&last={last}"
-            head = f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\n\n"
+            head = f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n\n"
             many.enter_context(closing(server.begin(head)))
         for _ in range(3):
             post(server, "validate", b" " * 100_000_000)
@@ -87,7 +86,7 @@ def flood(server: Server) -> None:
 
 def post(server: Server, path: str, content: bytes) -> None:
     try:
-        status = CLIENT.post(f"{server.address}api/{path}", content=content).status_code
+        status = CLIENT.post(f"{server.lab.address}/api/{path}", content=content).status_code
     except (httpx.NetworkError, httpx.RemoteProtocolError):
         return  # cut off: on a busy machine it may take longer than the second that this lab waits
     assert status in (400, 413)
@@ -95,9 +94,9 @@ def post(server: Server, path: str, content: bytes) -> None:
 
 def live_and_leave(server: Server, seed: int) -> None:
     experiment = small("evo/A").replace(population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1})
-    started = CLIENT.post(f"{server.address}api/live", json={"experiment": experiment.to_dict(), "seed": seed})
+    started = CLIENT.post(f"{server.lab.address}/api/live", json={"experiment": experiment.to_dict(), "seed": seed})
     assert started.status_code == 201
-    with connect(f"ws://127.0.0.1:{server.port}/api/live/{started.json()['id']}") as page:
+    with server.lab.websocket(f"/api/live/{started.json()['id']}") as page:
         page.recv(timeout=60)
         page.send('{"do": "stop"}')
 
@@ -107,18 +106,18 @@ def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
     crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
     small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as server:
-        while not CLIENT.get(f"{server.address}api/engine").json()["ready"]:  # to compile takes memory of its own
+        while not CLIENT.get(f"{server.lab.address}/api/engine").json()["ready"]:  # to compile takes memory of its own
             time.sleep(0.1)
-        CLIENT.get(f"{server.address}api/results?study=crowd")  # which loads what results need,
+        CLIENT.get(f"{server.lab.address}/api/results?study=crowd")  # which loads what results need,
         live_and_leave(server, 0)  # and this what a live run needs
         before = server.memory()
         flood(server)
         once = server.memory()
         for _ in range(amount(20, 1) - 1):
             flood(server)
-        while CLIENT.get(f"{server.address}api/live").json()["runs"]:
+        while CLIENT.get(f"{server.lab.address}/api/live").json()["runs"]:
             time.sleep(0.1)
-        assert CLIENT.get(f"{server.address}api/results?study=crowd").status_code == 200
+        assert CLIENT.get(f"{server.lab.address}/api/results?study=crowd").status_code == 200
         held = server.memory()
         assert held - before < ALLOWED
         assert held - once < AGAIN

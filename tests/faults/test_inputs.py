@@ -23,8 +23,8 @@ from baldwinlab.presets import load
 from tests.commands import Outcome
 from tests.faults.amount import amount
 from tests.faults.hostile import VALUES, WORDS
-from tests.lab.asking import CLIENT
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import CLIENT, LabServer
+from tests.lab.conftest import serving
 from tests.small import small_study
 
 SCREEN = 3000  # characters: a message is at most so long

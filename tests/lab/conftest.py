@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -14,31 +13,22 @@ from playwright.sync_api import Browser, Page
 
 from baldwinlab.cli.lab import listening
 from baldwinlab.experiment import choices, validate
+from baldwinlab.lab.access import Access
 from baldwinlab.lab.clients import server_of
 from baldwinlab.lab.server import make_app
 from baldwinlab.parts import load_file
 from baldwinlab.presets import load
+from tests.lab.asking import LabServer
 from tests.small import small, small_study
 
 HAWKS = Path(__file__).parent / "hawks.py"
 
 
-@dataclass(frozen=True)
-class LabServer:
-    """A server that runs: `root` holds one study of two conditions and two runs, called `small`."""
-
-    root: Path
-    port: int
-
-    @property
-    def address(self) -> str:
-        return f"http://127.0.0.1:{self.port}"
-
-
 @contextmanager
 def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
     """A server in a thread, on a free port of loopback, which says whether its engine is ready."""
-    server = server_of(make_app(root, ready))
+    access = Access()
+    server = server_of(make_app(root, access, ready))
     with listening(0) as listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()
@@ -46,7 +36,9 @@ def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[La
             while not server.started:
                 assert thread.is_alive(), "the server did not start"
                 time.sleep(0.01)
-            yield LabServer(root, listener.getsockname()[1])
+            running = LabServer(root, listener.getsockname()[1], access.token)
+            running.admit_client()
+            yield running
         finally:
             server.should_exit = True
             thread.join()
@@ -54,6 +46,7 @@ def serving(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[La
 
 @pytest.fixture(scope="package")
 def lab_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """A server over one study of two conditions and two runs, called `small`."""
     root = tmp_path_factory.mktemp("lab")
     small_study(root / "small", runs=2)
     with serving(root) as server:
@@ -124,7 +117,7 @@ def page(newcomer: Page) -> Page:
 @pytest.fixture
 def newcomer(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     """The page of a first visit; its test fails if the page writes an error to the console or does not catch one."""
-    context = browser.new_context(base_url=lab_server.address, viewport={"width": 1280, "height": 800})
+    context = lab_server.context(browser, viewport={"width": 1280, "height": 800})
     opened, faults = context.new_page(), list[str]()
     opened.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
     opened.on("pageerror", lambda error: faults.append(str(error)))

@@ -10,8 +10,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import CLIENT, arrays, data, refusal
-from tests.lab.conftest import LabServer
+from tests.lab.asking import CLIENT, LabServer, arrays, data, refusal
 from tests.lab.test_live import wait_until
 
 RUN = {"study": "strings", "condition": "guessing", "run": 1}

@@ -14,8 +14,8 @@ from PIL import Image
 from baldwinlab import papers
 from baldwinlab.papers.paper import CARD, open_paper
 from baldwinlab.studies.store import create
-from tests.lab.asking import ask, data, refusal
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import LabServer, ask, data, refusal
+from tests.lab.conftest import serving
 from tests.small import small
 
 OWN = """

@@ -10,12 +10,11 @@ from urllib.parse import urlencode
 
 import httpx
 import pytest
-from websockets.sync.client import connect
 
 from baldwinlab.lab import clients
 from baldwinlab.lab.query import MOST_POSTED
-from tests.lab.asking import CLIENT, SMALL, ask
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import CLIENT, SMALL, LabServer, ask
+from tests.lab.conftest import serving
 from tests.small import small
 
 SOON = 0.3  # seconds
@@ -31,12 +30,12 @@ def impatient(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterato
 
 @contextmanager
 def client(server: LabServer, lines: str) -> Iterator[socket.socket]:
-    """One that has sent this much, and takes little at a time. PORT stands for the server's."""
+    """One that has sent this much, and takes little at a time. PORT and COOKIE stand for the server's."""
     with closing(socket.socket()) as it:
         it.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2**16)
         it.settimeout(60)
         it.connect(("127.0.0.1", server.port))
-        it.sendall(lines.replace("PORT", str(server.port)).replace("\n", "\r\n").encode())
+        it.sendall(server.request(lines))
         yield it
 
 
@@ -58,7 +57,7 @@ def rest(it: socket.socket, pause: float = 0) -> bytes:
         "",
         "GET /api/stu",
         "GET / HTTP/1.1\nHost: 127.0.0.1:PORT\n",
-        "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nContent-Length: 9\n\n{",
+        "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\nContent-Length: 9\n\n{",
     ],
 )
 def test_who_never_ends_a_request_is_cut_off(impatient: LabServer, begun: str) -> None:
@@ -66,7 +65,7 @@ def test_who_never_ends_a_request_is_cut_off(impatient: LabServer, begun: str) -
         assert rest(it) == b""
 
 
-RECORDING = f"GET /api/recording?{urlencode(SMALL)} HTTP/1.1\nHost: 127.0.0.1:PORT\n"
+RECORDING = f"GET /api/recording?{urlencode(SMALL)} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
 MANY = f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"  # answers of 90 kB each, more than a kernel keeps for a client
 
 
@@ -89,7 +88,7 @@ def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None
 def test_a_page_that_only_listens_is_not_cut_off(impatient: LabServer) -> None:
     order = {"experiment": small().replace(evolution={"generations": 1000}).to_dict(), "seconds": SOON}
     id = CLIENT.post(f"{impatient.address}/api/live", json=order).json()["id"]
-    with connect(f"ws://127.0.0.1:{impatient.port}/api/live/{id}") as page:
+    with impatient.websocket(f"/api/live/{id}") as page:
         until = time.monotonic() + 5 * SOON
         while time.monotonic() < until:
             page.recv(timeout=10)

@@ -13,8 +13,7 @@ from baldwinlab.lab.export import live_page
 from baldwinlab.lab.inline import html
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
-from tests.lab.asking import WINDOWS, ask
-from tests.lab.conftest import LabServer
+from tests.lab.asking import WINDOWS, LabServer, ask
 from tests.lab.firefox import Firefox, firefox
 from tests.lab.test_page_export import SIMULATE, TYPES, quick
 from tests.lab.test_page_room import LIFE, MEASURE, require_room_in
@@ -33,7 +32,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
 def test_worlds_have_room_in_comparison_and_beside_the_inside_of_an_agent(
     browser: Firefox, lab_server: LabServer, width: int, height: int
 ) -> None:
-    browser.open(f"{lab_server.address}/#/world?{LIFE}", width, height)
+    browser.open(f"{lab_server.entry}#/world?{LIFE}", width, height)
     browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
     for control, worlds in ((None, 1), ("compare", 2), ("agents", 2), ("agent-3", 2)):
         if control:

@@ -37,7 +37,7 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
     small_study(tmp_path / "small", runs=1)
     compiled = Event()
     with serving(tmp_path, compiled.is_set) as server:
-        page = browser.new_page(base_url=server.address, viewport={"width": 390, "height": 844})
+        page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()
         page.goto(f"/#/{view}")
         first = page.get_by_test_id("first-life")
         expect(first).to_contain_text("The engine is being compiled for this machine")
@@ -58,7 +58,7 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
 
 def test_whoever_wants_less_motion_starts_it_himself(browser: Browser, tmp_path: Path) -> None:
     with serving(tmp_path, lambda: False) as server:
-        page = browser.new_page(base_url=server.address, reduced_motion="reduce")
+        page = server.context(browser, reduced_motion="reduce").new_page()
         page.goto("/")
         expect(page.get_by_test_id("first-step")).to_have_text("step 0 of 1,000")
         expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Play")

@@ -13,8 +13,7 @@ from baldwinlab.experiment import Experiment, choices
 from baldwinlab.lab.forms import form_of
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.parts.kinds import LearningRule
-from tests.lab.asking import CLIENT
-from tests.lab.conftest import LabServer
+from tests.lab.asking import CLIENT, LabServer
 from tests.small import small
 
 

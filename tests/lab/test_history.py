@@ -10,8 +10,7 @@ import xarray as xr
 from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import CLIENT, SMALL, data, refusal
-from tests.lab.conftest import LabServer
+from tests.lab.asking import CLIENT, SMALL, LabServer, data, refusal
 from tests.small import small
 
 CONDITION = "evo+self-taught/A"

@@ -15,8 +15,7 @@ from baldwinlab.parts.kinds import links
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, arrays, refusal
-from tests.lab.conftest import LabServer
+from tests.lab.asking import SMALL, LabServer, arrays, refusal
 from tests.small import small
 
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import CLIENT, data
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import CLIENT, LabServer, data
+from tests.lab.conftest import serving
 from tests.small import small
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
@@ -39,7 +39,7 @@ def begin(server: LabServer, **order: Any) -> str:
 
 
 def watching(server: LabServer, id: str) -> ClientConnection:
-    return connect(f"ws://127.0.0.1:{server.port}/api/live/{id}")
+    return server.websocket(f"/api/live/{id}")
 
 
 def hear(session: ClientConnection) -> dict[str, Any]:

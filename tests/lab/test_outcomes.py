@@ -15,8 +15,8 @@ from baldwinlab.netcdf import sealed
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.study import open_study
 from tests.assays.assayed import reaction
-from tests.lab.asking import data, refusal
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import LabServer, data, refusal
+from tests.lab.conftest import serving
 
 ONE = {"study": "small", "condition": "evo+self-taught/A"}
 

@@ -17,8 +17,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import Study
-from tests.lab.asking import WINDOWS
-from tests.lab.conftest import LabServer
+from tests.lab.asking import WINDOWS, LabServer
 from tests.lab.test_page_room import LOW, MEASURE, window
 
 RUN = "study=strings&condition=guessing&run=1"
@@ -31,7 +30,7 @@ HEIGHTS = """bars => bars.map(bar => [...bar.children].map(part =>
 @pytest.fixture
 def opened(page: Page, strings_server: LabServer) -> Page:
     """The last but one generation."""
-    page.goto(f"{strings_server.address}/#/world?{RUN}&generation=3")
+    page.goto(f"{strings_server.entry}#/world?{RUN}&generation=3")
     expect(page.locator("[data-ready]")).to_have_count(1)
     return page
 
@@ -125,7 +124,7 @@ def test_worlds_and_alleles_take_each_other_s_place_as_they_are_chosen(opened: P
 
 
 def test_a_point_in_the_results_leads_to_the_alleles_of_its_run(page: Page, strings_server: LabServer) -> None:
-    page.goto(f"{strings_server.address}/#/results?study=strings")
+    page.goto(f"{strings_server.entry}#/results?study=strings")
     page.get_by_role("link", name=re.compile("^guessing, run 1: ")).first.press("Enter")
     require_shown(page, strings_server, 4)
 
@@ -134,7 +133,7 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
     page: Page, strings_server: LabServer
 ) -> None:
     changes = {"population.size": 40, "evolution.generations": 5, "hinton_nowlan.loci": 6, "hinton_nowlan.trials": 10}
-    page.goto(f"{strings_server.address}/#/live?preset=guessing&runs=2&pace=0&set={quote(json.dumps(changes), safe='')}")
+    page.goto(f"{strings_server.entry}#/live?preset=guessing&runs=2&pace=0&set={quote(json.dumps(changes), safe='')}")
     page.get_by_test_id("start").click()
     heading, newest = page.get_by_test_id("alleles-heading"), page.get_by_test_id("live-newest")
     expect(heading).to_have_text("Alleles by locus, generation 4", timeout=60_000)
@@ -167,7 +166,7 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
     "asked", ["study=strings&condition=guessing&run=9", "study=strings&condition=x", "study=strings&generation=5"]
 )
 def test_what_is_not_there_is_said_and_something_else_is_shown(page: Page, strings_server: LabServer, asked: str) -> None:
-    page.goto(f"{strings_server.address}/#/world?{asked}")
+    page.goto(f"{strings_server.entry}#/world?{asked}")
     expect(page.get_by_test_id("message-error")).to_contain_text(re.compile("has no (run 9|finished runs of x|generation 5)"))
     expect(page.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 4")
 
@@ -177,7 +176,7 @@ def test_the_bars_of_a_record_that_is_damaged_go_away(browser: Browser, strings_
     sound = record.read_bytes()
     record.write_bytes(sound[:-40])
     with window(browser, *WINDOWS["desk"]) as page:  # its console tells of the refusal
-        page.goto(f"{strings_server.address}/#/world?study=strings&condition=sparse&run=1&generation=3")
+        page.goto(f"{strings_server.entry}#/world?study=strings&condition=sparse&run=1&generation=3")
         expect(page.locator(".allele-bar")).to_have_count(6)
         page.get_by_test_id("run-a").select_option("0")
         expect(page.get_by_test_id("message-error")).to_contain_text(record.name)
@@ -191,7 +190,7 @@ def test_bars_have_room_and_every_control_can_be_reached(
     browser: Browser, strings_server: LabServer, width: int, height: int, dots: int
 ) -> None:
     with window(browser, width, height, dots) as page:
-        page.goto(f"{strings_server.address}/#/world?{RUN}&generation=3")
+        page.goto(f"{strings_server.entry}#/world?{RUN}&generation=3")
         page.get_by_test_id("close-guide").click()
         assert page.locator(".allele-bar").first.evaluate("bar => bar.clientHeight") >= 160
         found = page.evaluate(MEASURE, "/world.js")

@@ -12,8 +12,8 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.axe import barriers
-from tests.lab.asking import SMALL, ask
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import SMALL, LabServer, ask
+from tests.lab.conftest import serving
 from tests.lab.test_page_results import CLAIM
 
 LIFE = urlencode(SMALL)
@@ -23,7 +23,7 @@ LIFE = urlencode(SMALL)
 def shaded(browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
     """A page on light or on dark ground, as the reader's machine is."""
     scheme: Literal["light", "dark"] = request.param
-    with browser.new_context(base_url=lab_server.address, color_scheme=scheme) as context:
+    with lab_server.context(browser, color_scheme=scheme) as context:
         yield context.new_page()
 
 
@@ -48,7 +48,7 @@ def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_o
 
 
 def test_the_world_tab_of_a_model_without_worlds_has_none(shaded: Page, strings_server: LabServer) -> None:
-    shaded.goto(f"{strings_server.address}/#/world?study=strings&condition=guessing&run=1&generation=3&guide=open")
+    shaded.goto(f"{strings_server.entry}#/world?study=strings&condition=guessing&run=1&generation=3&guide=open")
     expect(shaded.get_by_test_id("alleles")).to_be_visible()
     expect(shaded.get_by_test_id("guide")).to_contain_text("The bars")
     assert barriers(shaded) == []
@@ -89,7 +89,7 @@ def test_the_results_tab_has_none_whatever_came_of_claims(shaded: Page, lab_serv
 
 def test_the_life_that_plays_while_the_engine_is_compiled_has_none(shaded: Page, tmp_path: Path) -> None:
     with serving(tmp_path, lambda: False) as server:
-        shaded.goto(server.address)
+        shaded.goto(server.entry)
         expect(shaded.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
         assert barriers(shaded) == []
         shaded.goto("about:blank")

@@ -18,8 +18,8 @@ from baldwinlab import results
 from baldwinlab.netcdf import sealed
 from tests.assays.assayed import reaction
 from tests.axe import barriers
-from tests.lab.asking import SMALL, WINDOWS, data
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import SMALL, WINDOWS, LabServer, data
+from tests.lab.conftest import serving
 from tests.lab.test_page_live import QUICK, begin, state_is
 from tests.lab.test_page_results import hash_of, open_results
 
@@ -122,7 +122,7 @@ def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
 ) -> None:
     monkeypatch.setattr(results, "MOST_PLACES", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
-    with serving(tmp_path) as server, browser.new_context(base_url=server.address) as context:
+    with serving(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()
         open_results(page, "study=small&runs=each")
         expect(page.get_by_test_id("curves")).to_contain_text("lines of at most 5 generations in all can be shown run by run")
@@ -192,7 +192,7 @@ def test_nothing_is_wider_than_the_window_and_every_control_can_be_reached(
 ) -> None:
     size: ViewportSize = {"width": width, "height": height}
     touch = width < 1000
-    with browser.new_context(base_url=lab_server.address, viewport=size, device_scale_factor=dots, has_touch=touch) as context:
+    with lab_server.context(browser, viewport=size, device_scale_factor=dots, has_touch=touch) as context:
         page = context.new_page()
         wide = "[document.getElementById('view'), document.documentElement].map(one => one.scrollWidth - one.clientWidth)"
         open_results(page, "study=small&runs=each&norm=map")

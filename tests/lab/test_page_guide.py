@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.conftest import LabServer
+from tests.lab.asking import LabServer
 
 LIFE = "study=small&condition=evo/A&run=1&generation=1"
 
@@ -87,7 +87,7 @@ def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: P
 
 
 def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(browser: Browser, lab_server: LabServer) -> None:
-    with browser.new_context(base_url=lab_server.address, viewport={"width": 390, "height": 844}, has_touch=True) as context:
+    with lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True) as context:
         page = context.new_page()
         page.goto(f"/#/world?{LIFE.replace('evo/A', 'evo%2Bself-taught/A')}&step=0")
         page.get_by_test_id("close-guide").tap()

@@ -10,8 +10,8 @@ from urllib.parse import quote
 
 from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.asking import SMALL, data
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import SMALL, LabServer, data
+from tests.lab.conftest import serving
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 RUN = {name: SMALL[name] for name in ("study", "condition", "run")}
@@ -62,9 +62,9 @@ def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_draw
 def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_curve(
     browser: Browser, lab_server: LabServer, tmp_path: Path
 ) -> None:
-    with browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True) as context:
+    with lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True) as context:
         page = context.new_page()
-        page.goto(f"{lab_server.address}/#/world?{LIFE}")
+        page.goto(f"{lab_server.entry}#/world?{LIFE}")
         page.get_by_test_id("close-guide").tap()
         expect(page.locator(".run-curve:not(.plain)")).to_have_count(1)
         place = page.locator(".run-curve").bounding_box()
@@ -72,7 +72,7 @@ def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_c
         page.touchscreen.tap(place["x"] + 9, place["y"] + place["height"] / 2)
         expect(page.get_by_test_id("generation-a")).to_have_value("0")
         with serving(tmp_path) as empty:
-            page.goto(f"{empty.address}/#/world?condition=evo%2Bself-taught/A&generation=0")
+            page.goto(f"{empty.entry}#/world?condition=evo%2Bself-taught/A&generation=0")
             expect(page.locator("[data-ready]")).to_have_count(1, timeout=60_000)
             expect(page.locator(".run-curve.plain")).to_have_count(1)
             expect(page.get_by_role("slider", name="Generation")).not_to_have_attribute("aria-valuetext", re.compile("."))

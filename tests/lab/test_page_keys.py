@@ -7,7 +7,7 @@ import re
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.runs.replay import replay
-from tests.lab.conftest import LabServer
+from tests.lab.asking import LabServer
 from tests.small import small
 
 LIFE = "study=small&condition=evo/A&run=1&generation=1&step=10"
@@ -51,7 +51,7 @@ def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not
 
 
 def test_who_wants_nothing_to_move_starts_the_life_by_hand(browser: Browser, lab_server: LabServer) -> None:
-    with browser.new_context(base_url=lab_server.address, reduced_motion="reduce") as context:
+    with lab_server.context(browser, reduced_motion="reduce") as context:
         page = context.new_page()
         page.goto("/")
         expect(page.locator("[data-ready]")).to_have_count(1)

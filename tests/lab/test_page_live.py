@@ -14,8 +14,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from baldwinlab.presets import load
 from baldwinlab.studies.store import Study
-from tests.lab.asking import data
-from tests.lab.conftest import LabServer
+from tests.lab.asking import LabServer, data
 
 QUICK = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 4}
 LONG = QUICK | {"evolution.generations": 300}

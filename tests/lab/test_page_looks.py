@@ -9,8 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import Study
 from tests.axe import barriers
-from tests.lab.asking import WINDOWS, arrays
-from tests.lab.conftest import LabServer
+from tests.lab.asking import WINDOWS, LabServer, arrays
 from tests.lab.test_page_room import MEASURE, window
 
 CELLS = "study=looks&condition=cells&run=1&generation=2"
@@ -20,7 +19,7 @@ MATRIX, WALK = CELLS.replace("cells", "hawks"), CELLS.replace("cells", "climbers
 @pytest.fixture
 def opened(page: Page, looks_server: LabServer) -> Page:
     """A life of the fittest agent, at its first step."""
-    page.goto(f"{looks_server.address}/#/world?{CELLS}&step=0")
+    page.goto(f"{looks_server.entry}#/world?{CELLS}&step=0")
     expect(page.locator("[data-ready]")).to_have_count(1)
     return page
 
@@ -133,14 +132,14 @@ def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
 def test_what_is_not_there_is_said_and_something_else_is_shown(
     page: Page, looks_server: LabServer, asked: str, sentence: str
 ) -> None:
-    page.goto(f"{looks_server.address}/#/world?{asked}")
+    page.goto(f"{looks_server.entry}#/world?{asked}")
     expect(page.get_by_test_id("message-error")).to_contain_text(sentence)
     expect(page.get_by_test_id("cells-told")).to_contain_text("environment 1 of 6")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_no_barrier(browser: Browser, looks_server: LabServer, scheme: str) -> None:
-    with browser.new_context(base_url=looks_server.address, color_scheme="dark" if scheme == "dark" else "light") as context:
+    with looks_server.context(browser, color_scheme="dark" if scheme == "dark" else "light") as context:
         page = context.new_page()
         for asked in (f"{CELLS}&step=9&guide=open", f"{WALK}&look=climb", MATRIX):
             page.goto(f"/#/world?{asked}")
@@ -151,7 +150,7 @@ def test_axe_finds_no_barrier(browser: Browser, looks_server: LabServer, scheme:
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
 def test_views_have_room_in_every_window(browser: Browser, looks_server: LabServer, width: int, height: int, dots: int) -> None:
-    with window(browser, width, height, dots, base_url=looks_server.address) as page:
+    with window(browser, width, height, dots, looks_server) as page:
         for asked in (f"{CELLS}&step=9", f"{WALK}&look=climb", MATRIX):
             page.goto(f"/#/world?{asked}")
             if page.get_by_test_id("close-guide").is_visible():

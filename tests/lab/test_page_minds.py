@@ -9,7 +9,8 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import Study
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import LabServer
+from tests.lab.conftest import serving
 from tests.library.plain import compile_nothing
 from tests.small import small_study
 from tests.worlds import small
@@ -60,7 +61,7 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 @pytest.fixture
 def guest(browser: Browser, minds: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
     width, height = getattr(request, "param", (1280, 800))
-    context = browser.new_context(base_url=minds.address, viewport={"width": width, "height": height})
+    context = minds.context(browser, viewport={"width": width, "height": height})
     page, faults = context.new_page(), list[str]()
     page.on("pageerror", lambda error: faults.append(str(error)))
     yield page

@@ -12,8 +12,8 @@ from playwright.sync_api import Page, expect
 
 from baldwinlab.experiment import choices
 from baldwinlab.parts import load_file
-from tests.lab.asking import data, refusal
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import LabServer, data, refusal
+from tests.lab.conftest import serving
 
 PART = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 CHANGES = {"bit_strings.guesses": 40, "bit_strings.loci": 6, "population.size": 40, "evolution.generations": 5}
@@ -31,7 +31,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServer) -> None:
     presets = {preset["name"]: preset for preset in data(server.address, "presets")["presets"]}
     assert presets["bit-strings"]["description"] == "Strings of 0, 1 and ?, which guess what a ? should be."
-    page.goto(f"{server.address}/#/live?preset=bit-strings&runs=2&pace=0&set={quote(json.dumps(CHANGES), safe='')}")
+    page.goto(f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={quote(json.dumps(CHANGES), safe='')}")
     expect(page.get_by_test_id("field-bit_strings.guesses")).to_have_value("40")
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
@@ -43,7 +43,7 @@ def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServ
     page.get_by_test_id("open-kept").click()
     expect(page.get_by_test_id("curves")).to_contain_text("Fitness of the best agent, generation by generation")
     assert (server.root / "bits" / "parts" / "model-bit-strings.py").read_bytes() == PART.read_bytes()
-    page.goto(f"{server.address}/#/world?study=bits&condition=bit-strings&run=0&generation=0")
+    page.goto(f"{server.entry}#/world?study=bits&condition=bit-strings&run=0&generation=0")
     expect(page.get_by_test_id("message-error")).to_contain_text("is of a model whose lives have no world to watch")
 
 

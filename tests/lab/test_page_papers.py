@@ -13,8 +13,8 @@ from baldwinlab import papers
 from baldwinlab.presets import factors, load
 from baldwinlab.studies.store import create
 from tests.axe import barriers
-from tests.lab.asking import WINDOWS
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import WINDOWS, LabServer
+from tests.lab.conftest import serving
 from tests.lab.test_page_results import CLAIM
 from tests.lab.test_page_room import MEASURE, window
 from tests.small import small_study
@@ -37,13 +37,13 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 @pytest.fixture
 def shown(page: Page, shelf: LabServer) -> Page:
-    page.goto(f"{shelf.address}/#/papers")
+    page.goto(f"{shelf.entry}#/papers")
     expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
     return page
 
 
 def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer) -> None:
-    page.goto(f"{shelf.address}/#/results?study=needle")
+    page.goto(f"{shelf.entry}#/results?study=needle")
     page.get_by_test_id("curves").locator("canvas").wait_for()
     page.get_by_role("link", name="baldwinlab, to the papers").click()
     expect(page.get_by_test_id("tab-papers")).to_have_attribute("aria-current", "page")
@@ -85,7 +85,7 @@ def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
 def test_cards_have_room_in_every_window(browser: Browser, shelf: LabServer, width: int, height: int, dots: int) -> None:
-    with window(browser, width, height, dots, base_url=shelf.address) as page:
+    with window(browser, width, height, dots, shelf) as page:
         page.goto("/#/papers")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
         found = page.evaluate(MEASURE, "/world.js")
@@ -94,7 +94,7 @@ def test_cards_have_room_in_every_window(browser: Browser, shelf: LabServer, wid
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_no_barrier(browser: Browser, shelf: LabServer, scheme: str) -> None:
-    with browser.new_context(base_url=shelf.address, color_scheme="dark" if scheme == "dark" else "light") as context:
+    with shelf.context(browser, color_scheme="dark" if scheme == "dark" else "light") as context:
         page = context.new_page()
         page.goto("/#/papers?guide=open")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))

@@ -16,8 +16,7 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.store import create
-from tests.lab.asking import data
-from tests.lab.conftest import LabServer
+from tests.lab.asking import LabServer, data
 from tests.small import small
 
 CLAIM = {

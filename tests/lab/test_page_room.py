@@ -10,10 +10,9 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from playwright.sync_api import Browser, Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.asking import WINDOWS, ask
-from tests.lab.conftest import LabServer
+from tests.lab.asking import WINDOWS, LabServer, ask
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 LOW = [WINDOWS[name] for name in ("phone on its side", "a desk at 200 %", "the narrowest")]
@@ -41,9 +40,14 @@ MEASURE = """async module => {
 
 
 @contextmanager
-def window(browser: Browser, width: int, height: int, dots: int, **more: Any) -> Iterator[Page]:
-    size: ViewportSize = {"width": width, "height": height}
-    with browser.new_context(viewport=size, device_scale_factor=dots, has_touch=width < 1000, **more) as context:
+def window(browser: Browser, width: int, height: int, dots: int, lab: LabServer | None = None) -> Iterator[Page]:
+    """A page in a window of this size, which may ask a lab."""
+    options: dict[str, Any] = {
+        "viewport": {"width": width, "height": height},
+        "device_scale_factor": dots,
+        "has_touch": width < 1000,
+    }
+    with lab.context(browser, **options) if lab else browser.new_context(**options) as context:
         yield context.new_page()
 
 
@@ -62,7 +66,7 @@ def require_room_in(found: dict[str, Any], maps: int) -> None:
 def test_maps_have_room_alone_in_comparison_and_beside_an_agent_and_its_ancestors(
     browser: Browser, lab_server: LabServer, width: int, height: int, dots: int
 ) -> None:
-    with window(browser, width, height, dots, base_url=lab_server.address) as page:
+    with window(browser, width, height, dots, lab_server) as page:
         page.goto(f"/#/world?{LIFE}")
         expect(page.locator("[data-ready]")).to_have_count(1)
         steps = ((None, 1), ("close-guide", 1), ("compare", 2), ("agents", 2), ("agent-3", 2), ("ancestors-of", 2))
@@ -96,13 +100,13 @@ def test_a_shared_page_has_room_for_its_maps(browser: Browser, lab_server: LabSe
 
 def test_a_live_run_has_room_for_its_world_and_for_an_agent_of_it(browser: Browser, lab_server: LabServer) -> None:
     changes = quote(json.dumps({"lifetime.steps": 300, "evolution.generations": 2}), safe="")
-    with window(browser, 1280, 800, 1, base_url=lab_server.address) as page:
+    with window(browser, 1280, 800, 1, lab_server) as page:
         page.goto(f"/#/live?preset=evo%2Bself-taught/A&runs=1&pace=0&set={changes}")
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
         run = page.url.replace("#/live?", "#/live?generation=1&step=9&")
     for width, height, dots in LOW:
-        with window(browser, width, height, dots) as page:
+        with window(browser, width, height, dots, lab_server) as page:
             page.goto(run)
             expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1", timeout=60_000)
             page.get_by_test_id("close-guide").click()

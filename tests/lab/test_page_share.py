@@ -14,8 +14,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, ask
-from tests.lab.conftest import LabServer, offline
+from tests.lab.asking import SMALL, LabServer, ask
+from tests.lab.conftest import offline
 
 SHOWN = SMALL | {"step": 120, "agent": 3, "speed": 50}
 BESIDE = {f"b.{name}": value for name, value in (SMALL | {"condition": "evo/A"}).items()}
@@ -159,7 +159,7 @@ def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(page: Page, lonel
 
 
 def test_what_the_server_refuses_is_a_sentence_on_the_page(browser: Browser, lab_server: LabServer) -> None:
-    page = browser.new_page(base_url=lab_server.address)
+    page = lab_server.context(browser).new_page()
     page.route("**/api/movie**", lambda route: route.fulfill(status=400, json={"error": "writing .mp4 needs the extra 'video'"}))
     page.goto(f"/#/world?{urlencode(SHOWN)}")
     page.get_by_test_id("share").click()

@@ -8,8 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from baldwinlab.runs.replay import replay
-from tests.lab.asking import data
-from tests.lab.conftest import LabServer
+from tests.lab.asking import LabServer, data
 from tests.small import small
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"

@@ -15,7 +15,8 @@ from baldwinlab.lab.inside import look_inside
 from baldwinlab.lab.lives import Life, Past, Span
 from baldwinlab.lab.recording import record
 from baldwinlab.runs.replay import energy_before, genome_at, replay
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import LabServer
+from tests.lab.conftest import serving
 from tests.small import small, small_study
 
 TAUGHT = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2"
@@ -223,7 +224,7 @@ def test_an_address_of_what_is_not_there_gets_a_sentence_and_a_world(page: Page,
 
 
 def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Browser, lab_server: LabServer) -> None:
-    context = browser.new_context(base_url=lab_server.address)
+    context = lab_server.context(browser)
     page = context.new_page()
     open_world(page)
     page.route("**/api/**", lambda route: route.abort())
@@ -239,7 +240,7 @@ def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(browser
     study = small_study(tmp_path / "small", runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-9] + b"something")
-    with serving(tmp_path) as server, browser.new_context(base_url=server.address) as context:
+    with serving(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()
         open_world(page, "study=small&condition=evo/A&run=0&generation=1&step=0")
         page.goto("/#/world?study=small&condition=evo/A&run=1&generation=1&step=0")
@@ -274,7 +275,7 @@ def test_a_long_session_holds_no_more_than_a_short_one(page: Page) -> None:
 
 
 def test_on_a_phone_everything_fits_and_fingers_pick(browser: Browser, lab_server: LabServer) -> None:
-    context = browser.new_context(base_url=lab_server.address, viewport={"width": 390, "height": 844}, has_touch=True)
+    context = lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True)
     page = context.new_page()
     for state, panels in ((f"{TAUGHT}&step=0", 1), (f"{TAUGHT}&step=0&b.condition=evo/A", 2), (f"{TAUGHT}&step=0&agent=2", 1)):
         page.goto("about:blank")

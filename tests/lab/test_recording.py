@@ -18,8 +18,8 @@ from baldwinlab.models.miniworld.look import as_text
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, arrays, refusal
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import SMALL, LabServer, arrays, refusal
+from tests.lab.conftest import serving
 from tests.small import small, small_study
 
 

@@ -10,20 +10,18 @@ from pathlib import Path
 
 import pytest
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from baldwinlab.lab import Lab, studies
-from tests.lab.asking import CLIENT, SMALL, ask, data, refusal
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import CLIENT, SMALL, LabServer, ask, data, refusal
+from tests.lab.conftest import serving
 from tests.small import small
 
 
 def raw(server: LabServer, lines: str) -> tuple[int, str]:
-    """What a server answers to a request of these lines: status and all that follows. PORT stands for its port."""
+    """What a server answers to its owner's request of these lines: status and all that follows. PORT stands for its port."""
     with socket.create_connection(("127.0.0.1", server.port), timeout=10) as connection:
-        text = lines.replace("PORT", str(server.port)).strip() + "\nConnection: close\n\n"
-        connection.sendall(text.replace("\n", "\r\n").encode())
+        connection.sendall(server.request(f"{lines.strip()}\nCookie: COOKIE\nConnection: close\n\n"))
         answer = b"".join(iter(lambda: connection.recv(65536), b"")).decode("utf-8", "replace")
     return int(answer.split(" ")[1]), answer
 
@@ -72,8 +70,7 @@ def test_a_picture_in_another_page_is_refused_but_a_link_to_the_page_is_not(lab_
 
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere"])
 def test_a_websocket_of_another_origin_or_name_is_refused(lab_server: LabServer, path: str) -> None:
-    address = f"ws://127.0.0.1:{lab_server.port}{path}"
-    with pytest.raises(InvalidStatus) as refused, connect(address, origin=Origin("http://evil.org")):
+    with pytest.raises(InvalidStatus) as refused, lab_server.websocket(path, origin=Origin("http://evil.org")):
         pass
     assert refused.value.response.status_code == 403
     upgrade = "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
@@ -82,7 +79,7 @@ def test_a_websocket_of_another_origin_or_name_is_refused(lab_server: LabServer,
 
 
 def test_a_websocket_that_nobody_answers_is_refused(lab_server: LabServer) -> None:
-    with pytest.raises(InvalidStatus) as refused, connect(f"ws://127.0.0.1:{lab_server.port}/nowhere"):
+    with pytest.raises(InvalidStatus) as refused, lab_server.websocket("/nowhere"):
         pass
     assert refused.value.response.status_code == 403
 

@@ -24,8 +24,7 @@ from baldwinlab.lab import frames, pages, share
 from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies.store import Study
-from tests.lab.asking import SMALL, ask, data, refusal
-from tests.lab.conftest import LabServer
+from tests.lab.asking import SMALL, LabServer, ask, data, refusal
 
 MEGABYTE = 1_000_000
 LIFE = urlencode(SMALL)

@@ -21,8 +21,8 @@ from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import create
 from baldwinlab.studies.study import open_study
-from tests.lab.asking import data, refusal
-from tests.lab.conftest import LabServer, serving
+from tests.lab.asking import LabServer, data, refusal
+from tests.lab.conftest import serving
 from tests.small import small, small_study
 
 

@@ -10,8 +10,7 @@ from baldwinlab.lab import lives
 from baldwinlab.library.models.cells import CellForagers
 from baldwinlab.parts.views import arrays_of
 from baldwinlab.studies.store import Study
-from tests.lab.asking import arrays, data, refusal
-from tests.lab.conftest import LabServer
+from tests.lab.asking import LabServer, arrays, data, refusal
 
 LIFE = {"study": "looks", "condition": "cells", "run": 1, "generation": 2, "view": "life"}
 

@@ -132,7 +132,9 @@ export async function request(path, options) {
     }
     connection(true);
     if (answer.ok) return answer;
-    throw new Refusal(await sentence(answer), answer.status);
+    const refusal = new Refusal(await sentence(answer), answer.status);
+    if (answer.status === 401) connection(false, refusal.message); // stays in sight, as nothing else will be answered
+    throw refusal;
   }
 }
 
@@ -144,10 +146,14 @@ async function sentence(answer) {
   }
 }
 
-/** Show or hide the banner of a lost connection. */
-export function connection(there) {
+const LOST = "The connection to baldwinlab is lost; trying again …";
+
+/** Show or hide the banner of a lost connection. @param {boolean} there @param {string} [reason] */
+export function connection(there, reason = LOST) {
   const banner = document.getElementById("connection");
-  if (banner) banner.hidden = there;
+  if (!banner) return;
+  banner.hidden = there;
+  banner.textContent = reason;
 }
 
 /**

@@ -1,6 +1,6 @@
 /** What the server tells of a live run. A feed outlives the view, so a run goes on while its page shows something else. */
 
-import { connection } from "./common.js";
+import { connection, request } from "./common.js";
 
 const AGAIN = 1000; // ms until a lost connection is tried again
 const ENDS = ["done", "stopped", "failed", "gone"];
@@ -58,8 +58,14 @@ export class Feed {
     this.socket.onclose = () => {
       if (this.closed || this.state === "gone") return;
       connection(false);
-      this.retry = setTimeout(() => this.connect(), AGAIN);
+      this.retry = setTimeout(() => this.reconnect(), AGAIN);
     };
+  }
+
+  /** Connect once the server answers. It refuses a socket without a reason, but a request with one. */
+  async reconnect() {
+    await request("/api/live", {});
+    if (!this.closed) this.connect();
   }
 
   hear(news) {
