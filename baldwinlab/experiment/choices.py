@@ -119,6 +119,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "few-mutations": f"{_LIBRARY}.models.cells:FewMutations",
         "four-bit-weights": f"{_LIBRARY}.models.digits:FourBitWeights",
         "gaussian": f"{_LIBRARY}.breeding:Gaussian",
+        "gene-pool": f"{_LIBRARY}.breeding:GenePool",
         "neat": f"{_LIBRARY}.neat.parts:Neat",
         "one-point-alleles": f"{_LIBRARY}.models.needle:OnePointOfAlleles",
         "one-point-bits": f"{_LIBRARY}.models.lightswitch:OnePointOfBits",

@@ -10,7 +10,8 @@ differ from them by mutation alone (`copy`); D. Floreano and J. Urzelai, "Evolut
 behavioral fitness", Neural Networks 13 (2000), for its `mated`; H.-P. Schwefel, Numerical Optimization of Computer Models
 (1981), for normal mutations; D. E. Goldberg and K. Deb, "A comparative analysis of selection schemes used in genetic
 algorithms", Foundations of Genetic Algorithms 1 (1991), for `larger-tournament`; J. H. Holland, Adaptation in Natural and
-Artificial Systems (1975), for crossover at one point.
+Artificial Systems (1975), for crossover at one point; H. Mühlenbein and H.-M. Voigt, "Gene pool recombination in genetic
+algorithms", Meta-Heuristics: Theory and Applications (1996), for `gene-pool`.
 """
 
 from __future__ import annotations
@@ -22,13 +23,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
-from baldwinlab.evolution.moment import Fitness, Parents, Uniforms
+from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import first_above
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
 from baldwinlab.parts import Field, Selection, Variation
+from baldwinlab.parts.evolution import ITSELF, copy_genome
 
 
 @compiled
@@ -237,6 +240,59 @@ class Copy(Variation, name="copy"):
         return _in_modules(part, [weight for module in parent for weight in module], draws, gate, len(parent[0]))
 
 
+class GenePool(Variation, name="gene-pool"):
+    """Each weight is copied from a parent of its own, drawn from all selected parents; then it may mutate uniformly.
+
+    The pool holds both parents that selection drew for every child. An agent that lives on stands in it twice. This is linkage
+    equilibrium in one generation: weights that were inherited together are not linked.
+    """
+
+    settings: ClassVar[tuple[str, ...]] = ("mutation_rate", "mutation_size")
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        "size": lambda part, experiment: float(experiment.evolution.mutation_size),
+    }
+
+    @staticmethod
+    def vary_all(
+        part: Any,
+        moment: Moment,
+        genome: Genome,
+        fitness: Fitness,
+        parents: Parents,
+        draws: Uniforms,
+        children: Genome,
+    ) -> None:
+        length = children.shape[2]
+        for child in range(children.shape[0]):
+            if parents[child, 1] == ITSELF:
+                copy_genome(genome[parents[child, 0]], children[child])
+                continue
+            rng.draw_uniforms(moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, draws)
+            for draw in range(children.shape[1] * length):
+                place = int(draws[draw, 0] * parents.size)
+                parent = parents[place // 2, place % 2]
+                if parent == ITSELF:
+                    parent = parents[place // 2, 0]
+                inherited = genome[parent, draw // length, draw % length]
+                if draws[draw, 1] < part.rate:
+                    inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+                children[child, draw // length, draw % length] = inherited
+
+    @staticmethod
+    def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
+        pool = [agent for one, two in parents for agent in (one, one if two == ITSELF else two)]
+
+        def child_of(of_child: Any) -> Any:
+            rest = iter(of_child)
+            return [
+                [_from_pool(part, genome, pool, module, weight, next(rest)) for weight in range(len(genes))]
+                for module, genes in enumerate(genome[0])
+            ]
+
+        return [genome[one] if two == ITSELF else child_of(of_child) for (one, two), of_child in zip(parents, draws, strict=True)]
+
+
 @compiled
 def _slices(fitness: Fitness, shares: Keys) -> Any:
     """Fill `shares` with fitness added up, alike for all if nobody has any. Gives where it ends, and who has the last slice."""
@@ -265,3 +321,9 @@ def _in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -
     opens = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
     child = [old + is_open * part.size * (2 * draw[2] - 1) for old, is_open, draw in zip(weights, opens, draws, strict=True)]
     return [child[first : first + length] for first in range(0, len(child), length)]
+
+
+def _from_pool(part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any) -> float:
+    """For the oracle of `gene-pool`: one weight of a child."""
+    inherited = genome[pool[int(draw[0] * len(pool))]][module][weight]
+    return float(inherited + (draw[1] < part.rate) * part.size * (2 * draw[2] - 1))

@@ -25,7 +25,7 @@ FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
 AGENTS = FITNESS.size
 NAMES = {
     "selection": ["best-copies", "expected-offspring", "outcrossing"],
-    "variation": ["copy", "gaussian", "one-point-crossover"],
+    "variation": ["copy", "gaussian", "gene-pool", "one-point-crossover"],
 }
 Numbers = npt.NDArray[np.float64]
 
@@ -247,14 +247,47 @@ def heterozygosity(variation: str, replicates: int, loci: int) -> Numbers:
 
 
 @pytest.mark.parametrize(
-    ("variation", "replicates", "loci"), [("crossover", 60, 30), ("copy", 500, 2), ("one-point-crossover", 300, 10)]
+    ("variation", "replicates", "loci", "pool"),
+    [
+        ("crossover", 60, 30, 1),
+        ("copy", 500, 2, 1),
+        ("one-point-crossover", 300, 10, 1),
+        ("gene-pool", 60, 30, 1 - 1 / 24),
+    ],
 )
-def test_without_selection_heterozygosity_falls_by_1_in_n_a_generation(variation: str, replicates: int, loci: int) -> None:
-    """As in the model of Wright and Fisher: H(t) = H(0) (1 - 1/N)^t, whatever the fitness."""
+def test_without_selection_heterozygosity_falls_as_theory_says(variation: str, replicates: int, loci: int, pool: float) -> None:
+    """As in the model of Wright and Fisher: H(t) = H(0) (1 - 1/N)^t, whatever the fitness.
+
+    A gene pool of 2N places is one more sample: both of two children have the same place with the probability 1/2N.
+    """
     found = heterozygosity(variation, replicates, loci)
-    expected = (1 - 1 / 12) ** (1 + np.arange(found.shape[1]))
+    expected = (1 - 1 / 12) * ((1 - 1 / 12) * pool) ** np.arange(found.shape[1])
     error = found.std(axis=0, ddof=1) / np.sqrt(replicates)
     assert (np.abs(found.mean(axis=0) - expected) <= 4 * error + 1e-6).all()
+
+
+def test_each_weight_comes_from_a_parent_of_its_own_in_the_gene_pool() -> None:
+    """Of 20 agents, the best four are selected; a child has the weights of all of them, and neighbors are not linked."""
+    genome = np.broadcast_to(np.arange(20, dtype=np.float32)[:, None, None], (20, 2, 60)).copy()
+    experiment = load("evo+self-taught/A").replace(
+        evolution={"variation": "gene-pool", "selection": "best-copies", "mutation_rate": 0}
+    )
+    children = np.concatenate(
+        [breed(experiment, genome, np.arange(20.0), Moment(1, run, 1))[0].reshape(20, -1) for run in range(20)]
+    )
+    counts = np.bincount(children.ravel().astype(int), minlength=20)
+    assert counts[:16].sum() == 0 and chisquare(counts[16:]).pvalue > 0.001
+    linked = (children[:, 1:] == children[:, :-1]).mean()
+    assert abs(linked - 1 / 4) < 4 * np.sqrt(3 / 16 / children[:, 1:].size)
+
+
+def test_agents_that_live_on_keep_their_genomes_beside_a_gene_pool() -> None:
+    genome = np.random.default_rng(1).normal(size=(20, 1, 60)).astype(np.float32)
+    experiment = load("evo/A").replace(evolution={"variation": "gene-pool", "elite": 3, "mutation_rate": 1})
+    children, parents = breed(experiment, genome, np.arange(20.0), Moment(1, 0, 1))
+    assert parents[:3].tolist() == [[19, 19], [18, 18], [17, 17]]
+    np.testing.assert_array_equal(children[:3], genome[[19, 18, 17]])
+    assert not np.isin(children[3:], genome).any(), "all weights of the others have mutated"
 
 
 @pytest.mark.parametrize("name", NAMES["selection"])

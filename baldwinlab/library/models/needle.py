@@ -12,7 +12,7 @@ Source: G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Compl
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -143,21 +143,46 @@ class HintonNowlan(Model, name="hinton-nowlan"):
 
 
 class OnePointOfAlleles(Variation, name="one-point-alleles"):
-    """One parent's alleles up to a cut, the other's from there; then each may mutate, to 0, 1 or ? alike."""
+    """One parent's alleles up to a cut, the other's from there; then each may mutate, to 0, 1 or ?."""
 
+    mutation_law: Literal["uniform", "founders"] = Field(
+        "uniform",
+        description="alleles that mutations draw: 0, 1 and ? alike, or in the shares of the founders",
+    )
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        "zero": lambda part, experiment: 3 * part.share_of_zero(experiment),
+    }
+
+    def share_of_zero(self, experiment: Any) -> float:
+        """Share of 0, and likewise of 1, among the alleles that mutations draw."""
+        return (1 - experiment.of_model.unset) / 2 if self.mutation_law == "founders" else 1 / 3
+
+    def check(self, experiment: Any) -> None:
+        has_shares = experiment.model != "miniworld" and hasattr(experiment.of_model, "unset")
+        if self.mutation_law == "founders" and not has_shares:
+            raise ValueError(
+                "evolution.one_point_alleles.mutation_law = 'founders' needs a model with a share of ? among the founders: "
+                f"hinton-nowlan or moving-needle, and not {experiment.model!r}"
+            )
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
         cut = cut_at(gate, child.shape[1])
         for locus in range(child.shape[1]):
-            child[0, locus] = fitter[0, locus] if is_of_fitter(locus, cut, draws[0, 0]) else other[0, locus]
+            of_fitter = is_of_fitter(locus, cut, draws[0, 0])
+            child[0, locus] = fitter[0, locus] if of_fitter else other[0, locus]
             if draws[locus, 1] < part.rate:
-                child[0, locus] = np.float32(int(3.0 * draws[locus, 2])) * np.float32(0.5)
+                draw = 3.0 * draws[locus, 2]
+                steps = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
+                child[0, locus] = np.float32(steps) * np.float32(0.5)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
+        def mutant(draw: float) -> float:
+            zero = part.zero / 3
+            return 0.0 if draw < zero else 1.0 if draw >= 1 - zero else 0.5
+
         child = joined(fitter[0], other[0], gate, draws[0][0])
-        anew = [(0.0, 0.5, 1.0)[int(3 * draw[2])] for draw in draws]
-        return [[new if draw[1] < part.rate else old for old, new, draw in zip(child, anew, draws, strict=True)]]
+        return [[mutant(draw[2]) if draw[1] < part.rate else old for old, draw in zip(child, draws, strict=True)]]

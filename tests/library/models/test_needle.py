@@ -6,6 +6,7 @@ The closed forms follow from the model's text: of a string with q alleles ? and 
 from __future__ import annotations
 
 from math import comb
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, breed, draw_genome
-from baldwinlab.experiment import Experiment, assign
+from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.library.models.needle import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.runs.simulate import live_batch
@@ -105,17 +106,38 @@ def test_the_exact_recursion_has_the_values_of_the_specification() -> None:
     assert seen[50] == pytest.approx([0.8231, 0, 0.1769], abs=1e-4)
 
 
-def test_a_generation_of_free_recombination_follows_the_exact_recursion() -> None:
-    """From shares at which learning pays, so that the change is many times its error."""
-    experiment = assign(bl.load("guessing"), ["evolution.variation=crossover", "population.size=20000"])
-    before, generator = np.array([0.6, 0.02, 0.38]), np.random.default_rng(5)
-    genome = generator.choice(np.array([1, 0, 0.5], np.float32), (20_000, 1, LOCI), p=before)
-    energy = lives(genome[None]).energy[0]
-    children, _ = breed(experiment, genome, energy, Moment(0, 0, 1))
-    found = np.array([(children == allele).mean() for allele in (1, 0, 0.5)])
-    expected = exact_step(before)
-    error = 4 * np.sqrt(expected * (1 - expected) / (20_000 * LOCI)) * 3  # parents are drawn, so children are not independent
-    assert (abs(found - expected) < error).all() and (abs(expected - before) > 2 * error)[:1].all()
+AGENTS = 20_000
+PAYING = np.array([0.6, 0.02, 0.38])  # shares of 1, 0 and ? at which learning pays
+
+
+def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.float64]:
+    """By generation: the shares of 1, 0 and ? in a large population, less those of the exact recursion."""
+    experiment = assign(bl.load("guessing"), [f"evolution.variation={variation}", f"population.size={AGENTS}"])
+    generator, expected, found = np.random.default_rng(seed), PAYING, []
+    genome = generator.choice(np.array([1, 0, 0.5], np.float32), (AGENTS, 1, LOCI), p=PAYING)
+    for generation in range(1, generations + 1):
+        energy = HintonNowlan().live(seed, [0], generation - 1, genome[None]).energy[0]
+        genome, _ = breed(experiment, genome, energy, Moment(seed, 0, generation))
+        expected = exact_step(expected)
+        found.append([(genome == allele).mean() for allele in (1, 0, 0.5)] - expected)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("variation", ["crossover", "gene-pool"])
+def test_a_generation_from_independent_loci_follows_the_exact_recursion(variation: str) -> None:
+    """From independent loci, recombination by two parents and by the gene pool have the same shares."""
+    after = exact_step(PAYING)
+    error = 4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3  # parents are drawn, so children are not independent
+    assert (abs(distances(variation, 1, seed=5)[0]) < error).all() and abs(after - PAYING)[0] > 2 * error[0]
+
+
+def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> None:
+    """Two parents leave half of the linkage, so their population is more than .01 from the recursion soon."""
+    pool, pairs = (
+        np.mean([distances(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1] for variation in ("gene-pool", "crossover")
+    )
+    assert (abs(pool) < 0.002).all()
+    assert abs(pairs[2]) > 0.008
 
 
 def test_only_with_guessing_is_the_needle_found_and_then_the_wrong_alleles_vanish() -> None:
@@ -144,8 +166,33 @@ def test_the_parts_are_as_parts_should_be() -> None:
     assert [one for one in found if one.holds is False] == []
 
 
-def test_a_mutated_allele_is_any_of_the_three() -> None:
-    experiment = assign(bl.load("guessing"), ["evolution.mutation_rate=1", "population.size=2000"])
+@pytest.mark.parametrize(
+    ("law", "unset", "expected"),
+    [
+        ("uniform", 0.5, [1 / 3] * 3),
+        ("founders", 0.5, [0.25, 0.5, 0.25]),
+        ("founders", 0.0, [0.5, 0.0, 0.5]),
+        ("founders", 1.0, [0.0, 1.0, 0.0]),
+    ],
+)
+def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: list[float]) -> None:
+    settings = ["evolution.mutation_rate=1", "population.size=2000", f"hinton_nowlan.unset={unset}"]
+    experiment = assign(bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"])
     children, _ = breed(experiment, strings(0, 2000)[0], np.ones(2000), Moment(0, 0, 1))
     shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
-    assert shares == pytest.approx([1 / 3] * 3, abs=4 * 0.5 / np.sqrt(children.size))
+    assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
+
+
+def test_a_founders_law_needs_founders_with_alleles() -> None:
+    settings = ["evolution.variation=one-point-alleles", "evolution.one_point_alleles.mutation_law=founders"]
+    with pytest.raises(ExperimentError, match=r"mutation_law = 'founders' needs a model with .* and not 'miniworld'"):
+        assign(bl.load("evo/A"), settings)
+
+
+def test_the_founders_law_agrees_with_the_oracle() -> None:
+    draws = np.random.default_rng(3).random((LOCI, 4)).tolist()
+    part = SimpleNamespace(rate=1.0, zero=3 * 0.25)
+    child = np.empty((1, LOCI), np.float32)
+    ones = np.ones((1, LOCI), np.float32)
+    OnePointOfAlleles.vary(part, ones, ones, np.array(draws), 0.5, child)
+    assert child.tolist() == OnePointOfAlleles.oracle(part, ones.tolist(), ones.tolist(), draws, 0.5)
