@@ -1,17 +1,22 @@
-"""Experiments by name: the presets of the papers, or files of one's own.
+"""Experiments by name: the presets of the papers, and experiment files.
 
 A preset is named CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`; a reading is one more layer. Where two papers have a
 name, it is the first one's, and PAPER:NAME is that of another; PAPER may be the folder of a user's own.
+
+An experiment file is TOML. Its key `base` names a preset or another experiment file, whose fields it changes. Without `base` it
+changes the defaults of its model. Its stem is the name of the experiment unless it gives one.
 """
 
 from __future__ import annotations
 
+import re
+import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from baldwinlab import papers
-from baldwinlab.experiment import Experiment, ExperimentError, choices, validate
-from baldwinlab.experiment.toml import from_toml
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
+from baldwinlab.experiment.toml import faults_in, parse_tree
 from baldwinlab.factors import Factors
 from baldwinlab.papers.paper import KINDS, STANDARD, Paper, nearest
 
@@ -37,15 +42,38 @@ def _having(kind: str, name: str) -> Paper:
     return next((one for one in papers.built_in().values() if name in one.names(kind)), papers.load())
 
 
+class Loaded(NamedTuple):
+    """An experiment, and the one that its author changed: the preset, the base of its file, or None for the defaults."""
+
+    experiment: Any
+    origin: BaseExperiment | None = None
+
+
 def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
     """An experiment by the name of a preset (`evo+self-taught/B`) or of a model that is a part, or from a TOML file.
 
     `reading` lays one of the named readings of the paper over it. Raises ExperimentError when there is no such preset, file
     or reading, or when the file's experiment is not valid.
     """
-    text = str(experiment)
-    if text.endswith(".toml"):
-        return _load_file(Path(experiment), reading)
+    loaded: Experiment = load_with_origin(experiment, reading).experiment
+    return loaded
+
+
+def load_with_origin(experiment: str | Path, reading: str = STANDARD) -> Loaded:
+    """Load as `load` does, and return the origin of the experiment, too."""
+    if not is_file(experiment):
+        preset = _load_preset(str(experiment), reading)
+        return Loaded(preset, preset)
+    loaded = _load_file(Path(experiment))
+    return loaded._replace(experiment=loaded.experiment.replace(**changes(reading)))
+
+
+def is_file(experiment: str | Path) -> bool:
+    """Return whether what names an experiment is a file and not a preset."""
+    return str(experiment).endswith(".toml")
+
+
+def _load_preset(text: str, reading: str) -> Experiment:
     named, _, name = text.rpartition(":")
     if named:
         return papers.load(named).experiment(name, reading)
@@ -81,13 +109,63 @@ def factors() -> dict[str, Factors]:
     return found
 
 
-def _load_file(path: Path, reading: str) -> Experiment:
+def _load_file(path: Path, files: tuple[Path, ...] = ()) -> Loaded:
+    """Read an experiment file; `files` are the files that are based on it, one on the other."""
     try:
         content = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ExperimentError(f"cannot read {path}: {reason}") from None
-    return from_toml(content, where=str(path)).replace(**changes(reading))
+    tree = {"name": _name_of_file(path), **parse_tree(content, str(path))}
+    base = tree.pop("base", None)
+    if base is not None:
+        origin = _load_base(base, path, (*files, path))
+        if tree.get("model", origin.model) != origin.model:
+            raise ExperimentError(
+                f"{path}: model = {tree['model']!r}: the base {base!r} is of the model {origin.model!r}; "
+                "remove model, or choose another base"
+            )
+        with faults_in(str(path)):
+            return Loaded(origin.replace(**tree), origin)
+    with faults_in(str(path)):
+        made: Experiment = validate(tree)
+    if isinstance(made, Experiment) and "food" not in tree.get("world", {}):
+        _warn_of_missing_food(made, path)
+    return Loaded(made)
+
+
+def _load_base(base: Any, path: Path, files: tuple[Path, ...]) -> Experiment:
+    """Load the base that a file names: a preset, or a file whose path is relative to that file."""
+    where = f"{path}: base = {base!r}"
+    if not isinstance(base, str):
+        raise ExperimentError(f"{where}: must be the name of a preset or of a TOML file")
+    if not is_file(base):
+        paper, colon, name = base.rpartition(":")
+        inside = path.parent / paper
+        with faults_in(where):
+            return _load_preset(f"{inside}:{name}" if colon and inside.is_dir() else base, STANDARD)
+    below = path.parent / base
+    if below.resolve() in [file.resolve() for file in files]:
+        chain = " -> ".join(str(file) for file in (*files, below))
+        raise ExperimentError(f"{where}: the bases form a cycle: {chain}")
+    with faults_in(where):
+        origin: Experiment = _load_file(below, files).experiment
+    return origin
+
+
+def _name_of_file(path: Path) -> str:
+    """Return the stem of a file as a name of a condition."""
+    return re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", path.stem).strip("-") or "experiment"
+
+
+def _warn_of_missing_food(experiment: Experiment, path: Path) -> None:
+    if not experiment.world.food and not experiment.world.features:
+        warnings.warn(
+            f"{path}: the world has no food, because the file has neither base nor world.food; "
+            'start from a preset with base = "evo/A", or write food = [] in [world]',
+            UserWarning,
+            stacklevel=2,
+        )
 
 
 def paper(reading: str = STANDARD) -> list[Experiment]:

@@ -123,7 +123,7 @@ def test_bad_input_gets_one_clear_sentence_and_a_non_zero_exit(
 
 
 def test_what_is_too_large_is_refused_before_a_folder_is_made(command: Command, tmp_path: Path) -> None:
-    (tmp_path / "large.toml").write_text('experiment = "evo/A"\nruns = 100000000\n[fields]\nlearning.rate = [0, 1]')
+    (tmp_path / "large.toml").write_text('experiment = "evo/A"\nruns = 100000000\n[fields]\nevolution.elite = [0, 1]')
     for arguments in (["sweep", "large.toml"], ["run", "evo/A", "--runs", "100000000"]):
         done = command(*arguments)
         assert done.code == 2

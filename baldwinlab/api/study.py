@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import tomlkit
 import xarray as xr
 
-from baldwinlab import presets
 from baldwinlab.api.bring import How, assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
@@ -27,6 +26,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
+from baldwinlab.presets import Loaded, load_with_origin
 from baldwinlab.resources import require
 from baldwinlab.runs.estimate import of_tables
 from baldwinlab.runs.replay import replay
@@ -217,11 +217,26 @@ def run(
     if not given:
         raise RefusedError("a study needs at least one experiment")
     load_installed()
-    assignments = list(_assignments(set or {}))
-    loaded = [assign(each if isinstance(each, BaseExperiment) else presets.load(each), assignments) for each in given]
-    require_effect(loaded)
-    directory = Path("results") / "-".join(each.name.replace("/", "-") for each in loaded) if out is None else location(out)
-    return Study(bring(loaded, directory, How(workers, backend, executor, force), runs=runs, seed=seed))
+    loaded = [Loaded(each) if isinstance(each, BaseExperiment) else load_with_origin(each) for each in given]
+    how = How(workers, backend, executor, force)
+    return run_loaded(loaded, list(_assignments(set or {})), how, runs=runs, seed=seed, out=out)
+
+
+def run_loaded(
+    loaded: Sequence[Loaded],
+    assignments: Sequence[str],
+    how: How,
+    *,
+    runs: int,
+    seed: int,
+    out: str | Path | None,
+) -> Study:
+    """Run experiments, changed by assignments, as one study. `run` and its command call this."""
+    experiments = [assign(each.experiment, assignments) for each in loaded]
+    require_effect(experiments, [each.origin for each in loaded])
+    names = [each.name.replace("/", "-") for each in experiments]
+    directory = Path("results") / "-".join(names) if out is None else location(out)
+    return Study(bring(experiments, directory, how, runs=runs, seed=seed))
 
 
 def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:

@@ -14,7 +14,7 @@ from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.files import location, write_atomically
 from baldwinlab.outputs import EXPORT, is_study, require_writable
-from baldwinlab.presets import load
+from baldwinlab.presets import Loaded, load_with_origin
 from baldwinlab.studies.store import Study
 
 
@@ -68,9 +68,11 @@ def _write_results(directory: Path, out: Path, *, force: bool) -> None:
 
 def _given(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
     """The experiments that are meant, and their seed: those of a study, or one."""
-    if is_study(Path(source)):
-        study = Study(Path(source))
-        return [assign(study.experiment(name), assignments) for name in study.experiments], study.seed
-    experiment = assign(load(source), assignments)
-    require_effect([experiment])
-    return [experiment], 0
+    study = Study(Path(source)) if is_study(Path(source)) else None
+    if study:
+        loaded = [Loaded(study.experiment(name), study.experiment(name)) for name in study.experiments]
+    else:
+        loaded = [load_with_origin(source)]
+    experiments = [assign(each.experiment, assignments) for each in loaded]
+    require_effect(experiments, [each.origin for each in loaded])
+    return experiments, study.seed if study else 0

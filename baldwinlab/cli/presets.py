@@ -26,4 +26,7 @@ def list_presets() -> None:
 def show(experiment: str, /, *, part: Parts = None, reading: Reading = "standard", assignments: Assignments = None) -> None:
     """Show an experiment as TOML, which can be edited and run."""
     load_parts(part)
-    sys.stdout.write(to_toml(assign(presets.load(experiment, reading), assignments or [])))
+    loaded = presets.load(experiment, reading)
+    shown = assign(loaded, assignments or [])
+    is_unchanged_preset_name = shown.name == loaded.name and not presets.is_file(experiment)
+    sys.stdout.write("# " * is_unchanged_preset_name + to_toml(shown))

@@ -8,9 +8,9 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
+from baldwinlab.api.bring import How
 from baldwinlab.cli.common import Assignments, BackendName, Executor, Force, Out, Parts, Reading, Runs, Seed, Workers, load_parts
-from baldwinlab.experiment import assign
-from baldwinlab.presets import load
+from baldwinlab.presets import load_with_origin
 
 
 def run(
@@ -30,8 +30,7 @@ def run(
 ) -> None:
     """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
     load_parts(part)
-    experiments = [assign(load(name, reading), assignments or []) for name in (experiment, *others)]
-    study = studies.run(
-        experiments, runs=runs, seed=seed, out=out, workers=workers, backend=backend, executor=executor, force=force
-    )
+    loaded = [load_with_origin(name, reading) for name in (experiment, *others)]
+    how = How(workers, backend, executor, force)
+    study = studies.run_loaded(loaded, assignments or [], how, runs=runs, seed=seed, out=out)
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")

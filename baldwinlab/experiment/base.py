@@ -94,7 +94,7 @@ class BaseExperiment(Fields):
     def __reduce__(self) -> Any:
         return validate, (self.to_dict(), True)
 
-    def replace(self, **changes: Any) -> Self:
+    def replace(self, /, **changes: Any) -> Self:
         """A changed copy. A table may be given whole, or as a dict of the fields to change.
 
         Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
@@ -202,7 +202,7 @@ def _without_idle_tables(before: BaseExperiment, tree: dict[str, Any], changes: 
         table, given = tree, changes
         for step in steps:
             table, given = table[step], given.get(step, {}) if isinstance(given, dict) else {}
-        if path not in kept and last not in given:
+        if path not in kept and last not in given and isinstance(table, dict):
             table.pop(last, None)
     return tree
 

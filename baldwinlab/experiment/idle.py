@@ -1,7 +1,8 @@
-"""Settings that would do nothing: refused where a user gives them, so that nobody compares two names for the same thing.
+"""Settings without effect: refused where a user gives them, so that nobody compares two names for the same thing.
 
-Only what is given is refused, never what is stored, nor what a sweep or an assay makes of it: with the learner switched off,
-all that is set of learning is idle on purpose.
+Only a setting that a user gives is refused. A setting is given where its value differs from the value in the origin of the
+experiment: the preset, the base of the file, or the defaults. Stored studies and the experiments that an assay derives are
+never refused: an experiment without its learner has idle settings of learning on purpose.
 """
 
 from __future__ import annotations
@@ -14,11 +15,16 @@ from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.paths import look_up
 
 
-def idle_settings(experiment: BaseExperiment) -> dict[str, str]:
-    """The fields that are set otherwise than by default and change nothing, each with why: {"learning.teacher": ...}."""
-    found = _of_variation(experiment) | (_of_foragers(experiment) if isinstance(experiment, Experiment) else {})
-    standard = validate({"model": experiment.model})
-    return {path: why for path, why in found.items() if look_up(experiment, path)[0] != look_up(standard, path)[0]}
+def idle_fields(experiment: BaseExperiment) -> dict[str, str]:
+    """Return the fields without effect in an experiment, each with the reason: {"learning.teacher": ...}."""
+    return _of_variation(experiment) | (_of_foragers(experiment) if isinstance(experiment, Experiment) else {})
+
+
+def idle_settings(experiment: BaseExperiment, origin: BaseExperiment | None = None) -> dict[str, str]:
+    """Return the idle fields whose values differ from those of the origin, by default the model's defaults."""
+    origin = validate({"model": experiment.model}) if origin is None else origin
+    fields = idle_fields(experiment)
+    return {path: why for path, why in fields.items() if look_up(experiment, path)[0] != look_up(origin, path)[0]}
 
 
 def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
@@ -32,8 +38,9 @@ def _of_foragers(experiment: Experiment) -> dict[str, str]:
     found: dict[str, str] = {}
     rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
-        fields = ("learning.evolved_rate", "learning.cost_per_step", "learning.cost_per_change", "evolution.lamarckian_share")
-        found |= dict.fromkeys(fields, rule)
+        fields = ("rate", "steps", "evolved_rate", "cost_per_step", "cost_per_change")
+        paths = (*(f"learning.{field}" for field in fields), "evolution.lamarckian_share")
+        found |= dict.fromkeys(paths, rule)
     if "reinforcement" not in experiment.modules:
         found["learning.teacher"] = rule
     if experiment.evolution.inheritance == "none":
@@ -43,10 +50,29 @@ def _of_foragers(experiment: Experiment) -> dict[str, str]:
     return found
 
 
-def require_effect(experiments: Sequence[BaseExperiment]) -> None:
-    """Raises ExperimentError, with a line for every setting that does nothing in any of the experiments given together."""
-    idle = [idle_settings(experiment) for experiment in experiments]
+def require_effect(experiments: Sequence[BaseExperiment], origins: Sequence[BaseExperiment | None] = ()) -> None:
+    """Refuse every setting that has no effect in any of the experiments that are given together.
+
+    Parameters
+    ----------
+    experiments
+        The experiments that a user gives.
+    origins
+        The origin of each; None, or no origins at all, stand for the defaults.
+
+    Raises
+    ------
+    ExperimentError
+        With one line for every idle setting.
+    """
+    pairs = zip(experiments, origins or [None] * len(experiments), strict=True)
+    idle = [idle_settings(experiment, origin) for experiment, origin in pairs]
     paths = [path for path in idle[0] if all(path in others for others in idle)]
     if paths:
-        lines = (f"{path}: does nothing with {idle[0][path]}; leave it out, or change that" for path in paths)
-        raise ExperimentError("\n".join(lines))
+        raise ExperimentError("\n".join(describe_idle(path, idle[0][path]) for path in paths))
+
+
+def describe_idle(path: str, reason: str) -> str:
+    """Return the sentence about a setting without effect, such as with `learning.rule = "none"`."""
+    choice = reason.partition(" = ")[0]
+    return f"{path}: does nothing with {reason}; leave it out, or change {choice}"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import tomlkit
@@ -51,12 +53,25 @@ def _table(part: BaseModel, table: Any) -> Any:
 
 def from_toml(text: str, where: str, reading: bool = False) -> Experiment:
     """The experiment in TOML text; `where` names its origin in messages, `reading` as in `validate`. Raises ExperimentError."""
+    tree = parse_tree(text, where)
+    with faults_in(where):
+        made: Experiment = validate(tree, reading)
+    return made
+
+
+def parse_tree(text: str, where: str) -> dict[str, Any]:
+    """Return the tables of a TOML text. Raises ExperimentError, which names `where`, for any other text."""
     try:
-        tree = toml_of(text)
+        return toml_of(text)
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{where} is not TOML: {error}") from None
+
+
+@contextmanager
+def faults_in(where: str) -> Iterator[None]:
+    """Name a file in each line of an ExperimentError."""
     try:
-        made: Experiment = validate(tree, reading)
+        yield
     except ExperimentError as error:
-        raise ExperimentError("\n".join(f"{where}: {line}" for line in str(error).splitlines())) from None
-    return made
+        lines = (f"{where}: {line}" for line in str(error).splitlines())
+        raise ExperimentError("\n".join(lines)) from None

@@ -24,6 +24,7 @@ import xarray as xr
 from baldwinlab import presets
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.fields import lines
+from baldwinlab.experiment.idle import describe_idle, idle_fields
 from baldwinlab.experiment.miniworld import LONGEST_LIFE
 from baldwinlab.experiment.paths import name_of
 from baldwinlab.factors import SWEEP
@@ -55,6 +56,7 @@ def experiments(sweep: Sweep, path: Path) -> list[Experiment]:
     if faults:
         raise ExperimentError(lines([f"{path}: {name}: {line}" for line, name in faults.items()]))
     _require_different(sweep, found, path)
+    _require_effect(sweep, found, path)
     return found
 
 
@@ -138,6 +140,16 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
     for field, values in sweep.lists.items():
         if sweep.design == "grid" and len(set(_labels(points, field))) < len(values):
             raise ExperimentError(f"{path}: fields.{field} has a value twice; in a grid, each must be another")
+
+
+def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
+    """A field that has no effect at any point is refused; at some points, a sweep over parts has idle fields on purpose."""
+    reasons = [idle_fields(point) for point in points]
+    given = {f"set.{field}": field for field in sweep.fixed} | {f"fields.{field}": field for field in sweep.fields}
+    idle = {key: field for key, field in given.items() if all(field in of_point for of_point in reasons)}
+    if idle:
+        faults = [f"{path}: {describe_idle(key, reasons[0][field])}" for key, field in idle.items()]
+        raise ExperimentError(lines(faults))
 
 
 def require_as_many(directory: Path, points: Sequence[Experiment]) -> None:

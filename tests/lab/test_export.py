@@ -18,6 +18,7 @@ import pytest
 from baldwinlab.engine import wasm
 from baldwinlab.evolution import Moment, elders_of
 from baldwinlab.experiment import assign
+from baldwinlab.extras import installation_command
 from baldwinlab.lab import pages
 from baldwinlab.lab.export import laboratory, live_page
 from baldwinlab.models.miniworld.modules import MARKS, SHIPPED, built_in, mark_of
@@ -140,7 +141,7 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_in_a_sentence(monkeypat
     monkeypatch.setattr("baldwinlab.models.miniworld.modules.cache.place", lambda: tmp_path)
     load_file(EXAMPLES / "social.py")
     social = assign(load("evo/A"), ["learning.rule=social"])
-    with pytest.raises(ValueError, match=r"pip install 'baldwinlab\[wasm\]'"):
+    with pytest.raises(ValueError, match=re.escape(installation_command("wasm"))):
         live_page([social])
 
 

@@ -116,8 +116,8 @@ def test_a_list_takes_the_values_of_all_fields_together(tmp_path: Path) -> None:
 
 
 def test_a_single_point_and_no_run_yet(tmp_path: Path) -> None:
-    data = open_sweep(made(HEAD + "[fields]\nlearning.rate = [0.5]\n", tmp_path, runs=0).directory)
-    assert dict(data.energy.sizes) == {"learning.rate": 1, "run": 0, "generation": 2, "agent": 4}
+    data = open_sweep(made(HEAD + "[fields]\nevolution.elite = [1]\n", tmp_path, runs=0).directory)
+    assert dict(data.energy.sizes) == {"evolution.elite": 1, "run": 0, "generation": 2, "agent": 4}
 
 
 @pytest.mark.parametrize("design", ["sobol", "random"])
