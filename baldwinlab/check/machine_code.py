@@ -8,22 +8,27 @@ from typing import Any, Final
 
 import numba
 import numpy as np
-from numba.core import types
-from numba.core.errors import NumbaError
+from numba import types
 
 from baldwinlab.check.findings import FailsError
 from baldwinlab.check.subject import BREEDS, Subject, breeding_arguments, values_of
 from baldwinlab.engine.jit import OPTIONS
+from baldwinlab.engine.numba_internals.dispatchers import (
+    RANDOM_SYMBOLS,
+    RUNTIME_SYMBOLS,
+    UNWRAPPED,
+    NumbaError,
+)
 from baldwinlab.engine.refusals import refusal
 from baldwinlab.models.miniworld.make import make_model, make_state
 from baldwinlab.parts.kinds import Part, own_phases
 
 DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 DOUBLE: Final = re.compile(r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b")
-HARMLESS: Final = re.compile(r"(Py|_Py|numba_|NRT_|mem(set|cpy|move)$|llvm\.)")
+HARMLESS: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
 EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")  # which are rounded alike everywhere
 LIBM: Final = re.compile(r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\.")
-RANDOM: Final = re.compile(r"numba_(get_np_random|get_py_random|rnd)")
+RANDOM: Final = re.compile(RANDOM_SYMBOLS)
 
 
 def arithmetic_is_portable(subject: Subject) -> str:
@@ -47,7 +52,7 @@ def arithmetic_is_portable(subject: Subject) -> str:
 def _code(subject: Subject, part: type[Part], name: str) -> str:
     """The compiled code of a phase by itself, for a single lane."""
     function: Any = getattr(part, name)
-    compiled = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(function)
+    compiled = numba.njit(**UNWRAPPED, **OPTIONS)(function)
     known = _types(subject, part)
     try:
         compiled.compile(tuple(known[each] for each in inspect.signature(function).parameters))

@@ -10,7 +10,6 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-import pickle
 import stat
 import tempfile
 import warnings
@@ -18,13 +17,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numba
 import platformdirs
-from numba.core.compiler import CompileResult
-from numba.core.serialize import dumps
 
+from baldwinlab.engine.numba_internals.dispatchers import CodeStore
 from baldwinlab.files import write_atomically
 
 try:
@@ -96,17 +94,16 @@ def _mistrusted(directory: Path) -> str | None:
     return None if os.access(directory, os.W_OK) else f"{directory} cannot be written to"
 
 
-class Store:
+class Store(CodeStore):
     """What a dispatcher of Numba's finds compiled code in, and leaves it in: a folder with a file for each signature."""
 
     def __init__(self, directory: Path) -> None:
         self.cache_path = str(directory)
         self._directory = directory
 
-    def load_overload(self, signature: Any, context: Any) -> Any:
-        """The compiled function of a signature; None where there is none, or none that is what was written."""
-        context.refresh()
-        path = self._path(signature, context.codegen())
+    def read(self, key: str) -> bytes | None:
+        """What is stored under a key; None if there is nothing, or not what was written."""
+        path = self._path(key)
         try:
             raw = path.read_bytes()
         except OSError:
@@ -114,21 +111,19 @@ class Store:
         if hashlib.sha256(raw[DIGEST:]).digest() != raw[:DIGEST]:
             path.unlink(missing_ok=True)
             return None
-        return CompileResult._rebuild(context, *pickle.loads(raw[DIGEST:]))
+        return raw[DIGEST:]
 
-    def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a compiled function; where that cannot be, a warning says so."""
-        content = dumps(compiled._reduce())
-        path = self._path(signature, compiled.codegen)
+    def write(self, key: str, content: bytes) -> None:
+        """Store compiled code; a warning says where that is not possible."""
+        path = self._path(key)
         try:
             self._directory.mkdir(mode=0o700, exist_ok=True)
             write_atomically(path, hashlib.sha256(content).digest() + content)
         except OSError as error:
             _not_kept(self._directory.parent, error.errno or errno.EIO)
 
-    def _path(self, signature: Any, codegen: Any) -> Path:
-        key = hashlib.sha256(repr((signature, codegen.magic_tuple())).encode())
-        return self._directory / f"{key.hexdigest()[:32]}{ENDING}"
+    def _path(self, key: str) -> Path:
+        return self._directory / f"{key}{ENDING}"
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import importlib.util
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.metadata import version
 from typing import Any, Final, cast
 
 import numpy as np
@@ -17,6 +18,7 @@ from numba import config, cuda
 
 from baldwinlab.engine.jit import GENERIC, Function
 from baldwinlab.engine.lanes import FOR_ONE_LANE
+from baldwinlab.engine.versions import require_tested_version
 
 COMPILING = threading.Lock()  # so that no thread compiles what another does already
 SIMULATED: Final = bool(config.ENABLE_CUDASIM)
@@ -32,34 +34,19 @@ def any_lane(array: Any, lanes: int) -> Any:
 
 
 if not SIMULATED and importlib.util.find_spec("numba_cuda"):
-    from numba.cuda import cgutils, types
-    from numba.cuda.core import config as cuda_config
-    from numba.cuda.extending import intrinsic, overload
+    require_tested_version("numba-cuda", version("numba-cuda"))
+    from baldwinlab.engine.numba_internals import cuda as numba_cuda
 
-    cuda_config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs is one
+    any_lane = numba_cuda.any_lane
     _options["lto"] = False  # optimisation at link time would contract after all
     for _function, _meaning in FOR_ONE_LANE.items():
-        overload(_function, strict=False)(lambda *types, meaning=_meaning: meaning)
-
-    @intrinsic
-    def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]
-        view = array.copy(layout="A")
-
-        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-            one = context.make_array(array)(context, builder, arguments[0])
-            every = context.make_array(view)(context, builder)
-            rows = cgutils.unpack_tuple(builder, one.strides)[0]
-            strides = [rows, context.get_constant(types.intp, 0)]
-            context.populate_array(every, data=one.data, shape=one.shape, strides=strides, itemsize=one.itemsize, meminfo=None)
-            return every._getvalue()
-
-        return view(array, lanes), generate
+        numba_cuda.overload(_function, strict=False)(lambda *types, meaning=_meaning: meaning)
 
 
 def _make_known() -> None:
     """Tell the GPU's compiler what compiled code can call: more with every module, and with every part of one's own."""
     for generic in [each for each in GENERIC if each not in _known]:
-        overload(generic, strict=False)(GENERIC[generic])
+        numba_cuda.overload(generic, strict=False)(GENERIC[generic])
         _known.add(generic)
 
 
@@ -75,13 +62,6 @@ def uncontracted() -> Iterator[None]:
     if SIMULATED:
         yield
         return
-    from numba.cuda.cudadrv import nvvm
-
-    with COMPILING:
+    with COMPILING, numba_cuda.without_contraction():
         _make_known()
-        compile_ir = nvvm.compile_ir
-        nvvm.compile_ir = lambda code, **options: compile_ir(code, **(options | {"fma": False}))
-        try:
-            yield
-        finally:
-            nvvm.compile_ir = compile_ir
+        yield

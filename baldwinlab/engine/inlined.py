@@ -11,19 +11,20 @@ parts that are alike in that. Each further one of them takes less than half as l
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
-from numba.core import types
-from numba.core.compiler import CompilerBase, CompileResult
-from numba.core.compiler_machinery import PassManager, register_pass
-from numba.core.typed_passes import NativeLowering
-from numba.core.types.containers import BaseTuple
-from numba.core.typing import signature
+from numba import types
 
 from baldwinlab.engine.fingerprint import fingerprint
-from baldwinlab.engine.optimised import UNROLLING, Code, lowered_by
+from baldwinlab.engine.numba_internals.libraries import UNROLLING, LinkedLibrary
+from baldwinlab.engine.numba_internals.lowering import BaseTuple, named_tuple_class
+from baldwinlab.engine.numba_internals.pipeline import (
+    Compiler,
+    CompileResult,
+    find_attribute_reads,
+    find_calls,
+)
 from baldwinlab.engine.reference import Scattered
 
 Read = tuple[type, str, types.Type]  # the class of a named tuple, a field, and the type that was found there
@@ -32,60 +33,30 @@ _MADE: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
 """What has been made of a function for arguments of these outlines, once for each of the different things that it read."""
 
 
-class _Linked(Code):
+class _Linked(LinkedLibrary):
     """The instructions of a function, to be linked into those of its callers."""
 
     reads: frozenset[Read] = frozenset()
 
-    def _optimize_final_module(self) -> None:
-        """A first tidying; the rest is left to the caller. (Without any, lives without learning took 6 % longer.)"""
-        passes, builder = self._codegen._module_pass_manager(opt=0, cost="cheap")
-        passes.run(self._final_module, builder)
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """0: nothing can be called by its address."""
-        self._ensure_finalized()
-        return 0
-
-    @property
-    def codegen(self) -> _Linked:
-        """Asked for only to set an environment, which is Python's."""
-        return self
-
-    def set_env(self, name: str, environment: Any) -> None:
-        """There is none without machine code."""
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class _Lowering(NativeLowering):  # type: ignore[misc]
-    _name = "lowering_of_inlined"
-
-    def run_pass(self, state: Any) -> bool:
-        library = state.library = _Linked(state.targetctx.codegen(), state.func_id.func_qualname)
-        changed = bool(super().run_pass(state))
-        of_called = (each.reads for each in library._linking_libraries if isinstance(each, _Linked))
-        library.reads = frozenset(_reads(state)).union(*of_called)
-        return changed
+    def finish_lowering(self, state: Any) -> None:
+        """Note what the function reads, and the functions that it calls."""
+        called = (each.reads for each in self.linked_libraries if isinstance(each, _Linked))
+        self.reads = frozenset(_reads(state)).union(*called)
 
 
 def _reads(state: Any) -> Iterator[Read]:
     """What a function itself reads of the tuples whose addresses it is given."""
-    for block in state.func_ir.blocks.values():
-        for expression in block.find_exprs("getattr"):
-            yield from _read(state.typemap[expression.value.name], [expression.attr])
-    for call in filter(None, state.calltypes.values()):
-        for kind in call.args:
-            if isinstance(kind, Scattered) and call.return_type == kind.held:  # `taken`
+    for kind, name in find_attribute_reads(state):
+        yield from _read(kind, [name])
+    for argument_types, return_type in find_calls(state):
+        for kind in argument_types:
+            if isinstance(kind, Scattered) and return_type == kind.held:  # `taken`
                 yield from _read(kind, kind.held.fields)
 
 
 def _read(kind: Any, names: Iterable[str]) -> Iterator[Read]:
     if isinstance(kind, Scattered):
-        yield from ((kind.held.instance_class, name, kind.field(name)) for name in names)
+        yield from ((named_tuple_class(kind.held), name, kind.field(name)) for name in names)
 
 
 def _references(kinds: Iterable[Any]) -> Iterator[Scattered]:
@@ -100,7 +71,7 @@ def _references(kinds: Iterable[Any]) -> Iterator[Scattered]:
 def _outline(kind: Any) -> Any:
     """A type, without what the tuples hold whose addresses are in it."""
     if isinstance(kind, Scattered):
-        return type(kind), kind.held.instance_class
+        return type(kind), named_tuple_class(kind.held)
     return (type(kind), *map(_outline, kind.types)) if any(_references([kind])) else kind
 
 
@@ -110,34 +81,25 @@ def _fits(made: CompileResult, arguments: tuple[Any, ...]) -> bool:
         reference.field(name) == kind
         for reference in _references(arguments)
         for holder, name, kind in made.library.reads
-        if holder is reference.held.instance_class
+        if holder is named_tuple_class(reference.held)
     )
 
 
-class Inlined(CompilerBase):  # type: ignore[misc]
+class Inlined(Compiler):
     """Numba's pipeline for a function that only compiled code calls."""
+
+    library_class = _Linked
 
     def compile_extra(self, function: Callable[..., Any]) -> CompileResult:
         """What has been made of a function, if it fits; else it is made."""
-        arguments = self.state.args
+        arguments = self.argument_types
         if not any(_references(arguments)):
             return super().compile_extra(function)
         known = _MADE.setdefault((UNROLLING.get(), fingerprint([function]), *map(_outline, arguments)), [])
         for made in known:
             if _fits(made, arguments):
-                return self._again(made)
+                return self.reuse(made)
         made = super().compile_extra(function)
         if not any(_references([made.signature.return_type])):
             known.append(made)
         return made
-
-    def _again(self, made: CompileResult) -> CompileResult:
-        """The same instructions, under the types of these arguments."""
-        described = copy.copy(made.fndesc)
-        described.argtypes = self.state.args
-        self.state.targetctx.insert_user_function(made.entry_point, described, [made.library])
-        called = signature(made.signature.return_type, *self.state.args)
-        return made._replace(signature=called, fndesc=described, metadata={})
-
-    def define_pipelines(self) -> list[PassManager]:
-        return lowered_by(_Lowering, self.state)

@@ -21,18 +21,20 @@ from typing import Any, Final, TypeVar, cast
 
 import numba
 import numpy as np
-from numba.core.errors import NumbaError
 from numba.extending import overload
 
 from baldwinlab.engine import cache
 from baldwinlab.engine.fingerprint import fingerprint, python_of
 from baldwinlab.engine.inlined import Inlined
-from baldwinlab.engine.optimised import Optimised, unrolling
+from baldwinlab.engine.numba_internals import dispatchers
+from baldwinlab.engine.numba_internals.dispatchers import NumbaError
+from baldwinlab.engine.numba_internals.libraries import unrolling
+from baldwinlab.engine.numba_internals.pipeline import EntryCompiler
 from baldwinlab.engine.refusals import refusal
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
+OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", **dispatchers.INLINED}
 
 
 _ONE_AT_A_TIME: Final = Lock()
@@ -71,11 +73,11 @@ def kept(
 
 @once
 def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...], short_loops: bool) -> Callable[..., Any]:
-    made = numba.njit(no_cfunc_wrapper=True, pipeline_class=Optimised, **OPTIONS)(python_of(function))
+    made = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)(python_of(function))
     directory = cache.cache_directory(fingerprint([function, *with_these]))
     plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
     if directory is not None and not plain:
-        made._cache = cache.Store(directory)
+        dispatchers.set_code_store(made, cache.Store(directory))
 
     known: dict[tuple[Any, ...], Callable[..., Any]] = {}
 
@@ -84,13 +86,13 @@ def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ..
             return made(*arguments)
         kinds = tuple(map(_kind, arguments))
         if kinds not in known:
-            types = tuple(map(made.typeof_pyval, arguments))
+            types = dispatchers.find_argument_types(made, arguments)
             with cache.alone(directory), _nothing_thrown_away(), unrolling(not short_loops):
                 try:
                     made.compile(types)
                 except NumbaError as error:
                     raise refusal(error, with_these) or error from None
-            known[kinds] = made.get_overload(types)
+            known[kinds] = dispatchers.find_compiled_function(made, types)
         return known[kinds](*arguments)
 
     call.dispatcher = made  # type: ignore[attr-defined]
@@ -110,7 +112,10 @@ def settled(call: Callable[..., Any], *arguments: Any) -> Callable[..., Any]:
     To ask for the types of a state's sixty arrays takes a millisecond, in which a world lives through hundreds of steps.
     """
     made = cast(Any, call).dispatcher
-    return made.get_overload(tuple(map(made.typeof_pyval, arguments))) if hasattr(made, "signatures") else call
+    if not hasattr(made, "signatures"):
+        return call
+    types = dispatchers.find_argument_types(made, arguments)
+    return dispatchers.find_compiled_function(made, types)
 
 
 @contextmanager

@@ -22,8 +22,20 @@ from typing import Any, Final
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba import types
 from numba.extending import lower_builtin, models, overload, register_model, type_callable
+
+from baldwinlab.engine.numba_internals.lowering import (
+    array_data,
+    call_intrinsic,
+    cast_to_index,
+    index_constant,
+    index_type,
+    item_address,
+    load_item,
+    none_value,
+    store_item,
+)
 
 WIDTH: Final = int(os.environ.get("BALDWINLAB_LANES", "16"))
 """Lanes in a bundle: one AVX-512 register of float32, and narrower machines use several; for browsers, wasm.py asks for 4."""
@@ -38,21 +50,21 @@ _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _WORD = ir.IntType(32)
 
 
-class BundleType(types.Type):
+class BundleType(types.Type):  # type: ignore[misc]
     """The first of sixteen neighbouring lanes."""
 
     def __init__(self) -> None:
         super().__init__("bundle")
 
 
-class WideType(types.Type):
+class WideType(types.Type):  # type: ignore[misc]
     """Sixteen float32 values."""
 
     def __init__(self) -> None:
         super().__init__("wide")
 
 
-class MaskType(types.Type):
+class MaskType(types.Type):  # type: ignore[misc]
     """Sixteen truth values."""
 
     def __init__(self) -> None:
@@ -65,7 +77,7 @@ BUNDLE, WIDE, MASK = BundleType(), WideType(), MaskType()
 @register_model(BundleType)
 class _BundleModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, manager.lookup(types.intp).get_value_type())
+        super().__init__(manager, kind, index_type())
 
 
 @register_model(WideType)
@@ -154,10 +166,9 @@ def _instructions(function: Callable[..., Any], result: Result, patterns: list[t
 def _pointer(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     """Where `array[row, lane]` lies, for an array, a row and a lane or a bundle."""
     array_type, *kinds = signature.args[:3]
-    structure = context.make_array(array_type)(context, builder, arguments[0])
-    pairs = zip(kinds, arguments[1:3], strict=True)
-    indices = [index if kind is BUNDLE else context.cast(builder, index, kind, types.intp) for kind, index in pairs]
-    pointer = cgutils.get_item_pointer(context, builder, array_type, structure, indices, wraparound=False)
+    index_types = (types.intp if kind is BUNDLE else kind for kind in kinds)
+    indices = zip(index_types, arguments[1:3], strict=True)
+    pointer = item_address(context, builder, array_type, arguments[0], indices)
     return builder.bitcast(pointer, _VECTOR.as_pointer()) if BUNDLE in kinds else pointer
 
 
@@ -181,11 +192,11 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
 
 
 def _bundle(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return context.cast(builder, arguments[0], signature.args[0], types.intp)
+    return cast_to_index(context, builder, arguments[0], signature.args[0])
 
 
 def _width(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    return context.get_constant(types.intp, WIDTH)
+    return index_constant(context, WIDTH)
 
 
 _instructions(bundle, lambda first: BUNDLE if isinstance(first, types.Integer) else None, [(types.Integer,)], _bundle)
@@ -197,7 +208,7 @@ _instructions(lanes_of, lambda lane: types.intp if lane is BUNDLE else None, [(B
 def _get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     pointer = _pointer(context, builder, signature, arguments)
     if signature.return_type is not WIDE:
-        return context.unpack_value(builder, signature.return_type, pointer)
+        return load_item(context, builder, signature.return_type, pointer)
     value = builder.load(pointer)
     value.align = 4
     return value
@@ -209,8 +220,8 @@ def _put(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     if lane is BUNDLE:
         builder.store(_widened(builder, value), pointer).align = 4
     else:
-        context.pack_value(builder, array_type.dtype, context.cast(builder, value, kind, array_type.dtype), pointer)
-    return context.get_dummy_value()
+        store_item(context, builder, array_type.dtype, pointer, value, kind)
+    return none_value(context)
 
 
 def _get_type(array: Any, row: Any, lane: Any) -> Any:
@@ -268,8 +279,7 @@ _operator_of_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
 
 
 def _magnitude(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    name = f"llvm.fabs.v{WIDTH}f32"
-    return builder.call(cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), name), arguments)
+    return call_intrinsic(builder, f"llvm.fabs.v{WIDTH}f32", _VECTOR, arguments)
 
 
 def _minus(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -297,12 +307,12 @@ def _negated(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def _lookup(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    structure = context.make_array(signature.args[0])(context, builder, arguments[0])
+    data = array_data(context, builder, signature.args[0], arguments[0])
     whole = builder.fptosi(arguments[1], ir.VectorType(_WORD, WIDTH))
     value = ir.Constant(_VECTOR, ir.Undefined)
     for lane in range(WIDTH):
         number = ir.Constant(_WORD, lane)
-        entry = builder.load(builder.gep(structure.data, [builder.extract_element(whole, number)]))
+        entry = builder.load(builder.gep(data, [builder.extract_element(whole, number)]))
         value = builder.insert_element(value, entry, number)
     return value
 
@@ -310,7 +320,7 @@ def _lookup(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 def _square_root(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kind = arguments[0].type
     name = f"llvm.sqrt.v{WIDTH}f32" if kind == _VECTOR else f"llvm.sqrt.{kind.intrinsic_name}"
-    return builder.call(cgutils.get_or_insert_function(builder.module, ir.FunctionType(kind, [kind]), name), arguments)
+    return call_intrinsic(builder, name, kind, arguments)
 
 
 def _is_root(value: Any) -> Any:

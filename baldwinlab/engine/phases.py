@@ -13,6 +13,12 @@ from functools import wraps
 from typing import Any, NamedTuple
 
 from baldwinlab.engine.jit import compiled, register
+from baldwinlab.engine.numba_internals.lowering import named_tuple_class
+
+
+def part_class(kind: Any) -> Any:
+    """Return the class with the phases of a part, by Numba's type of the part."""
+    return named_tuple_class(kind).part
 
 
 def phase(default: Callable[..., Any]) -> Any:
@@ -23,7 +29,7 @@ def phase(default: Callable[..., Any]) -> Any:
         return getattr(type(part).part, default.__name__)(part, *others)
 
     def choose(part: Any, *others: Any) -> Any:
-        return getattr(part.instance_class.part, default.__name__)
+        return getattr(part_class(part), default.__name__)
 
     generic.default = default  # type: ignore[attr-defined]
     return register(generic, choose)
@@ -67,7 +73,7 @@ def if_any(
         return (some if any(that(type(part).part) for part in parts) else none)(parts, *others)
 
     def choose(parts: Any, *others: Any) -> Any:
-        taken = some if any(that(part.instance_class.part) for part in parts) else none
+        taken = some if any(that(part_class(part)) for part in parts) else none
         return lambda parts, *others: taken(parts, *others)
 
     return register(generic, choose)

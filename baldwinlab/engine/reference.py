@@ -13,17 +13,25 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.core.datamodel import models
-from numba.core.imputils import lower_getattr_generic
-from numba.core.types.containers import BaseNamedTuple
-from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import lower_builtin, register_model, type_callable
+from numba import types
+from numba.extending import lower_builtin, models, register_model, type_callable
+
+from baldwinlab.engine.numba_internals.lowering import (
+    AttributeTemplate,
+    BaseNamedTuple,
+    cgutils,
+    data_type,
+    infer_getattr,
+    load_value,
+    lower_getattr_generic,
+    make_tuple,
+    spill_value,
+)
 
 _ADDRESS = ir.IntType(8).as_pointer()
 
 
-class Reference(types.Type):
+class Reference(types.Type):  # type: ignore[misc]
     """The address of a named tuple, as it lies in memory."""
 
     def __init__(self, held: Any) -> None:
@@ -47,7 +55,7 @@ class Scattered(Reference):
 @register_model(Reference)
 class _Model(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, manager.lookup(kind.held).get_data_type().as_pointer())
+        super().__init__(manager, kind, data_type(kind.held).as_pointer())
 
 
 @register_model(Scattered)
@@ -65,13 +73,13 @@ class _Attributes(AttributeTemplate):  # type: ignore[misc]
 
 
 def _load(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    index, model = kind.held.fields.index(name), context.data_model_manager[kind.field(name)]
+    index, field = kind.held.fields.index(name), kind.field(name)
     if isinstance(kind, Scattered):
         place = builder.load(cgutils.gep(builder, value, index))
-        pointer = builder.bitcast(place, model.get_data_type().as_pointer())
+        pointer = builder.bitcast(place, data_type(field).as_pointer())
     else:
         pointer = cgutils.gep_inbounds(builder, value, 0, index)
-    return model.load_from_data_pointer(builder, pointer)
+    return load_value(context, builder, field, pointer)
 
 
 lower_getattr_generic(Reference)(_load)
@@ -86,8 +94,8 @@ def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kinds = signature.args[0].types
     places = cgutils.alloca_once(builder, _ADDRESS, size=len(kinds))
     for number, kind in enumerate(kinds):
-        model, field = context.data_model_manager[kind], builder.extract_value(arguments[0], number)
-        place = cgutils.alloca_once_value(builder, model.as_data(builder, field))
+        field = builder.extract_value(arguments[0], number)
+        place = spill_value(context, builder, kind, field)
         builder.store(builder.bitcast(place, _ADDRESS), cgutils.gep(builder, places, number))
     return places
 
@@ -100,7 +108,7 @@ def taken(reference: Any) -> Any:
 def _take(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kind = signature.args[0]
     fields = [_load(context, builder, kind, arguments[0], name) for name in kind.held.fields]
-    return context.make_tuple(builder, kind.held, fields)
+    return make_tuple(context, builder, kind.held, fields)
 
 
 type_callable(by_reference)(lambda context: lambda held: Scattered(held))

@@ -24,12 +24,17 @@ from typing import Any, Final
 import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
-from numba.core import types
-from numba.core.datamodel import default_manager
-from numba.core.types.containers import BaseNamedTuple, BaseTuple
+from numba import types
 
 from baldwinlab.engine.jit import OPTIONS
-from baldwinlab.engine.optimised import passes_for, unrolling
+from baldwinlab.engine.numba_internals.dispatchers import UNWRAPPED, compile_to_llvm
+from baldwinlab.engine.numba_internals.libraries import make_pass_builder, unrolling
+from baldwinlab.engine.numba_internals.lowering import (
+    BaseNamedTuple,
+    BaseTuple,
+    data_type,
+    define_plain_function,
+)
 from baldwinlab.engine.reference import Reference
 from baldwinlab.errors import RefusedError
 from baldwinlab.extras import missing_extra
@@ -60,7 +65,7 @@ def module(entries: Mapping[str, Entry]) -> bytes:
         else:
             whole.link_in(one)
     with unrolling(False):
-        builder = passes_for(machine, 3)
+        builder = make_pass_builder(machine, 3)
     builder.getModulePassManager().run(whole, builder)
     whole.verify()
     return _linked(linker, machine.emit_object(whole), entries)
@@ -68,11 +73,8 @@ def module(entries: Mapping[str, Entry]) -> bytes:
 
 def _code(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[str, str]:
     """A function in LLVM's language, not optimised, and its name there."""
-    made = numba.njit(no_cfunc_wrapper=True, no_cpython_wrapper=True, **OPTIONS)(function)
-    signature = types.void(*map(Reference, arguments))
-    made.compile(signature)
-    result = made.overloads[signature.args]
-    return result.library.get_llvm_str(), result.fndesc.llvm_func_name
+    dispatcher = numba.njit(**UNWRAPPED, **OPTIONS)(function)
+    return compile_to_llvm(dispatcher, types.void(*map(Reference, arguments)))
 
 
 def _retargeted(text: str, symbol: str, name: str, count: int, machine: Any) -> str:
@@ -82,15 +84,7 @@ def _retargeted(text: str, symbol: str, name: str, count: int, machine: Any) -> 
     text = text.replace(" common ", " ")
     for function, instruction in OF_C.items():
         text = text.replace(f"@{function}(", f"@{instruction}(")
-    given = "".join(f", ptr %a{number}" for number in range(count))
-    return f"""{text}
-define void @{name}({given[2:]}) {{
-  %nothing = alloca ptr
-  %fault = alloca ptr
-  %status = call i32 @"{symbol}"(ptr %nothing, ptr %fault{given})
-  ret void
-}}
-"""
+    return text + define_plain_function(name, symbol, count)
 
 
 def find_linker() -> list[str]:
@@ -120,7 +114,7 @@ def places(kind: Any) -> tuple[int, dict[str, int]]:
     """The size in bytes of what has a type of Numba's, and where each number and array in it is, as "network.sizes": 264."""
     llvm.initialize_all_targets()
     data = llvm.Target.from_triple(TRIPLE).create_target_machine(features=FEATURES).target_data
-    shape = default_manager.lookup(kind).get_data_type()
+    shape = data_type(kind)
     return shape.get_abi_size(data), {name[1:]: offset for name, offset in _places(kind, shape, data, "", 0)}
 
 

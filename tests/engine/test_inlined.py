@@ -80,13 +80,13 @@ def walk(body: Body) -> None:
 
 def test_what_reads_of_a_tuple_only_what_is_alike_is_made_once_and_what_reads_more_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
-    run_pass = inlined._Lowering.run_pass
+    finish_lowering = inlined._Linked.finish_lowering
 
-    def note(self: inlined._Lowering, state: Any) -> bool:
+    def note(self: inlined._Linked, state: Any) -> None:
         made.append(state.func_id.func_name)
-        return run_pass(self, state)
+        finish_lowering(self, state)
 
-    monkeypatch.setattr(inlined._Lowering, "run_pass", note)
+    monkeypatch.setattr(inlined._Linked, "finish_lowering", note)
     first, second = np.zeros(2), np.zeros(2)
     walked = njit(**jit.OPTIONS)(walk)  # which is not kept for a next test run
     walked(Body(2.0, Fast(3.0), first))

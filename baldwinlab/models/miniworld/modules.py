@@ -11,10 +11,9 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, Final
 
-from numba.core.errors import NumbaError
-
 from baldwinlab.engine import cache, wasm
 from baldwinlab.engine.fingerprint import fingerprint
+from baldwinlab.engine.numba_internals.dispatchers import NumbaError
 from baldwinlab.engine.refusals import refusal
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import Experiment, validate
@@ -26,6 +25,8 @@ from baldwinlab.parts.foreign import load_text, sources_of
 SHIPPED: Final = Path(__file__).parent / "modules"
 MARKS: Final = SHIPPED / "fingerprints.json"  # of what each was made of, by a Python of that version
 RULES: Final = ("none", "self-taught", "drift")
+HAND_WRITTEN: Final = ("lanes.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
+"""Files of the engine that write LLVM code, which no fingerprint of a function contains."""
 UPDATES: Final = ("simultaneous", "sequential")
 
 
@@ -71,7 +72,7 @@ def mark_of(experiment: Experiment) -> str:
     habitat = Habitat(experiment)
     functions = [function for function, _ in habitat.entries().values()]
     engine = Path(wasm.__file__).parent
-    sources = b"".join((engine / name).read_bytes() for name in ("lanes.py", "reference.py", "wasm.py"))
+    sources = b"".join((engine / name).read_bytes() for name in HAND_WRITTEN)
     code = fingerprint([*functions, *habitat.phases()])
     return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
 

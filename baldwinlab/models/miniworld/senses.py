@@ -15,7 +15,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.lanes import Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, negated, put
-from baldwinlab.engine.phases import for_each, if_any
+from baldwinlab.engine.phases import for_each, if_any, part_class
 from baldwinlab.models.miniworld.items import beside, cells_within, image, is_one_cell, slots_in_row, slots_of
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
@@ -192,7 +192,7 @@ def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> i
 def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: Any) -> Any:
     if len(senses) == 1:
         return lambda senses, model, state, world, agent: sense(senses[0], model, state, world, agent)
-    own = len(senses[0].instance_class.part.inputs)
+    own = len(part_class(senses[0]).inputs)
     return lambda senses, model, state, world, agent: (
         sense(senses[0], model, state, world, agent) | (sense_all(senses[1:], model, state, world, agent) << own)
     )
@@ -221,7 +221,7 @@ def _write_each(senses: Any, model: Any, state: Any, world: int, agent: int, fir
 def _choose_write_each(senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any) -> Any:
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first: None
-    part = senses[0].instance_class.part
+    part = part_class(senses[0])
     count, real = len(part.inputs), part.real
 
     def write(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:

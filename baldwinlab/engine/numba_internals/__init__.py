@@ -1,0 +1,12 @@
+"""All private and undocumented names of Numba, llvmlite and numba-cuda that baldwinlab uses.
+
+No other module may use such a name (`tests/test_architecture.py`). A minor release of Numba may
+change any of them, so `tests/engine/test_numba_internals.py` checks each one by name, and
+`engine/versions.py` bounds the versions. The modules:
+
+- `lowering`: types, data models and the instructions of functions that are written by hand,
+- `libraries`: how the code of a function is optimized and linked,
+- `pipeline`: the passes of a compilation, and its results,
+- `dispatchers`: options of `numba.njit`, the cache protocol, and the code of a compiled function,
+- `cuda`: the compilation for a GPU.
+"""

@@ -1,0 +1,53 @@
+"""The compilation for a GPU, by numba-cuda. Only for machines where that package is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from numba.cuda import cgutils, types
+from numba.cuda.core import config
+from numba.cuda.cudadrv import nvvm
+from numba.cuda.extending import intrinsic, overload
+
+__all__ = [
+    "any_lane",
+    "overload",
+    "without_contraction",
+]
+
+config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs has few threads
+
+
+@contextmanager
+def without_contraction() -> Iterator[None]:
+    """Compile without fused multiply-adds: NVVM emits them, and numba-cuda has no option for it."""
+    compile_ir = nvvm.compile_ir
+    nvvm.compile_ir = lambda code, **options: compile_ir(code, **(options | {"fma": False}))
+    try:
+        yield
+    finally:
+        nvvm.compile_ir = compile_ir
+
+
+@intrinsic
+def any_lane(typing_context, array, lanes):  # type: ignore[no-untyped-def]
+    """Return an array [row, 1] as one [row, lane] whose lanes are all the same."""
+    view = array.copy(layout="A")
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        one = context.make_array(array)(context, builder, arguments[0])
+        every = context.make_array(view)(context, builder)
+        rows = cgutils.unpack_tuple(builder, one.strides)[0]
+        strides = [rows, context.get_constant(types.intp, 0)]
+        context.populate_array(
+            every,
+            data=one.data,
+            shape=one.shape,
+            strides=strides,
+            itemsize=one.itemsize,
+            meminfo=None,
+        )
+        return every._getvalue()
+
+    return view(array, lanes), generate

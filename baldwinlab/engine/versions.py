@@ -1,0 +1,62 @@
+"""The versions of Numba, llvmlite and numba-cuda that baldwinlab was tested with.
+
+`numba_internals` uses private names of these packages, which any minor release may change. A
+version outside these bounds is therefore refused. `pyproject.toml` declares the same bounds.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final, NamedTuple
+
+from baldwinlab.errors import RefusedError
+from baldwinlab.version import __version__
+
+Version = tuple[int, int]  # major and minor
+
+
+class TestedVersions(NamedTuple):
+    """The lowest and the highest tested minor version of a package, both included."""
+
+    lowest: Version
+    highest: Version
+
+    @property
+    def requirement(self) -> str:
+        """The versions as pip writes them: ">=0.62,<0.69"."""
+        (low_major, low_minor), (high_major, high_minor) = self
+        return f">={low_major}.{low_minor},<{high_major}.{high_minor + 1}"
+
+
+TESTED: Final = {
+    "numba": TestedVersions((0, 62), (0, 68)),
+    "llvmlite": TestedVersions((0, 45), (0, 50)),
+    "numba-cuda": TestedVersions((0, 30), (0, 30)),
+}
+
+
+def require_tested_version(package: str, version: str) -> None:
+    """Refuse a version of a package that baldwinlab was not tested with.
+
+    Parameters
+    ----------
+    package : str
+        The name of the package, a key of `TESTED`.
+    version : str
+        The version that is installed.
+
+    Raises
+    ------
+    RefusedError
+        If the minor version lies outside the tested ones.
+    """
+    tested = TESTED[package]
+    installed = tuple(map(int, re.findall(r"\d+", version)[:2]))
+    if tested.lowest <= installed <= tested.highest:
+        return
+    lowest, highest = (f"{major}.{minor}" for major, minor in tested)
+    works_with = lowest if lowest == highest else f"{lowest} to {highest}"
+    raise RefusedError(
+        f"{package} {version} has not been tested with baldwinlab {__version__}, which works with "
+        f"{package} {works_with}: pip install '{package}{tested.requirement}'"
+    )
