@@ -37,7 +37,7 @@ RANDOM_SYMBOLS: Final = r"numba_(get_np_random|get_py_random|rnd)"
 
 
 class CodeStore(ABC):
-    """The protocol by which a dispatcher stores compiled code. A subclass reads and writes bytes."""
+    """The protocol by which a dispatcher stores compiled code; a subclass reads and writes it."""
 
     cache_path: str
 

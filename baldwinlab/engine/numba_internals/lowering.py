@@ -77,8 +77,14 @@ def array_data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
     return context.make_array(kind)(context, builder, array).data
 
 
-def item_address(context: Any, builder: Any, kind: Any, array: Any, indices: Iterable[tuple[Any, Any]]) -> Any:
-    """Return the address of an item of an array, by the types and values of its indices, from 0 on."""
+def item_address(
+    context: Any,
+    builder: Any,
+    kind: Any,
+    array: Any,
+    indices: Iterable[tuple[Any, Any]],
+) -> Any:
+    """Return the address of an item of an array; an index is a type and a value."""
     structure = context.make_array(kind)(context, builder, array)
     numbers = [cast_to_index(context, builder, value, of) for of, value in indices]
     return cgutils.get_item_pointer(context, builder, kind, structure, numbers, wraparound=False)
@@ -89,7 +95,14 @@ def load_item(context: Any, builder: Any, kind: Any, address: Any) -> Any:
     return context.unpack_value(builder, kind, address)
 
 
-def store_item(context: Any, builder: Any, kind: Any, address: Any, value: Any, value_kind: Any) -> None:
+def store_item(
+    context: Any,
+    builder: Any,
+    kind: Any,
+    address: Any,
+    value: Any,
+    value_kind: Any,
+) -> None:
     """Store a value at the address of an item of an array."""
     context.pack_value(builder, kind, context.cast(builder, value, value_kind, kind), address)
 
@@ -101,7 +114,8 @@ def load_value(context: Any, builder: Any, kind: Any, address: Any) -> Any:
 
 def spill_value(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     """Store a value of a type on the stack, and return its address."""
-    return cgutils.alloca_once_value(builder, context.data_model_manager[kind].as_data(builder, value))
+    data = context.data_model_manager[kind].as_data(builder, value)
+    return cgutils.alloca_once_value(builder, data)
 
 
 def make_tuple(context: Any, builder: Any, kind: Any, values: list[Any]) -> Any:

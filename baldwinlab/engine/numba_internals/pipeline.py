@@ -31,8 +31,8 @@ class Lowering(NativeLowering):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         """Lower a function, and call its library's `finish_lowering`."""
-        library = state.pipeline.library_class(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.library = library
+        codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
+        library = state.library = state.pipeline.library_class(codegen, name)
         changed = bool(super().run_pass(state))
         library.finish_lowering(state)
         return changed
