@@ -6,8 +6,10 @@ PYTHON ?= $(shell /usr/bin/python3 -c 'import sys; sys.exit(sys.version_info < (
 VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
-# $(call install,FILE): install the locked versions of a file and check that they fit together.
-install = $(PIP) --require-hashes -r $(1) && $(BIN)/python -m pip check --disable-pip-version-check
+# $(call check,PYTHON): check that the installed versions fit together, which those of an earlier lock may prevent.
+check = $(1) -m pip check --disable-pip-version-check || { echo "run 'make clean', then the same command again"; exit 1; }
+# $(call install,FILE): install the locked versions of a file.
+install = $(PIP) --require-hashes -r $(1) && { $(call check,$(BIN)/python); }
 # pip compiles one file after the other, the libraries' own tests among them; this uses all cores.
 BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 
@@ -77,7 +79,7 @@ $(VENV)/.made:
 $(VENV)/.core: $(VENV)/.made requirements.txt pyproject.toml
 	$(PIP) --require-hashes -r requirements.txt
 	$(PIP) --no-build-isolation --editable .
-	@$(BIN)/python -m pip check --disable-pip-version-check
+	@$(call check,$(BIN)/python)
 	$(BYTECODE)
 	@touch $@
 
@@ -96,7 +98,7 @@ $(VENV)/.validators: $(VENV)/.made requirements-validators.txt
 	@command -v c++ >/dev/null || { $(APT) && $(INSTALL) g++ python3-dev; }
 	$(PYTHON) -m venv --clear $(VENV)/validators
 	$(VENV)/validators/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements-validators.txt
-	@$(VENV)/validators/bin/python -m pip check --disable-pip-version-check
+	@$(call check,$(VENV)/validators/bin/python)
 	@touch $@
 
 # The extras of pyproject.toml are the one source. The locked files hold hashes, no addresses, and are valid for
