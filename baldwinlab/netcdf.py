@@ -46,6 +46,7 @@ def claimed(head: bytes) -> str:
 
 def attributes(raw: bytes) -> dict[str, Any]:
     """What a dataset says of itself, without decoding its arrays and its checksum. Raises DamagedError as `opened` does."""
+    _require_no_rows(raw)
     try:
         found = dict(ScipyDataStore(io.BytesIO(raw)).get_attrs())
     except Exception as error:  # see `opened`
@@ -56,6 +57,7 @@ def attributes(raw: bytes) -> dict[str, Any]:
 
 def opened(raw: bytes) -> xr.Dataset:
     """A dataset whose coordinates of text are text again, without its checksum. Raises DamagedError for other bytes."""
+    _require_no_rows(raw)
     try:
         found = xr.load_dataset(io.BytesIO(raw), engine="scipy")
         texts = {name: found[name].astype(str) for name in found.coords if found[name].dtype.kind in "OS"}
@@ -63,3 +65,9 @@ def opened(raw: bytes) -> xr.Dataset:
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
     found.attrs.pop("checksum", None)
     return found.assign_coords(texts)
+
+
+def _require_no_rows(raw: bytes) -> None:
+    """Raise DamagedError where the header counts rows of an unlimited dimension, which no dataset here has."""
+    if raw[4:8].strip(b"\0"):
+        raise DamagedError("it is no netCDF file of baldwinlab: its header counts rows of an unlimited dimension")

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Final
 
 from baldwinlab.errors import RefusedError
+from baldwinlab.files import STUDY
 
 REPLAY: Final = "baldwinlab replay"  # what stands in every trace, picture and movie that is written
 REPORT: Final = "baldwinlab report"  # and in every page of a study
 EXPORT: Final = "baldwinlab export"  # in every live laboratory
-_OF_A_STUDY: Final = ("runs", "parts", "assays", "paper", "study.toml", "sessions.jsonl")
+_OF_A_STUDY: Final = ("runs", "parts", "assays", "paper", STUDY, "sessions.jsonl")
 _LOOKED_AT: Final = 65536  # bytes at each end of a file
 
 
@@ -33,7 +34,7 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
 
 def is_study(folder: Path) -> bool:
     """Whether a folder holds a study, readable or not: its `study.toml` is written last of all."""
-    return (folder / "study.toml").exists()
+    return (folder / STUDY).exists()
 
 
 def owner(path: Path) -> Path | None:

@@ -18,6 +18,7 @@ from baldwinlab import papers
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
 from baldwinlab.experiment.toml import faults_in, parse_tree
 from baldwinlab.factors import Factors
+from baldwinlab.files import EXPERIMENT_FILE, text_of
 from baldwinlab.papers.paper import KINDS, STANDARD, Paper, nearest
 
 __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
@@ -112,9 +113,9 @@ def factors() -> dict[str, Factors]:
 def _load_file(path: Path, files: tuple[Path, ...] = ()) -> Loaded:
     """Read an experiment file; `files` are the files that are based on it, one on the other."""
     try:
-        content = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        content = text_of(path, EXPERIMENT_FILE)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
     tree = {"name": _name_of_file(path), **parse_tree(content, str(path))}
     base = tree.pop("base", None)

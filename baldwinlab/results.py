@@ -17,7 +17,7 @@ from baldwinlab.assays.norms import Panel, by_circumstance
 from baldwinlab.assays.stored import read
 from baldwinlab.assays.words import of_foragers
 from baldwinlab.factors import SWEEP, Factors
-from baldwinlab.files import text_of, write_atomically
+from baldwinlab.files import RESULTS_FILE, text_of, write_atomically
 from baldwinlab.netcdf import claimed
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.store import Study
@@ -126,7 +126,7 @@ def keep(study: Study, data: xr.Dataset | None = None) -> None:
 def kept(study: Study) -> dict[str, Any] | None:
     """What was kept, if it is of the records that are stored now; else None."""
     try:
-        record = json.loads(text_of(study.directory / FILE))
+        record = json.loads(text_of(study.directory / FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
         if (record["version"], record["records"], checksum) == (__version__, _records(study), _checksum(record)):
             return dict(record["results"])

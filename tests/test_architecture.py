@@ -15,7 +15,8 @@ PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
     {"errors", "factors", "palette", "version"},
     {"extras"},
-    {"files", "netcdf", "outputs"},
+    {"files"},
+    {"netcdf", "outputs"},
     {"resources"},
     {"experiment"},
     {"engine", "variables", "statistics"},

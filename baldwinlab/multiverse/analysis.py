@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from baldwinlab.files import write_atomically
+from baldwinlab.files import RESULTS_FILE, read_bytes, write_atomically
 from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
@@ -270,7 +270,7 @@ def write(multiverse: Multiverse, path: Path) -> Path:
 def read(path: Path) -> Multiverse:
     """What `write` wrote. Raises ValueError for a file of another kind, OSError for one that cannot be read."""
     try:
-        raw = path.read_bytes()
+        raw = _bytes_of(path)
         found = Multiverse.model_validate_json(raw)
     except ValidationError as error:
         place = ".".join(str(step) for step in error.errors()[0]["loc"])
@@ -279,6 +279,13 @@ def read(path: Path) -> Multiverse:
     if "checksum" in record and (record["checksum"] != _checksum(found) or record["summary"] != summary(found)):
         raise ValueError(f"{path} has been changed since `baldwinlab multiverse` wrote it; that command makes it again")
     return found
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return read_bytes(path, RESULTS_FILE)
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read: {error}") from None
 
 
 def _checksum(multiverse: Multiverse) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from baldwinlab.files import write_atomically
+from baldwinlab.files import PAPER_FILE, read_bytes, require_inside_study, write_atomically
 from baldwinlab.papers.files import PaperError
 from baldwinlab.papers.paper import CARD, KINDS, Paper, check, nearest, open_paper
 
@@ -51,8 +51,9 @@ def keep(paper: Paper, directory: Path) -> None:
     if built_in().get(paper.name) == paper:
         return
     pages = ("*.toml", "README.md", CARD, *(f"{kind}/*.toml" for kind in KINDS))
-    files = {path.relative_to(paper.folder): path.read_bytes() for page in pages for path in paper.folder.glob(page)}
+    files = {path.relative_to(paper.folder): read_bytes(path, PAPER_FILE) for page in pages for path in paper.folder.glob(page)}
     kept = directory / KEPT
+    require_inside_study(kept / "paper.toml")
     for path in kept.rglob("*.toml"):
         path.unlink()
     for name, content in files.items():

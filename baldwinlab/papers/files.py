@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.files import text_of, toml_of
+from baldwinlab.files import PAPER_FILE, text_of, toml_of
 
 
 class PaperError(BaldwinLabError, ValueError):
@@ -28,13 +28,11 @@ M = TypeVar("M", bound=BaseModel)
 def read(path: Path) -> dict[str, Any]:
     """The tables of a TOML file. Raises PaperError."""
     try:
-        return toml_of(text_of(path))
+        return toml_of(text_of(path, PAPER_FILE))
     except FileNotFoundError:
         raise PaperError(f"there is no {path}") from None
     except OSError as error:
         raise PaperError(f"{path} cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise PaperError(f"{path} cannot be read: it is not UTF-8 text") from None
     except tomllib.TOMLDecodeError as error:
         raise PaperError(f"{path} is not TOML: {error}") from None
     except ValueError as error:

@@ -19,6 +19,7 @@ from typing import Any, Final, NamedTuple
 
 from baldwinlab.errors import PartError
 from baldwinlab.experiment import choices
+from baldwinlab.files import PART_FILE, read_bytes
 
 PREFIX: Final = "baldwinlab_part_"
 GROUP: Final = "baldwinlab.parts"
@@ -41,9 +42,11 @@ def load_file(path: str | Path) -> ModuleType:
     """Execute a file with parts and make them known, in the place of those of the same names. Raises PartError."""
     place = Path(path)
     try:
-        text = place.read_bytes().decode()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        text = read_bytes(place, PART_FILE).decode()
+    except UnicodeDecodeError:
+        raise PartError(f"cannot read the part {place}: it is not UTF-8 text") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
         raise PartError(f"cannot read the part {place}: {reason}") from None
     return load_text(text, place)
 

@@ -35,13 +35,19 @@ Runs = Sequence[tuple[BaseExperiment, int]]  # experiments, and how many runs of
 
 
 def sizes(experiment: BaseExperiment) -> dict[str, int]:
-    """How large the dimensions of what is recorded are."""
-    last, every = experiment.evolution.generations - 1, experiment.record.genome_every
-    found = _of_table(experiment) | {"module": len(experiment.modules), "weight": experiment.genome_length}
-    found["kept_generation"] = last // every + 1 + (last % every > 0)
+    """The sizes of the dimensions of records and traces."""
+    found = _of_record(experiment)
     if isinstance(experiment, Experiment):
         found |= {"step": experiment.lifetime.steps, "item": dimensions(experiment)["items"]}
         found |= {"side": len(experiment.inputs), "action": len(experiment.actions)}
+    return found
+
+
+def _of_record(experiment: BaseExperiment) -> dict[str, int]:
+    """Those of records."""
+    last, every = experiment.evolution.generations - 1, experiment.record.genome_every
+    found = _of_table(experiment) | {"module": len(experiment.modules), "weight": experiment.genome_length}
+    found["kept_generation"] = last // every + 1 + (last % every > 0)
     return found
 
 
@@ -60,7 +66,7 @@ def variable_bytes(declared: Mapping[str, Variable], there: Mapping[str, int]) -
 
 def record_bytes(experiment: BaseExperiment) -> int:
     """What the variables of a stored run take."""
-    return sum(variable_bytes(of_record(experiment), sizes(experiment)).values())
+    return sum(variable_bytes(of_record(experiment), _of_record(experiment)).values())
 
 
 def whole_bytes(experiment: BaseExperiment) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from baldwinlab.files import json_of, text_of
+from baldwinlab.files import RESULTS_FILE, json_of, text_of
 from baldwinlab.studies.records import StudyError
 
 
@@ -18,7 +18,7 @@ def claims_in(directory: Path) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     try:
-        found = json_of(text_of(path))
+        found = json_of(text_of(path, RESULTS_FILE))
     except (OSError, ValueError) as error:
         raise StudyError(f"{path} cannot be read: {error}; {again}") from None
     if not isinstance(found, list) or not all(map(_is_claim, found)):

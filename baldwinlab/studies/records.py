@@ -16,16 +16,19 @@ from typing import Any, Final
 import xarray as xr
 
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
-from baldwinlab.files import is_local, write_atomically
+from baldwinlab.files import FileKind, is_local, read_bytes, write_atomically
 from baldwinlab.netcdf import DamagedError, attributes, opened, sealed, verify
 from baldwinlab.outputs import is_study
+from baldwinlab.runs.estimate import record_bytes
 from baldwinlab.variables import RECORD, packed
 
 MOST_RUNS: Final = 2**31  # a run's number is smaller
 OF_ALL: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
 NUMBERS: Final = ("i", "f")  # kinds of NumPy
+HEADER: Final = 4 * 2**20  # bytes of a record beside its variables: names, meanings and the experiment
+LARGEST: Final = 8 * 2**30  # bytes of a record of a model that is not here; netCDF holds 2 GiB of a variable
 
 
 class StudyError(BaldwinLabError):
@@ -56,6 +59,10 @@ def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
     lived = (experiment.evolution.generations, experiment.population.size)
     if not all(_is_declared(name, record) for name in OF_ALL) or record["energy"].shape != lived:
         raise DamagedRecordError(f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents")
+    last, every = lived[0] - 1, experiment.record.genome_every
+    kept = [generation for generation in range(lived[0]) if generation % every == 0 or generation == last]
+    if record["kept_generation"].values.tolist() != kept:
+        raise DamagedRecordError(f"the generations of its genomes are not those of record.genome_every = {every}")
 
 
 def _is_declared(name: str, record: xr.Dataset) -> bool:
@@ -95,12 +102,24 @@ def read_attributes(directory: Path, experiment: BaseExperiment, seed: int, run:
     return found
 
 
+def _largest(experiment: BaseExperiment) -> int:
+    """Return the bytes that a record may have: twice what its variables take, and a header."""
+    try:
+        return 2 * record_bytes(experiment) + HEADER
+    except ExperimentError:  # its model is not here
+        return LARGEST
+
+
 @contextmanager
 def _bytes_of(directory: Path, experiment: BaseExperiment, run: int) -> Iterator[bytes]:
-    """A record as it was written. What is wrong with it in here is said of its file."""
+    """Read a record as it was written. The message of an error in here names its file."""
     path = record_path(directory, experiment.name, run)
+    kind = FileKind(f"a record of {experiment.name}", _largest(experiment))
     try:
-        raw = path.read_bytes()
+        try:
+            raw = read_bytes(path, kind)
+        except ValueError as error:
+            raise DamagedRecordError(str(error)) from None
         verify(raw)
         yield raw
     except FileNotFoundError:

@@ -1,22 +1,22 @@
 """A study on disk: a directory with the experiments as TOML and one record a run.
 
-    DIR/study.toml                              format, kind, seed, conditions, their factors; written last of all
+    DIR/study.toml                              format, kind, seed, conditions, their factors
     DIR/parts/sense-poison.py                   the source of a foreign part, kept and never executed: see `trust`
     DIR/runs/evo+self-taught/B/experiment.toml  the condition, whole
     DIR/runs/evo+self-taught/B/0007.nc          one run: netCDF, which carries a checksum of itself
     DIR/sessions.jsonl                          when it was worked on, how fast, with what
 
-A file appears whole or not at all: it is written under another name and then renamed. So any number of workers may write to
-one study, and a study that was interrupted lacks the runs that were in flight and nothing else. The directory may lie in an
-object store, or wherever fsspec reaches (`files.location`). Format 1, which had no kind and no factors, and format 2, without
-seals, can be read.
+A file appears whole or not at all: it is written under another name and then renamed. So any number
+of workers may write to one study, and a study that was interrupted lacks its unfinished runs and
+nothing else. `study.toml` is written last, and only where there is none, so that of several
+processes that create different studies in one directory, one succeeds. The directory may lie in an
+object store, or wherever fsspec reaches (`files.location`). Format 1, which had no kind and no
+factors, and format 2, without seals, can be read.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
-import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -25,14 +25,34 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from baldwinlab.experiment import NAME_PATTERN, Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.factors import CONDITIONS, KINDS, SWEEP, Factors, Kind
-from baldwinlab.files import PARTIAL, append_line, is_local, text_of, toml_of, write_atomically
+from baldwinlab.factors import CONDITIONS, Factors, Kind
+from baldwinlab.files import (
+    EXPERIMENT_FILE,
+    PARTIAL,
+    SESSIONS_FILE,
+    STUDY,
+    STUDY_FILE,
+    append_line,
+    is_local,
+    read_bytes,
+    require_inside_study,
+    toml_of,
+    write_atomically,
+    write_exclusively,
+)
 from baldwinlab.outputs import is_study, owner
-from baldwinlab.studies import older, trust
+from baldwinlab.studies import trust
+from baldwinlab.studies.facts import (
+    kind_and_factors,
+    read_own_text,
+    require_seal,
+    require_sense,
+    sealed,
+    text_of_study,
+)
 from baldwinlab.studies.records import (
-    MOST_RUNS,
     StudyError,
     read_attributes,
     read_record,
@@ -45,56 +65,8 @@ from baldwinlab.variables import whole
 if TYPE_CHECKING:
     from baldwinlab.parts.foreign import Source
 
-FORMAT = 3
+SESSIONS = "sessions.jsonl"
 SESSION = ("seconds", "compile_seconds", "workers", "agent_steps")  # the numbers that a session has
-_SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
-
-
-def _kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
-    """What `study.toml` says of them. Raises KeyError or ValueError where it is not what `create` writes."""
-    match facts.get("format"):
-        case 1:
-            return older.kind_and_factors(directory, facts["conditions"])
-        case 2 | 3:
-            kind, tables = facts["kind"], facts["factors"]
-        case unknown:
-            raise ValueError(f"it has format {unknown}, and this version reads formats 1 to {FORMAT}")
-    if kind not in KINDS:
-        raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
-    for name in tables:
-        if unknown := set(tables[name]) - set(Factors._fields):
-            raise ValueError(f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}")
-    return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
-
-
-def _sealed(text: str) -> str:
-    """A text, which says in its last line if it has been changed since."""
-    return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
-
-
-def _require_seal(text: str, written: int) -> None:
-    """Raises ValueError for a text that is not what was written. Studies of formats 1 and 2 may lack seals."""
-    above, seal, digest = text.rpartition(_SEAL)
-    if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
-        raise ValueError("it has been changed since the study was made, so it is not what its runs were made with; undo that")
-
-
-def _text_of(path: Path) -> str:
-    """Raises ValueError for what is no file, which could not be read to its end, and for a link to another folder."""
-    if is_local(path) and path.exists() and path.resolve().parent != path.parent.resolve():
-        raise ValueError("it is a link to a file elsewhere")
-    return text_of(path)
-
-
-def _require_sense(seed: Any, names: Any) -> None:
-    """Raises ValueError unless these are a study's seed and the names of its conditions, each of which is a folder's below it."""
-    if type(seed) is not int or not 0 <= seed < MOST_RUNS:
-        raise ValueError(f"seed = {seed!r} must be a whole number, at least 0 and less than {MOST_RUNS}")
-    if not isinstance(names, list):
-        raise ValueError(f"conditions = {names!r} must be a list of names")
-    for name in names:
-        if not isinstance(name, str) or not re.match(NAME_PATTERN, name):
-            raise ValueError(f"conditions: {name!r} is no name of a condition")
 
 
 class Study:
@@ -103,16 +75,16 @@ class Study:
     def __init__(self, directory: Path) -> None:
         """Raises StudyError if the directory holds no study that can be read."""
         self.directory = directory
-        path = directory / "study.toml"
+        path = directory / STUDY
         try:
-            text = _text_of(path)
+            text = read_own_text(path, STUDY_FILE)
             facts = toml_of(text)
             self.seed: int = facts["seed"]
             names: list[str] = facts["conditions"]
-            _require_sense(self.seed, names)
-            self.kind, self.factors = _kind_and_factors(facts, directory)
+            require_sense(self.seed, names)
+            self.kind, self.factors = kind_and_factors(facts, directory)
             self.format: int = facts["format"]
-            _require_seal(text, self.format)
+            require_seal(text, self.format)
             self.parts = trust.read(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
         except FileNotFoundError:
@@ -124,8 +96,8 @@ class Study:
     def _experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
-            text = _text_of(path)
-            _require_seal(text, self.format)
+            text = read_own_text(path, EXPERIMENT_FILE)
+            require_seal(text, self.format)
             experiment = from_toml(text, where=str(path), reading=True)
             if experiment.name != condition:
                 raise ValueError(f"it is that of the condition {experiment.name}")
@@ -179,8 +151,12 @@ class Study:
         """Move a damaged record out of the way, keeping it."""
         path = self.path(condition, run)
         aside = path.with_name(f"{path.name}.damaged")
-        write_atomically(aside, path.read_bytes())  # not renamed, which an object cannot be
-        path.unlink()
+        if is_local(path):
+            require_inside_study(aside)
+            path.replace(aside)
+        else:
+            write_atomically(aside, path.read_bytes())  # an object cannot be renamed
+            path.unlink()
         return aside
 
     def sweep(self) -> None:
@@ -190,15 +166,23 @@ class Study:
                 leftover.unlink(missing_ok=True)
 
     def add_session(self, facts: dict[str, Any]) -> None:
-        append_line(self.directory / "sessions.jsonl", json.dumps(facts))
+        append_line(self.directory / SESSIONS, json.dumps(facts), SESSIONS_FILE)
 
     def sessions(self) -> Iterator[dict[str, Any]]:
-        """The sessions in which the study was worked on. A line torn by a kill, or of another kind, is passed over."""
-        path = self.directory / "sessions.jsonl"
-        for line in path.read_text("utf-8").splitlines() if path.exists() else []:
+        """Read the sessions in which the study was worked on.
+
+        A line that is no session, such as one torn by a kill, is passed over. Raises StudyError for
+        a file that cannot be read.
+        """
+        path = self.directory / SESSIONS
+        try:
+            content = read_bytes(path, SESSIONS_FILE) if path.exists() else b""
+        except (OSError, ValueError) as error:
+            raise StudyError(f"{path} cannot be read: {error}") from None
+        for line in content.splitlines():
             try:
                 session = json.loads(line)
-            except (json.JSONDecodeError, RecursionError):
+            except (ValueError, RecursionError):
                 continue
             if isinstance(session, dict) and all(isinstance(session.get(name), int | float) for name in SESSION):
                 yield session
@@ -226,44 +210,57 @@ def create(
             raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")
     if is_local(directory) and (folder := owner(directory)):
         raise StudyError(f"{directory} belongs to the study in {folder}; choose another --out")
-    if is_study(directory):
-        study = Study(directory)
+    is_new = False
+    if not is_study(directory):
+        sources = trust.sources(experiments)
+        text = sealed(text_of_study(names, seed, kind, factors, paper, sources))
+        try:
+            is_new = _write_study(directory, experiments, sources, text)
+        except OSError as error:
+            raise StudyError(f"{error.filename or directory} cannot be written: {error.strerror or error}") from None
+    study = Study(directory)
+    if not is_new:
         study.require_parts()
         _require_same(study, experiments, seed, paper)
-        return study
-    sources = trust.sources(experiments)
+    return study
+
+
+def _write_study(directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str) -> bool:
+    """Write the files of a new study, `study.toml` last. False where another process has been faster."""
+    entries = list(directory.iterdir()) if directory.exists() else []
+    if not all(map(_may_lie_in_a_study, entries)) and not is_study(directory):
+        raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
+    for experiment in sorted(experiments, key=lambda one: one.name):  # in one order in all processes
+        _write_experiment(directory, experiment)
+    trust.keep(directory, sources)
     try:
-        if directory.exists() and not all(_may_lie_in_a_study(entry) for entry in directory.iterdir()):
-            raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
-        for experiment in experiments:
-            path = directory / "runs" / experiment.name / "experiment.toml"
-            if path.exists() and from_toml(path.read_text("utf-8"), str(path), reading=True) != experiment:
-                raise StudyError(f"{directory} holds the beginning of another study; choose another --out")
-            write_atomically(path, _sealed(to_toml(experiment)).encode())
-        trust.keep(directory, sources)
-        text = _facts(names, seed, kind, factors, paper, sources)
-        write_atomically(directory / "study.toml", _sealed(text).encode())
-    except OSError as error:
-        raise StudyError(f"{error.filename or directory} cannot be written: {error.strerror or error}") from None
-    return Study(directory)
+        write_exclusively(directory / STUDY, text.encode())
+    except FileExistsError:
+        return False
+    return True
 
 
-def _facts(
-    names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors], paper: str, sources: Sequence[Source]
-) -> str:
-    """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
-    lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}"]
-    lines += [f"paper = {json.dumps(paper)}"] * bool(paper) + [*trust.lines(sources), "", "[factors]"]
-    for name in names if kind != SWEEP else ():
-        found = factors.get(name, Factors())
-        found = found._replace(learner=found.learner or name)
-        lines += [f'[factors."{name}"]', *(f"{key} = {json.dumps(value)}" for key, value in found._asdict().items() if value)]
-    return "".join(f"{line}\n" for line in lines)
+def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
+    """Write a condition of a study that is being created. Raises StudyError where another lies there."""
+    path = directory / "runs" / experiment.name / "experiment.toml"
+    require_inside_study(path, directory)
+    try:
+        write_exclusively(path, sealed(to_toml(experiment)).encode())
+    except FileExistsError:
+        if _read_experiment(path) != experiment:
+            raise StudyError(f"{directory} holds the beginning of another study; choose another --out") from None
+
+
+def _read_experiment(path: Path) -> BaseExperiment:
+    try:
+        return from_toml(read_own_text(path, EXPERIMENT_FILE), str(path), reading=True)
+    except ValueError as error:
+        raise StudyError(f"{path} cannot be read: {error}") from None
 
 
 def _may_lie_in_a_study(entry: Path) -> bool:
-    """Its own runs and parts, or a study in a folder of its own: results/paper may hold a multiverse before it is one itself."""
-    return entry.name in ("runs", "parts") or (entry / "runs").is_dir()
+    """Whether it is the runs or parts of a study that is being created, or a study below it, such as a multiverse."""
+    return entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
 
 
 def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, paper: str) -> None:

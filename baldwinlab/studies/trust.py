@@ -12,9 +12,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from baldwinlab.errors import PartError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.base import foreign_choices
-from baldwinlab.files import write_atomically
+from baldwinlab.files import require_inside_study, write_exclusively
 
 if TYPE_CHECKING:  # to load it takes a while, and where there is no foreign part nobody needs it
     from baldwinlab.parts.foreign import Source
@@ -45,10 +46,15 @@ def sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
 
 
 def keep(directory: Path, sources: Sequence[Source]) -> None:
-    """Write the sources of parts into the folder of their study."""
+    """Write the sources of parts into the folder of their study. Raises PartError where another source lies there."""
     for source in sources:
         path = directory / "parts" / f"{source.kind.replace(' ', '-')}-{source.name}.py"
-        write_atomically(path, source.text.encode())
+        require_inside_study(path, directory)
+        try:
+            write_exclusively(path, source.text.encode())
+        except FileExistsError:
+            if path.read_bytes() != source.text.encode():
+                raise PartError(f"{path} is there already and holds another part; choose another --out") from None
 
 
 def lines(sources: Sequence[Source]) -> list[str]:
@@ -62,7 +68,6 @@ def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExp
     chosen = {choice for experiment in experiments for choice in foreign_choices(experiment)}
     if not chosen:
         return
-    from baldwinlab.errors import PartError
     from baldwinlab.parts.foreign import source_of
 
     hashes = {(part.kind, part.name): part.sha256 for part in stored}

@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag, ValidationError, field_validator
 
 from baldwinlab.experiment import ExperimentError, Fields
 from baldwinlab.experiment.fields import brief, lines
-from baldwinlab.files import toml_of
+from baldwinlab.files import SWEEP_FILE, text_of, toml_of
 from baldwinlab.runs.simulate import SEED_LIMIT
 
 MOST_POINTS = 10_000
@@ -132,12 +132,12 @@ def _plain(value: Any) -> bool:
 def read(path: Path) -> Sweep:
     """The sweep in a TOML file. Raises ExperimentError with a line for every fault."""
     try:
-        tree = toml_of(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ExperimentError(f"cannot read {path}: {reason}") from None
+        tree = toml_of(text_of(path, SWEEP_FILE))
     except tomllib.TOMLDecodeError as error:
         raise ExperimentError(f"{path} is not TOML: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ExperimentError(f"cannot read {path}: {reason}") from None
     return validate(tree, str(path))
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import shutil
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -194,6 +197,33 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(tmp_path: Path,
     with pytest.raises(DamagedRecordError, match=r"0000\.nc is damaged: it does not hold what is recorded of 3 gen"):
         study.read("evo/A", 0)
     assert missing_runs(study, 1, ignore)["evo/A"] == [0]
+
+
+def resealed(raw: bytes) -> bytes:
+    """A record with a checksum that fits, whatever its content is."""
+    found = re.search(rb"checksum.{8}([0-9a-f]{64})", raw, re.DOTALL)
+    assert found is not None
+    blank = raw[: found.start(1)] + b"0" * 64 + raw[found.end(1) :]
+    return blank.replace(b"0" * 64, hashlib.sha256(blank).hexdigest().encode(), 1)
+
+
+@pytest.mark.parametrize("field", ["kept_generation", "numrecs"])
+def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(tmp_path: Path, field: str) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    path = study.path("evo/A", 0)
+    raw = path.read_bytes()
+    place = 4 if field == "numrecs" else raw.index(b"kept_generation") + 16
+    number = struct.pack(">i", 2**31 - 1 if field == "numrecs" else 0)
+    changed = raw[:place] + number + raw[place + 4 :]
+    for content, why in (
+        (changed, "its checksum does not fit its content"),
+        (resealed(changed), "its header counts rows|the generations of its genomes are not those"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(DamagedRecordError, match=rf"0000\.nc is damaged: .*({why})"):
+            study.read("evo/A", 0)
+    path.write_bytes(resealed(raw))
+    study.read("evo/A", 0)
 
 
 def test_a_run_is_read_without_its_genomes_where_only_a_few_of_many_are_kept(tmp_path: Path) -> None:

@@ -1,0 +1,134 @@
+"""The size of a file is checked before the file is read: a sparse file of 20 GB ends in one sentence."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from baldwinlab import files
+from baldwinlab.experiment import ExperimentError
+from baldwinlab.files import FileKind, read_bytes, text_of
+from baldwinlab.papers import PaperError
+from baldwinlab.papers import load as load_paper
+from baldwinlab.parts import PartError, load_file
+from baldwinlab.presets import load
+from baldwinlab.studies.records import DamagedRecordError, StudyError
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import missing_runs
+from baldwinlab.sweeps.plan import read as read_sweep
+from tests.small import ignore, small, small_study
+
+HUGE = 20 * 10**9
+KINDS = [value for value in vars(files).values() if isinstance(value, FileKind)]
+
+
+def test_a_file_is_read_up_to_the_size_of_its_kind(tmp_path: Path) -> None:
+    kind, path = FileKind("a note", 5), tmp_path / "note"
+    path.write_bytes(b"12345")
+    assert read_bytes(path, kind) == b"12345"
+    assert text_of(path, kind) == "12345"
+    path.write_bytes(b"123456")
+    with pytest.raises(ValueError, match="it has 6 bytes, and a note may have at most 5"):
+        read_bytes(path, kind)
+
+
+def test_no_kind_of_file_is_larger_than_memory() -> None:
+    assert len(KINDS) > 5
+    assert all(0 < kind.limit <= 4 * 2**30 for kind in KINDS)
+
+
+READ = """
+import os, resource, sys
+from pathlib import Path
+from baldwinlab.errors import BaldwinLabError
+from baldwinlab.studies.store import Study
+from baldwinlab.studies.study import open_study
+resource.setrlimit(resource.RLIMIT_DATA, (2 * 10**9, 2 * 10**9))
+place = Path(sys.argv[1])
+for name in sys.argv[2:]:
+    size = (place / name).stat().st_size
+    os.truncate(place / name, 20 * 10**9)
+    try:
+        list(Study(place).sessions()), open_study(place)
+    except BaldwinLabError as error:
+        print(error)
+    os.truncate(place / name, size)
+"""
+
+
+@pytest.mark.skipif(not hasattr(resource, "RLIMIT_DATA"), reason="memory is not limited so there")
+def test_a_huge_file_of_a_study_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
+    """In a process with 2 GB of memory, in which the file cannot be read."""
+    small_study(tmp_path, [small("evo/A")], runs=1)
+    names = ["study.toml", "runs/evo/A/experiment.toml", "runs/evo/A/0000.nc", "sessions.jsonl"]
+    done = subprocess.run([sys.executable, "-c", READ, str(tmp_path), *names], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    for name, sentence in zip(names, done.stdout.splitlines(), strict=True):
+        assert sentence.startswith(f"{tmp_path / name} ")
+        assert "it has 20,000,000,000 bytes, and " in sentence
+        assert " may have at most " in sentence
+
+
+def test_a_huge_record_is_set_aside_without_being_read(tmp_path: Path) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    os.truncate(study.path("evo/A", 0), HUGE)
+    with pytest.raises(DamagedRecordError, match="a record of evo/A may have at most"):
+        study.read("evo/A", 0)
+    assert missing_runs(study, 1, ignore) == {"evo/A": [0]}
+    assert (tmp_path / "runs" / "evo" / "A" / "0000.nc.damaged").stat().st_size == HUGE
+
+
+@pytest.mark.parametrize("kind", ["huge", "pipe", "device"])
+def test_an_input_that_is_huge_or_no_file_is_refused_before_it_is_read(tmp_path: Path, kind: str) -> None:
+    experiment, sweep, part = tmp_path / "mine.toml", tmp_path / "sweep.toml", tmp_path / "part.py"
+    (tmp_path / "paper").mkdir()
+    paper = tmp_path / "paper" / "paper.toml"
+    for path in (experiment, sweep, part, paper):
+        if kind == "huge":
+            path.write_bytes(b"")
+            os.truncate(path, HUGE)
+        elif kind == "pipe":
+            os.mkfifo(path)
+        else:
+            path.symlink_to("/dev/zero")
+    why = "it has 20,000,000,000 bytes" if kind == "huge" else "it is no file"
+    with pytest.raises(ExperimentError, match=f"cannot read {experiment}: {why}"):
+        load(experiment)
+    with pytest.raises(ExperimentError, match=f"cannot read {sweep}: {why}"):
+        read_sweep(sweep)
+    with pytest.raises(PartError, match=f"cannot read the part {part}: {why}"):
+        load_file(part)
+    with pytest.raises(PaperError, match=f"{paper} cannot be read: {why}"):
+        load_paper(tmp_path / "paper")
+
+
+def test_of_many_unknown_keys_ten_are_listed(tmp_path: Path) -> None:
+    path = tmp_path / "keys.toml"
+    path.write_text("".join(f"key{number} = 1\n" for number in range(100_000)))
+    with pytest.raises(ExperimentError) as raised:
+        load(path)
+    lines = str(raised.value).splitlines()
+    assert len(lines) == 11
+    assert lines[-1].endswith("and 99,990 more")
+
+
+@pytest.mark.parametrize("line", [b"\xff\xfe", b'{"seconds": "\xe1"}', b"\0" * 100])
+def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(tmp_path: Path, line: bytes) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    (session,) = study.sessions()
+    path = tmp_path / "sessions.jsonl"
+    path.write_bytes(line + b"\n" + path.read_bytes() + line)
+    assert list(Study(tmp_path).sessions()) == [session]
+
+
+def test_sessions_that_are_no_file_are_named(tmp_path: Path) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=1)
+    (tmp_path / "sessions.jsonl").unlink()
+    (tmp_path / "sessions.jsonl").mkdir()
+    with pytest.raises(StudyError, match=r"sessions\.jsonl cannot be read: it is no file"):
+        list(study.sessions())
