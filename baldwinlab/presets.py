@@ -12,14 +12,15 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from baldwinlab import papers
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices, validate
 from baldwinlab.experiment.toml import faults_in, parse_tree
 from baldwinlab.factors import Factors
 from baldwinlab.files import EXPERIMENT_FILE, text_of
-from baldwinlab.papers.paper import KINDS, STANDARD, Paper, nearest
+from baldwinlab.papers.paper import KINDS, STANDARD, Paper
+from baldwinlab.suggestions import suggest
 
 __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
@@ -41,6 +42,9 @@ def changes(reading: str) -> dict[str, Any]:
 
 def _having(kind: str, name: str) -> Paper:
     return next((one for one in papers.built_in().values() if name in one.names(kind)), papers.load())
+
+
+ALL_NAMES: Final = "`baldwinlab presets` lists all; an experiment file ends in .toml"
 
 
 class Loaded(NamedTuple):
@@ -91,14 +95,16 @@ def _load_preset(text: str, reading: str) -> Experiment:
 
 def _unknown(name: str) -> ExperimentError:
     """What to say of a name that no paper has, by the half of it that is wrong."""
+    for one in papers.built_in().values():
+        if one.lacks_map(name):
+            return one.missing_map(name)
     known = factors()
     learner, slash, place = name.rpartition("/")
     for half, asked in (("condition", learner), ("map", place)):
         there = sorted({of.learner if half == "condition" else of.map for of in known.values() if of.map})
         if slash and asked not in there:
-            return ExperimentError(f"there is no {half} {asked!r}{nearest(asked, there)}; there are {', '.join(there)}")
-    near = nearest(name, list(known))
-    return ExperimentError(f"there is no preset {name!r}{near}; `baldwinlab presets` lists them; any .toml file is one, too")
+            return ExperimentError(f"there is no {half} {asked!r}{suggest(asked, there)}; {ALL_NAMES}")
+    return ExperimentError(f"there is no preset {name!r}{suggest(name, known)}; {ALL_NAMES}")
 
 
 def factors() -> dict[str, Factors]:

@@ -13,7 +13,7 @@ import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
 FLOORS = [
-    {"errors", "factors", "palette", "version"},
+    {"errors", "factors", "palette", "suggestions", "version"},
     {"extras"},
     {"files"},
     {"netcdf", "outputs"},

@@ -59,7 +59,9 @@ def test_several_experiments_are_run_as_one_study(command: Command) -> None:
     assert done.code == 0, done.err
     study = open_study("results/evo-B-evo+drift-B-evo+self-taught-B")
     assert study.condition.values.tolist() == ["evo/B", "evo+drift/B", "evo+self-taught/B"]
-    assert command("run", "evo/B", "evo/B", *cut).err == "baldwinlab: two conditions have the same name: evo/B, evo/B\n"
+    assert command("run", "evo/B", "evo/B", *cut).err == (
+        "baldwinlab: two conditions have the same name, 'evo/B': set name to another one in one of them\n"
+    )
 
 
 def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(command: Command, tmp_path: Path) -> None:

@@ -83,10 +83,12 @@ def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("evo/Z", "there is no map 'Z'; there are A, B"),
+        ("evo/Z", "there is no map 'Z'; the nearest of "),
         ("evolution/A", "there is no condition 'evolution'"),
         ("evo+selftaught/B", "did you mean 'evo+self-taught'?"),
-        ("evo", "there is no preset 'evo'"),
+        ("evo", "evo names no map; there are A, B: write evo/A"),
+        ("le-2019:evo+self-taught", "evo+self-taught names no map; there are A, B: write evo+self-taught/A"),
+        ("le-2019:nothing", "there is no preset 'nothing'; the nearest of "),
         ("absent.toml", "cannot read absent.toml: No such file or directory"),
     ],
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from difflib import get_close_matches
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,6 +12,7 @@ from cyclopts import App, CycloptsError, MissingArgumentError, Parameter, Token,
 
 from baldwinlab import console
 from baldwinlab.files import location
+from baldwinlab.suggestions import suggest
 from baldwinlab.version import __version__
 
 
@@ -32,8 +32,7 @@ def _sentence(error: CycloptsError) -> str:
     """What is wrong with the words of a command, and what to write."""
     if isinstance(error, UnknownCommandError) and error.unused_tokens:
         name, known = error.unused_tokens[0], [name for name in app if not name.startswith("-")]
-        near = "".join(f" (did you mean {each!r}?)" for each in get_close_matches(name, known, n=1))
-        return f"there is no command {name!r}{near}; there are {', '.join(known)}"
+        return f"there is no command {name!r}{suggest(name, known)}"
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
         wrong = f"{' '.join(error.unused_tokens)!r} is too much"
     elif isinstance(error, MissingArgumentError) and error.argument:

@@ -23,7 +23,7 @@ from baldwinlab.experiment.classes import (
     with_defaults,
     with_its_default,
 )
-from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, sentences
+from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, refuse_fields, sentences
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
@@ -82,8 +82,9 @@ class BaseExperiment(Fields):
 
     @model_validator(mode="after")
     def _elite_of_the_population(self) -> Self:
-        if self.evolution.elite > self.population.size:
-            raise ValueError(f"evolution.elite = {self.evolution.elite} must be at most population.size, {self.population.size}")
+        elite, size = self.evolution.elite, self.population.size
+        if elite > size:
+            refuse_fields([("evolution.elite", elite, f"must be at most population.size = {size}")])
         return self
 
     def __new__(cls, **values: Any) -> Self:

@@ -8,12 +8,13 @@ exists. Nothing here knows what a part does.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Any, Final, NamedTuple
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from baldwinlab.suggestions import did_you_mean, list_names
 
 _MINIWORLD, _EVOLUTION, _LIBRARY = "baldwinlab.models.miniworld", "baldwinlab.evolution", "baldwinlab.library"
 
@@ -198,11 +199,9 @@ def forget(kind: str, name: str) -> None:
 
 def refusal(kind: str, name: str) -> str:
     """What is said of a name that is not known."""
-    known = [repr(each) for each in names(kind)]
-    near = get_close_matches(name, names(kind), n=1)
-    listed = known[0] if len(known) == 1 else f"{', '.join(known[:-1])} or {known[-1]}" if known else "nothing, as none is loaded"
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return f"input should be {listed}{hint}; a {kind} of one's own is given by --part FILE"
+    quoted = list_names(repr(name), map(repr, names(kind)))
+    hint = did_you_mean(name, names(kind))
+    return f"there is no such {kind}{hint}; {quoted}; --part FILE loads a custom {kind}"
 
 
 def own_fields(kind: str, name: str) -> Any:

@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
+from pydantic_core import PydanticCustomError
 
 from baldwinlab.errors import BaldwinLabError
 
 MOST_FAULTS: Final = 10  # that are told; who mends these may see more
 LONGEST: Final = 100  # characters of a path or a value
+FIELDS_REFUSED: Final = "fields_refused"  # the type of pydantic's errors that `refuse_fields` raises
 
 
 class ExperimentError(BaldwinLabError, ValueError):
@@ -32,6 +34,15 @@ class Fields(BaseModel):
         if isinstance(value, bool) and cls.model_fields[info.field_name].annotation not in (bool, Any):
             raise ValueError("true and false are not numbers")
         return value
+
+
+def refuse_fields(faults: Sequence[tuple[str, object, str]]) -> None:
+    """Refuse fields of a table, each by its path below the table, its value and what is allowed.
+
+    A validator of a table calls this, so that the error names these fields and not the table. It accepts no faults.
+    """
+    if faults:
+        raise PydanticCustomError(FIELDS_REFUSED, "fields are refused", {"faults": list(faults)})
 
 
 def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
@@ -70,6 +81,13 @@ def brief(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
+def as_text(value: object) -> str:
+    """Return a number, a text or a list for a message, numbers without needless digits."""
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(as_text, value))}]"
+    return f"{value:g}" if isinstance(value, float) else repr(value)
+
+
 def _sentence(fault: Any, model: type[BaseModel]) -> str:
     path = brief(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
@@ -77,6 +95,9 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
         return f"{path}: there is no such field; there are: {', '.join(_names_beside(fault['loc'], model))}"
     if fault["type"] == "missing":
         return f"{path}: is missing"
+    if fault["type"] == FIELDS_REFUSED:
+        inside = ((f"{path}.{name}".lstrip("."), *rest) for name, *rest in fault["ctx"]["faults"])
+        return "\n".join(f"{name} = {brief(as_text(value))}: {rule}" for name, value, rule in inside)
     if not path:
         return message
     value = fault["input"]

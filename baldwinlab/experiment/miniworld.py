@@ -16,7 +16,7 @@ from pydantic import Field, field_validator, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment, Evolution, Name, Population, Record
 from baldwinlab.experiment.choices import Choice
-from baldwinlab.experiment.fields import Fields
+from baldwinlab.experiment.fields import Fields, refuse_fields
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 SenseName = Annotated[str, Choice("sense")]
@@ -48,9 +48,13 @@ class FoodRegion(Fields):
 
     @model_validator(mode="after")
     def _edges_in_order(self) -> Self:
-        for axis, (low, high) in (("x", self.x), ("y", self.y)):
-            if not low < high:
-                raise ValueError(f"{axis} = [{low:g}, {high:g}] must go from a smaller to a larger number")
+        refuse_fields(
+            [
+                (axis, edges, "must go from a smaller to a larger number")
+                for axis, edges in (("x", self.x), ("y", self.y))
+                if not edges[0] < edges[1]
+            ]
+        )
         return self
 
 
@@ -65,17 +69,22 @@ class World(Fields):
 
     @model_validator(mode="after")
     def _everything_on_the_map(self) -> Self:
-        if self.start.x >= self.width or self.start.y >= self.height:
-            raise ValueError(
-                f"start ({self.start.x:g}, {self.start.y:g}) must lie on the map of {self.width:g} x {self.height:g}"
-            )
-        if self.start.radius > min(self.width, self.height) / 2:
-            raise ValueError(
-                f"start.radius {self.start.radius:g} must be at most half the map, {min(self.width, self.height) / 2:g}"
-            )
-        for number, region in enumerate(self.food):
-            if region.x[1] > self.width or region.y[1] > self.height:
-                raise ValueError(f"food[{number}] must lie on the map of {self.width:g} x {self.height:g}")
+        faults: list[tuple[str, object, str]] = []
+        for axis, side in (("x", "width"), ("y", "height")):
+            size = getattr(self, side)
+            place = getattr(self.start, axis)
+            if place >= size:
+                faults.append((f"start.{axis}", place, f"must be less than world.{side} = {size:g}"))
+            for number, region in enumerate(self.food):
+                edges = getattr(region, axis)
+                if edges[1] > size:
+                    rule = f"must lie on the map, from 0 to world.{side} = {size:g}"
+                    faults.append((f"food.{number}.{axis}", edges, rule))
+        half = min(self.width, self.height) / 2
+        if self.start.radius > half:
+            rule = f"must be at most {half:g}, half of the smaller of world.width and world.height"
+            faults.append(("start.radius", self.start.radius, rule))
+        refuse_fields(faults)
         return self
 
 
@@ -178,9 +187,12 @@ class Experiment(BaseExperiment):
     @model_validator(mode="after")
     def _reach_within_the_map(self) -> Self:
         half = min(self.world.width, self.world.height) / 2
-        for path, value in (("senses.visual_radius", self.senses.visual_radius), ("contact.reach", self.contact.reach)):
-            if value > half:
-                raise ValueError(f"{path} {value:g} must be at most half the map, {half:g}, or a thing would be seen twice")
+        rule = f"must be at most {half:g}, half of the smaller of world.width and world.height"
+        lengths = {
+            "senses.visual_radius": self.senses.visual_radius,
+            "contact.reach": self.contact.reach,
+        }
+        refuse_fields([(path, value, rule) for path, value in lengths.items() if value > half])
         return self
 
     @property

@@ -15,10 +15,11 @@ from baldwinlab import papers
 from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import text
 from baldwinlab.papers import Paper, PaperError
-from baldwinlab.papers.paper import CARD, nearest
+from baldwinlab.papers.paper import CARD
 from baldwinlab.studies.claims import claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
+from baldwinlab.suggestions import suggest
 
 Studies = dict[str, Study]  # by the name that the page has for each
 
@@ -43,7 +44,7 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 
 def _unknown(name: str, known: Mapping[str, Paper]) -> str:
-    return f"there is no paper {name!r}{nearest(name, list(known))}; there are {', '.join(known)}"
+    return f"there is no paper {name!r}{suggest(name, known)}"
 
 
 def _studies(lab: Lab) -> Studies:

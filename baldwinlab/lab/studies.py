@@ -25,6 +25,7 @@ from baldwinlab.studies.claims import claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
+from baldwinlab.suggestions import suggest
 from baldwinlab.sweeps import design as sweeps
 
 
@@ -230,7 +231,7 @@ def load_preset(name: str) -> Experiment:
     """Raises MissingError for a name that is not listed; also for that of a file, which `presets.load` would read."""
     known = [preset["name"] for preset in _presets()]
     if name not in known:
-        raise MissingError(f"there is no preset {name!r}; there are {', '.join(known)}")
+        raise MissingError(f"there is no preset {name!r}{suggest(name, known)}")
     return presets.load(name)
 
 

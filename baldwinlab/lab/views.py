@@ -13,9 +13,9 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, frames, lives, studies
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.turns import InTurn
-from baldwinlab.papers.paper import nearest
 from baldwinlab.parts.views import Cells, Matrix, Seen, View, arrays_of
 from baldwinlab.runs.reevaluate import stored_genome
+from baldwinlab.suggestions import did_you_mean
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -55,7 +55,7 @@ def seen(lab: Lab, query: Query) -> bytes:
 def _declared(experiment: BaseExperiment, name: str) -> View:
     declared = studies.views_of(experiment)
     if name not in declared:
-        known = f"{nearest(name, list(declared))}; it declares {', '.join(declared)}" if declared else ", and none at all"
+        known = f"{did_you_mean(name, declared)}; it declares {', '.join(declared)}" if declared else ", and none at all"
         raise MissingError(f"{experiment.name} is of the model {experiment.model}, which declares no view {name!r}{known}")
     return declared[name]
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from baldwinlab.files import PAPER_FILE, read_bytes, require_inside_study, write_atomically
 from baldwinlab.papers.files import PaperError
-from baldwinlab.papers.paper import CARD, KINDS, Paper, check, nearest, open_paper
+from baldwinlab.papers.paper import CARD, KINDS, Paper, check, open_paper
+from baldwinlab.suggestions import suggest
 
 __all__ = ["DEFAULT", "KEPT", "Paper", "PaperError", "built_in", "keep", "load", "of_study"]
 
@@ -35,11 +36,8 @@ def load(paper: str | Path = DEFAULT) -> Paper:
         return built_in()[str(paper)]
     folder = Path(paper)
     if not folder.is_dir():
-        known = list(built_in())
-        near = nearest(str(paper), known)
-        raise PaperError(
-            f"there is no paper {str(paper)!r}{near}; there are {', '.join(known)}, and any folder with a paper.toml"
-        )
+        known = suggest(str(paper), built_in())
+        raise PaperError(f"there is no paper {str(paper)!r}{known}, and any folder with a paper.toml")
     found = check(open_paper(folder))
     if found.name in built_in():
         raise PaperError(f"{folder / 'paper.toml'}: name {found.name!r} is that of a paper of baldwinlab; choose another")

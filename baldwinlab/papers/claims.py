@@ -9,6 +9,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from baldwinlab.papers.files import Declared, PaperError, declared, read
+from baldwinlab.suggestions import suggest
 
 FIRST = "first"  # in place of a condition: the same one, in its first generations
 
@@ -117,7 +118,7 @@ class Claim(Declared):
         known: Mapping[str, Choice] = info.context or {}
         for name in names if isinstance(names, list) else ():
             if name not in known:
-                raise ValueError(f"there is no choice {name!r}; there are {', '.join(known) or 'none'}")
+                raise ValueError(f"there is no choice {name!r}{suggest(name, known)}")
         return [known[name] for name in names] if isinstance(names, list) else names
 
     @field_validator("comparisons", mode="before")

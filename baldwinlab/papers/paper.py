@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cached_property
 from itertools import product
 from pathlib import Path
@@ -28,6 +27,7 @@ from baldwinlab.factors import Factors
 from baldwinlab.papers.claims import OF_ALL, Claim, read_claims
 from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
+from baldwinlab.suggestions import list_names, suggest
 
 KINDS = ("conditions", "controls", "maps", "readings")
 CARD = "card.png"
@@ -99,9 +99,7 @@ class Paper:
         if name not in known:
             if (kind, name) == ("readings", STANDARD):
                 return {"description": "the paper as it stands"}
-            raise ExperimentError(
-                f"there is no {kind.removesuffix('s')} {name!r}{nearest(name, known)}; there are {', '.join(known) or 'none'}"
-            )
+            raise ExperimentError(f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, known)}")
         path = self.folder / kind / f"{name}.toml"
         layer = read(path)
         if not isinstance(layer.get("description"), str):
@@ -128,11 +126,9 @@ class Paper:
         """
         condition, slash, place = name.rpartition("/") if self.names("maps") else (name, "/", "")
         if not slash:
-            known = self.experiment_names()
-            near = nearest(name, known)
-            raise ExperimentError(
-                f"there is no preset {name!r}{near}; there are {', '.join(known)}, and any file that ends in .toml"
-            )
+            if self.lacks_map(name):
+                raise self.missing_map(name)
+            raise ExperimentError(f"there is no preset {name!r}{suggest(name, self.experiment_names())}")
         first = "controls" if condition in self.names("controls") else "conditions"
         layers = [(first, condition), *([("maps", place)] if place else []), ("readings", reading)]
         tree: dict[str, Any] = {"name": name}
@@ -144,6 +140,15 @@ class Paper:
         except ExperimentError as error:
             files = " with ".join(f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind))
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
+
+    def lacks_map(self, name: str) -> bool:
+        """Return whether a name is that of a condition alone, in a paper whose experiments name a map, too."""
+        return bool(self.names("maps")) and name in (*self.names("conditions"), *self.names("controls"))
+
+    def missing_map(self, name: str) -> ExperimentError:
+        """Return the error for a name that `lacks_map`."""
+        maps = self.about.maps or self.names("maps")
+        return ExperimentError(f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}")
 
     def measures(self, name: str) -> Mapping[str, Any]:
         """What claims can be about beside `OF_ALL`, by the model of one of its experiments; nothing where that is not here."""
@@ -162,11 +167,6 @@ class Paper:
     def experiments(self, reading: str = STANDARD) -> list[Experiment]:
         """Those that it runs, in its order."""
         return [self.experiment(name, reading) for name in self.own()]
-
-
-def nearest(name: str, known: list[str]) -> str:
-    near = get_close_matches(name, known, n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
 
 
 def open_paper(folder: Path) -> Paper:
@@ -216,7 +216,7 @@ def require_known(claims: Sequence[Claim], path: Path, known: list[str], measure
 def _require(names: Iterable[str], known: list[str], where: str) -> None:
     for name in names:
         if name not in known:
-            raise PaperError(f"{where} {name!r}, which there is not{nearest(name, known)}; there are {', '.join(known)}")
+            raise PaperError(f"{where} {name!r}, which there is not{suggest(name, known)}")
 
 
 def _require_field(path: str, experiments: Sequence[Experiment], where: str) -> None:

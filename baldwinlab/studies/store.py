@@ -60,6 +60,7 @@ from baldwinlab.studies.records import (
     stored_runs,
     write_record,
 )
+from baldwinlab.suggestions import suggest
 from baldwinlab.variables import whole
 
 if TYPE_CHECKING:
@@ -112,7 +113,8 @@ class Study:
     def experiment(self, condition: str) -> Experiment:
         """Raises StudyError for a condition that the study has not."""
         if condition not in self.experiments:
-            raise StudyError(f"{self.directory} has no condition {condition!r}; it has {_listed(list(self.experiments))}")
+            known = suggest(condition, self.experiments)
+            raise StudyError(f"{self.directory} has no condition {condition!r}{known}")
         return self.experiments[condition]
 
     def require_parts(self, *conditions: str) -> None:
@@ -204,7 +206,8 @@ def create(
     """
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
-        raise StudyError(f"two conditions have the same name: {_listed(names)}")
+        name = next(name for name in names if names.count(name) > 1)
+        raise StudyError(f"two conditions have the same name, {name!r}: set name to another one in one of them")
     for name in names:
         if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
             raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")

@@ -93,7 +93,7 @@ def test_without_an_elite_a_run_is_what_it_was() -> None:
 
 
 def test_an_elite_larger_than_the_population_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"evolution\.elite = 9 must be at most population\.size, 8"):
+    with pytest.raises(ExperimentError, match=r"evolution\.elite = 9: must be at most population\.size = 8"):
         experiment_of(9)
 
 

@@ -22,7 +22,7 @@ from baldwinlab.presets import load
         ({"network": {"hidden": [1] * 9}}, "network.hidden", "9", "at most 8"),
         ({"network": {"biases": "perhaps"}}, "network.biases", "perhaps", "boolean"),
         ({"senses": {"visual_radius": float("nan")}}, "senses.visual_radius", "nan", "finite"),
-        ({"senses": {"visual_radius": 321}}, "senses.visual_radius", "321", "at most half the map, 320"),
+        ({"senses": {"visual_radius": 321}}, "senses.visual_radius", "321", "at most 320, half of"),
         ({"senses": {"boundaries": "ajar"}}, "senses.boundaries", "ajar", "'closed' or 'open'"),
         ({"contact": {"shape": "star"}}, "contact.shape", "star", "'circle' or 'square'"),
         ({"contact": {"reach": -1}}, "contact.reach", "-1", "greater than 0"),
@@ -32,9 +32,14 @@ from baldwinlab.presets import load
         ({"evolution": {"mutation_rate": 1.5}}, "evolution.mutation_rate", "1.5", "less than or equal to 1"),
         ({"lifetime": {"steps": 0}}, "lifetime.steps", "0", "greater than or equal to 1"),
         ({"world": {"width": 5}}, "world.width", "5", "greater than or equal to 10"),
-        ({"world": {"start": {"x": 700}}}, "world", "700", "must lie on the map"),
-        ({"world": {"food": [{"x": [5, 1], "y": [1, 2]}]}}, "world.food.0", "[5, 1]", "from a smaller to a larger"),
-        ({"world": {"food": [{"x": [1, 700], "y": [1, 2]}]}}, "world", "food[0]", "must lie on the map"),
+        ({"world": {"start": {"x": 700}}}, "world.start.x", "700", "must be less than world.width = 640"),
+        ({"world": {"food": [{"x": [5, 1], "y": [1, 2]}]}}, "world.food.0.x", "[5, 1]", "from a smaller to a larger"),
+        (
+            {"world": {"food": [{"x": [1, 700], "y": [1, 2]}]}},
+            "world.food.0.x",
+            "[1, 700]",
+            "must lie on the map, from 0 to world.width = 640",
+        ),
         (
             {"world": {"food": [{"x": [1, 2], "y": [1, 2], "count": -1}]}},
             "world.food.0.count",
@@ -54,6 +59,16 @@ def test_a_field_out_of_range_is_refused_with_its_path_the_value_and_what_is_all
     assert path in message
     assert value in message
     assert allowed in message
+
+
+def test_a_smaller_map_names_every_field_that_does_not_fit() -> None:
+    with pytest.raises(ExperimentError) as refusal:
+        load("evo/A").replace(world={"width": 320, "height": 100})
+    assert str(refusal.value).splitlines() == [
+        "world.food.0.x = [400, 560]: must lie on the map, from 0 to world.width = 320",
+        "world.start.y = 160: must be less than world.height = 100",
+        "world.food.0.y = [80, 240]: must lie on the map, from 0 to world.height = 100",
+    ]
 
 
 def test_an_unknown_field_is_refused_with_the_names_there_are() -> None:

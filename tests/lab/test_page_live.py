@@ -99,7 +99,7 @@ def test_a_fault_of_a_whole_part_opens_its_group(page: Page) -> None:
     page.goto(address({"world.start.x": 700}))
     group = page.get_by_test_id("group-world").first
     expect(group).to_have_attribute("open", "")
-    expect(group).to_contain_text("start (700, 160) must lie on the map of 640 x 640")
+    expect(group).to_contain_text("world.start.x = 700: must be less than world.width = 640")
 
 
 def test_what_is_too_large_is_refused_beside_the_button_until_it_is_mended(page: Page) -> None:

@@ -134,7 +134,11 @@ def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, mon
     ("change", "status", "sentence"),
     [
         ({"study": "other"}, 404, "there is no study 'other' in {root}"),
-        ({"condition": "evo/C"}, 404, "{root}/small has no condition 'evo/C'; it has evo/A, evo+self-taught/A"),
+        (
+            {"condition": "evo/C"},
+            404,
+            "{root}/small has no condition 'evo/C' (did you mean 'evo/A'?); there are evo/A, evo+self-taught/A",
+        ),
         ({"run": 2}, 404, "{root}/small has no run 2 of evo+self-taught/A; stored are 2, from 0 to 1"),
         ({"generation": 3}, 404, "evo+self-taught/A has no generation 3: its generations are 0 to 2"),
         ({"run": "-1"}, 400, "run = '-1' must be a whole number of at least 0"),

@@ -82,7 +82,7 @@ def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
     study.path("evo/A", 3).write_bytes(b"CDF")
     with pytest.raises(DamagedRecordError, match=r"0003\.nc is damaged: it carries no checksum"):
         study.read("evo/A", 3)
-    with pytest.raises(StudyError, match="has no condition 'evo/C'; it has evo/A"):
+    with pytest.raises(StudyError, match=r"has no condition 'evo/C' \(did you mean 'evo/A'\?\); there are evo/A"):
         study.experiment("evo/C")
 
 
