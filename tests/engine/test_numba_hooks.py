@@ -1,0 +1,93 @@
+"""Numba calls each method with which the engine overrides one of its own, so none is dead."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+import pytest
+
+from baldwinlab.engine import inlined, jit, reference
+from baldwinlab.engine.cache import Store
+from baldwinlab.engine.numba_internals import dispatchers, libraries, pipeline
+
+HOOKS = [
+    (libraries.Library, "_optimize_functions"),
+    (libraries.Library, "_optimize_final_module"),
+    (libraries.LinkedLibrary, "_optimize_final_module"),
+    (libraries.LinkedLibrary, "_finalize_final_module"),
+    (libraries.LinkedLibrary, "get_pointer_to_function"),
+    (libraries.LinkedLibrary, "codegen"),
+    (libraries.LinkedLibrary, "set_env"),
+    (pipeline.Lowering, "run_pass"),
+    (pipeline.Compiler, "define_pipelines"),
+    (inlined.Inlined, "compile_extra"),
+    (dispatchers.CodeStore, "load_overload"),
+    (dispatchers.CodeStore, "save_overload"),
+    (reference._Attributes, "generic_resolve"),
+]
+"""The methods that override one of Numba's, or that Numba finds by their names."""
+
+
+class Pair(NamedTuple):
+    left: float
+    right: Any
+
+
+def _add(pair: Any) -> Any:
+    return pair.left + pair.right[0]
+
+
+_inlined_add = jit.compiled(_add)
+
+
+def _add_by_address(left: float, right: Any) -> Any:
+    return _inlined_add(reference.by_reference(Pair(left, right)))
+
+
+def _compile_entry(store: Path) -> None:
+    dispatcher = numba.njit(pipeline_class=pipeline.EntryCompiler, **jit.OPTIONS)(_add_by_address)
+    dispatchers.set_code_store(dispatcher, Store(store))
+    arguments = (2.0, np.array([3.0]))
+    types = dispatchers.find_argument_types(dispatcher, arguments)
+    dispatcher.compile(types)
+    assert dispatchers.find_compiled_function(dispatcher, types)(*arguments) == 5
+
+
+def _counting(method: Any, count: Callable[[], None]) -> Any:
+    """A method, or a property, that counts its calls."""
+
+    def call(*arguments: Any, **options: Any) -> Any:
+        count()
+        return (method.fget if isinstance(method, property) else method)(*arguments, **options)
+
+    return property(call) if isinstance(method, property) else call
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory: pytest.TempPathFactory) -> Counter[tuple[type, str]]:
+    """The calls of the hooks while an entry is compiled and stored, and then loaded."""
+    counts: Counter[tuple[type, str]] = Counter()
+    with pytest.MonkeyPatch.context() as patch:
+        for hook in HOOKS:
+            holder, name = hook
+            count = partial(counts.update, [hook])
+            patch.setattr(holder, name, _counting(vars(holder)[name], count))
+        store = tmp_path_factory.mktemp("store")
+        _compile_entry(store)
+        _compile_entry(store)
+    return counts
+
+
+@pytest.mark.parametrize(
+    ("holder", "name"),
+    HOOKS,
+    ids=[f"{holder.__name__}.{name}" for holder, name in HOOKS],
+)
+def test_numba_calls_a_hook(holder: type, name: str, calls: Counter[tuple[type, str]]) -> None:
+    assert calls[holder, name], f"Numba no longer calls `{holder.__name__}.{name}`"

@@ -1,0 +1,83 @@
+"""A version of Numba that was not tested is refused with one sentence."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.engine.versions import TESTED, require_tested_version
+from baldwinlab.errors import RefusedError
+from baldwinlab.version import __version__
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+@pytest.mark.parametrize("found", ["0.62.0", "0.62.1", "0.65.0rc1", "0.68.1", "0.68.1+local.3"])
+def test_a_tested_version_is_accepted(found: str) -> None:
+    require_tested_version("numba", found)
+
+
+@pytest.mark.parametrize(
+    "found",
+    ["0.61.2", "0.69.0", "0.69.0dev0", "0.70", "1.0.0", "1", "0+unknown", "unknown"],
+)
+def test_another_version_is_refused_with_the_command_that_installs_a_tested_one(found: str) -> None:
+    with pytest.raises(RefusedError) as refusal:
+        require_tested_version("numba", found)
+    assert str(refusal.value) == (
+        f"numba {found} has not been tested with baldwinlab {__version__}, which works with "
+        "numba 0.62 to 0.68: pip install 'numba>=0.62,<0.69'"
+    )
+
+
+@pytest.mark.parametrize("package", TESTED)
+def test_the_project_declares_the_tested_versions(package: str) -> None:
+    project = tomllib.loads(PROJECT.read_text("utf-8"))["project"]
+    declared = [*project["dependencies"], *project["optional-dependencies"]["cuda"]]
+    pattern = re.compile(rf"{package}(\[[^\]]*\])?(?P<versions>[<>=].*)")
+    matches = [pattern.fullmatch(each.replace(" ", "")) for each in declared]
+    assert [each["versions"] for each in matches if each] == [TESTED[package].requirement]
+
+
+FAKE = """
+import sys, {package}
+{package}.__version__ = "9.0.1"
+sys.argv = ["baldwinlab", *sys.argv[1:]]
+from baldwinlab.__main__ import main
+main()
+"""
+
+
+COMMANDS = [["run", "evo/A"], ["reproduce"], ["lab"]]
+
+
+@pytest.mark.parametrize(
+    ("package", "words"),
+    [*(("numba", words) for words in COMMANDS), ("llvmlite", ["run", "evo/A"])],
+)
+def test_a_command_says_one_sentence(package: str, words: list[str], tmp_path: Path) -> None:
+    code = FAKE.format(package=package)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    sentence = " ".join(done.stderr.split())
+    reason = f"{package} 9.0.1 has not been tested with baldwinlab {__version__}"
+    assert sentence.startswith(f"baldwinlab: {reason}")
+    assert sentence.endswith(f"pip install '{package}{TESTED[package].requirement}'")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite"])
+def test_the_installed_version_is_a_tested_one(package: str) -> None:
+    require_tested_version(package, version(package))
