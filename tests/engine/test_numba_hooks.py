@@ -61,10 +61,11 @@ def _compile_entry(store: Path) -> None:
 
 def _counting(method: Any, count: Callable[[], None]) -> Any:
     """A method, or a property, that counts its calls."""
+    function = getattr(method, "fget", method)
 
     def call(*arguments: Any, **options: Any) -> Any:
         count()
-        return (method.fget if isinstance(method, property) else method)(*arguments, **options)
+        return function(*arguments, **options)
 
     return property(call) if isinstance(method, property) else call
 
