@@ -46,6 +46,16 @@ def is_of_fitter(place: int, cut: int, coin: float) -> bool:
     return (place < cut) == (coin < 0.5)
 
 
+def flatten(genome: Sequence[Sequence[Any]]) -> list[Any]:
+    """Return the genes of all modules of a genome in a row, for oracles."""
+    return [gene for module in genome for gene in module]
+
+
+def split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
+    """Split a row of genes into modules of `length`, for oracles."""
+    return [genes[first : first + length] for first in range(0, len(genes), length)]
+
+
 def joined(fitter: Sequence[Any], other: Sequence[Any], draw: float, coin: float) -> list[Any]:
     """For oracles: the same, of whole parents."""
     first, second = (fitter, other) if coin < 0.5 else (other, fitter)
@@ -218,8 +228,8 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        one, two = [weight for module in fitter for weight in module], [weight for module in other for weight in module]
-        return _in_modules(part, joined(one, two, draws[0][3], draws[0][0]), draws, gate, len(fitter[0]))
+        inherited = joined(flatten(fitter), flatten(other), draws[0][3], draws[0][0])
+        return _in_modules(part, inherited, draws, gate, len(fitter[0]))
 
 
 class Copy(Variation, name="copy"):
@@ -237,7 +247,7 @@ class Copy(Variation, name="copy"):
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         parent = fitter if draws[0][0] < 0.5 else other
-        return _in_modules(part, [weight for module in parent for weight in module], draws, gate, len(parent[0]))
+        return _in_modules(part, flatten(parent), draws, gate, len(parent[0]))
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -320,7 +330,7 @@ def _in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -
     """The oracles' uniform mutation, of a genome whose modules lie in a row."""
     opens = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
     child = [old + is_open * part.size * (2 * draw[2] - 1) for old, is_open, draw in zip(weights, opens, draws, strict=True)]
-    return [child[first : first + length] for first in range(0, len(child), length)]
+    return split_modules(child, length)
 
 
 def _from_pool(part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any) -> float:

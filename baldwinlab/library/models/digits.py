@@ -27,6 +27,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.library.breeding import flatten, split_modules
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, philox, uniforms, unit
 
 PIXELS, DIGITS = 35, 10
@@ -236,23 +237,21 @@ class FourBitWeights(Variation, name="four-bit-weights"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        length, crossing = child.shape[1], gate < part.crossed
+        length, crossing = child.size, gate < part.crossed  # of the modules in a row
         place = gate / part.crossed if crossing else (gate - part.crossed) / (1.0 - part.crossed)  # uniform, in either case
         half = int(place * 2 * (length - 1))
         cut = 1 + half // 2 if crossing else length
-        for weight in range(length):
-            of_fitter = (weight < cut) == (half % 2 == 0)  # whose weights come first is left to a coin
-            child[0, weight] = fitter[0, weight] if of_fitter else other[0, weight]
-            turned = 0
-            for bit in range(4):
-                turned += (1 << bit) if draws[weight, bit] < part.rate else 0
-            if turned:
-                level = int(min(max((child[0, weight] + LARGEST) / BETWEEN + HALF, ZERO), HIGHEST)) ^ turned
-                child[0, weight] = np.float32(level) * BETWEEN - LARGEST
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                of_fitter = (draw < cut) == (half % 2 == 0)  # a coin decides whose weights come first
+                inherited = fitter[module, weight] if of_fitter else other[module, weight]
+                child[module, weight] = _turned(inherited, draws[draw], part.rate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        length, parents = len(fitter[0]), (fitter[0], other[0])
+        parents = flatten(fitter), flatten(other)
+        length = len(parents[0])
         if gate < part.crossed:
             half = int(gate / part.crossed * 2 * (length - 1))
             cut = 1 + half // 2
@@ -263,4 +262,16 @@ class FourBitWeights(Variation, name="four-bit-weights"):
             turned = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
             if turned:
                 child[weight] = (int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ turned) * 4 / 15 - 2
-        return [child]
+        return split_modules(child, len(fitter[0]))
+
+
+@compiled
+def _turned(weight: Any, draws: Any, rate: float) -> Any:
+    """Return a weight after each of its four bits may have flipped, each by one of four `draws`."""
+    turned = 0
+    for bit in range(4):
+        turned += (1 << bit) if draws[bit] < rate else 0
+    if turned == 0:
+        return weight
+    level = int(min(max((weight + LARGEST) / BETWEEN + HALF, ZERO), HIGHEST)) ^ turned
+    return np.float32(level) * BETWEEN - LARGEST

@@ -31,7 +31,7 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
+from baldwinlab.library.breeding import cut_at, flatten, is_of_fitter, joined, split_modules
 from baldwinlab.library.plasticity import change
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
 
@@ -247,12 +247,16 @@ class OnePointOfBits(Variation, name="one-point-bits"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = cut_at(gate, child.shape[1])
-        for bit in range(child.shape[1]):
-            inherited = fitter[0, bit] if is_of_fitter(bit, cut, draws[0, 0]) else other[0, bit]
-            child[0, bit] = ONE - inherited if draws[bit, 1] < part.rate else inherited
+        cut = cut_at(gate, child.size)  # of the modules in a row
+        for module in range(child.shape[0]):
+            for bit in range(child.shape[1]):
+                draw = module * child.shape[1] + bit
+                of_fitter = is_of_fitter(draw, cut, draws[0, 0])
+                inherited = fitter[module, bit] if of_fitter else other[module, bit]
+                child[module, bit] = ONE - inherited if draws[draw, 1] < part.rate else inherited
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
-        inherited = joined(fitter[0], other[0], gate, draws[0][0])
-        return [[1 - bit if draw[1] < part.rate else bit for bit, draw in zip(inherited, draws, strict=True)]]
+        inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
+        child = [1 - bit if draw[1] < part.rate else bit for bit, draw in zip(inherited, draws, strict=True)]
+        return split_modules(child, len(fitter[0]))

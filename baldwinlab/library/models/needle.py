@@ -20,7 +20,7 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
+from baldwinlab.library.breeding import cut_at, flatten, is_of_fitter, joined, split_modules
 from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
 
 UNSET: Final = 0.5  # the allele ?
@@ -169,14 +169,16 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
 
     @staticmethod
     def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = cut_at(gate, child.shape[1])
-        for locus in range(child.shape[1]):
-            of_fitter = is_of_fitter(locus, cut, draws[0, 0])
-            child[0, locus] = fitter[0, locus] if of_fitter else other[0, locus]
-            if draws[locus, 1] < part.rate:
-                draw = 3.0 * draws[locus, 2]
-                steps = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
-                child[0, locus] = np.float32(steps) * np.float32(0.5)
+        cut = cut_at(gate, child.size)  # of the modules in a row
+        for module in range(child.shape[0]):
+            for locus in range(child.shape[1]):
+                gene = module * child.shape[1] + locus
+                of_fitter = is_of_fitter(gene, cut, draws[0, 0])
+                child[module, locus] = fitter[module, locus] if of_fitter else other[module, locus]
+                if draws[gene, 1] < part.rate:
+                    draw = 3.0 * draws[gene, 2]
+                    steps = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
+                    child[module, locus] = np.float32(steps) * np.float32(0.5)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
@@ -184,5 +186,6 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             zero = part.zero / 3
             return 0.0 if draw < zero else 1.0 if draw >= 1 - zero else 0.5
 
-        child = joined(fitter[0], other[0], gate, draws[0][0])
-        return [[mutant(draw[2]) if draw[1] < part.rate else old for old, draw in zip(child, draws, strict=True)]]
+        inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
+        child = [mutant(draw[2]) if draw[1] < part.rate else old for old, draw in zip(inherited, draws, strict=True)]
+        return split_modules(child, len(fitter[0]))
