@@ -8,16 +8,21 @@ import numpy as np
 
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import kept
+from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genome
-from baldwinlab.evolution.inheritance import deal_teachers
+from baldwinlab.evolution.inheritance import deal_teachers, needs_lives
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_all
 
 
 def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness) -> tuple[Genome, Parents]:
     """Genomes and parents of the generation at `moment`, from the one before it, which has lived."""
+    if needs_lives(experiment):  # the agents' own genes were checked when they were born
+        made_by = ("learning.rule",) if isinstance(experiment, Experiment) else ("model",)
+        made_by = ("world.features", "evolution.variation") if experiment.births_in_life else made_by
+        require_finite(experiment, moment.before(), genome, *made_by, "evolution.inheritance")
     if experiment.part("evolution.inheritance").afresh:
         return draw_genome(experiment, moment), np.full((len(genome), 2), -1, np.int32)
     return breed(experiment, genome, fitness, moment)
@@ -26,13 +31,14 @@ def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitn
 def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: Moment) -> tuple[Genome, Parents]:
     """The children of a generation that has lived, and their parents: of who lives on, that agent twice.
 
-    `moment` is the children's. Raises ValueError as `select` does.
+    `moment` is the children's. Raises ValueError as `select` does, and RefusedError for children that are not finite.
     """
     agents, modules, weights = genome.shape
     parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)), genome)
     children = np.full_like(genome, np.nan)  # so that an unwritten gene is found
     variation, code = breeding_part(experiment, "variation")
     kept(breed_children, code)(variation, moment, genome, fitness, parents, poison.empty((modules * weights, 4)), children)
+    require_finite(experiment, moment, children, "evolution.variation")
     return deal_teachers(experiment, children, moment), parents
 
 

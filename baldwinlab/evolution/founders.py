@@ -12,6 +12,7 @@ import numpy as np
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import entry
+from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution import breeding_part
@@ -20,14 +21,17 @@ WEIGHTS_OF_MODULE: Final = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.R
 
 
 def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
-    """The genomes of a generation that has no parents."""
+    """The genomes of a generation that has no parents. Raises RefusedError for those that are not finite."""
     if not isinstance(experiment, Experiment):
-        return np.ascontiguousarray(experiment.of_model.founders(experiment.population.size, moment), np.float32)
+        founders = np.ascontiguousarray(experiment.of_model.founders(experiment.population.size, moment), np.float32)
+        require_finite(experiment, moment, founders, "model")
+        return founders
     genome = poison.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
     for module, purpose in enumerate(purposes(experiment)):
         draw_normal(moment, purpose, genome, module)
     variation = breeding_part(experiment, "variation")[0]
     type(variation).part.found(variation, genome)
+    require_finite(experiment, moment, genome, "evolution.variation")
     return genome
 
 

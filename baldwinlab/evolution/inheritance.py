@@ -55,9 +55,13 @@ def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None)
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
         return genome
-    inherited = genome.copy()
+    modules = 2 if "reinforcement" in experiment.modules else 1  # that inheritance changes, the first ones
+    born = np.ascontiguousarray(genome[:, :modules])
+    changed, inherited = born.copy(), genome.copy()
+    poison.fill(changed[:, 0, : learned.shape[1]])
     values, code = breeding_part(experiment, "inheritance")
-    kept(pass_all_on, code)(values, genome, learned, inherited)
+    kept(pass_all_on, code)(values, born, learned, changed)
+    inherited[:, :modules] = changed
     return inherited
 
 

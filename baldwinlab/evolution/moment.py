@@ -22,5 +22,9 @@ class Moment(NamedTuple):
     run: int
     generation: int
 
+    def before(self) -> Moment:
+        """Return the generation before, of the same run."""
+        return self._replace(generation=self.generation - 1)
+
     def uniforms(self, purpose: int, shape: tuple[int, int]) -> Uniforms:
         return rng.uniforms(*self, purpose, shape)

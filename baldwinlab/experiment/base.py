@@ -152,7 +152,15 @@ class BaseExperiment(Fields):
         return self.replace(**{key_of(self.model): self.of_model.without_learner()})
 
     def neutral_twin(self) -> Self:
-        """The second switch: the same births, with parents at random."""
+        """The second switch: the same births, with parents at random.
+
+        Raises ExperimentError where the selection breeds groups, which parents at random would mix.
+        """
+        if self.part("evolution.selection").has_groups:
+            raise ExperimentError(
+                f"evolution.selection = {self.evolution.selection!r} breeds groups of agents separately, and 'neutral' would mix "
+                "them: there is no neutral twin"
+            )
         return self.replace(evolution={"selection": "neutral"})
 
     def part(self, path: str) -> Any:
@@ -281,6 +289,17 @@ def _let_added_parts_check(experiment: BaseExperiment) -> None:
                     part.check(experiment)
                 except ValueError as error:
                     raise ExperimentError(str(error)) from None
+    if "selection" in added:
+        _require_separate_groups(experiment)
+
+
+def _require_separate_groups(experiment: BaseExperiment) -> None:
+    """Raises ExperimentError for settings that mix the groups which the selection breeds separately."""
+    if mixing := experiment.part("evolution.selection").mixing_settings(experiment):
+        raise ExperimentError(
+            f"evolution.selection = {experiment.evolution.selection!r} breeds groups of agents separately, and "
+            f"{' and '.join(mixing)} would mix them: leave it out, or choose another selection"
+        )
 
 
 def _class_of(tree: dict[str, Any], reading: bool, foreign: bool = True) -> Any:

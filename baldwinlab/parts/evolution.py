@@ -122,10 +122,23 @@ class Selection(Part):
 
     kind: ClassVar[str] = "selection"
     least: ClassVar[float] = -math.inf  # the lowest fitness that it copes with
+    has_groups: ClassVar[bool] = False  # whether parents are always of the child's own group, such as one half of the population
 
     select: ClassVar[Any] = staticmethod(select.default)
     pair: ClassVar[Any] = staticmethod(pair.default)
     keep: ClassVar[Any] = staticmethod(keep.default)
+
+    @classmethod
+    def mixing_settings(cls, experiment: Any) -> list[str]:
+        """Return the settings of an experiment that mix the groups which this selection keeps apart."""
+        evolution = experiment.evolution
+        mixing = {
+            f"evolution.elite = {evolution.elite}": evolution.elite > 0 and cls.keep is keep.default,
+            "evolution.variation = 'neat'": evolution.variation == "neat",
+            "learning.teacher = 'shuffled'": getattr(getattr(experiment, "learning", None), "teacher", "") == "shuffled",
+            "world.features with births in mid-life": experiment.births_in_life,
+        }
+        return [setting for setting, mixes in mixing.items() if mixes] if cls.has_groups else []
 
 
 class Variation(Part):

@@ -240,6 +240,7 @@ class Network(Part):
 
     kind: ClassVar[str] = "network"
     memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
+    infinite_genes: ClassVar[tuple[int, ...]] = ()  # by number in a module: those that may be infinite; no others may
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         """Units in each layer. The first `inputs` units are the inputs, the last `actions` ones the outputs."""

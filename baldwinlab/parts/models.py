@@ -51,6 +51,7 @@ class Model(Part):
 
     kind: ClassVar[str] = "model"
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
+    infinite_genes: ClassVar[tuple[int, ...]] = ()  # by number in a module: those that may be infinite; no others may
     records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
     checked_with: ClassVar[Mapping[str, Any]] = {}  # fields of its own: lives so short that plain Python lives them in seconds

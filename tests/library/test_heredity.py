@@ -31,6 +31,15 @@ def test_a_teacher_is_what_the_elders_had_learned_and_the_action_module_is_what_
     np.testing.assert_array_equal(inherited[:, 1], learned)
 
 
+@pytest.mark.parametrize("rule", ["prediction", "evolved-abcd"])
+def test_a_second_module_that_is_no_teacher_is_inherited_as_it_was_born(rule: str) -> None:
+    experiment = taught_by_elders(f"learning.rule={rule}", "evolution.lamarckian_share=1")
+    genome = founders(experiment)
+    inherited = bequeath(experiment, genome, genome[:, 0] + 3)
+    np.testing.assert_array_equal(inherited[:, 0], genome[:, 0] + 3)
+    np.testing.assert_array_equal(inherited[:, 1:], genome[:, 1:])
+
+
 def test_a_gene_of_the_learning_rate_is_nobodys_teacher() -> None:
     experiment = taught_by_elders("learning.evolved_rate=true")
     genome = founders(experiment)

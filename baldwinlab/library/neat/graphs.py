@@ -22,6 +22,7 @@ from baldwinlab.engine.jit import compiled
 # The head: what all share (nodes, and the ledger of the run, the last numbers given), then the standing of the species.
 INPUTS, OUTPUTS, LEDGER, NEWEST, SPECIES, BEST, STALE, BEST_OF_ALL, STALE_OF_ALL = range(9)
 HEAD: Final = 9
+INFINITE_GENES: Final = (BEST, BEST_OF_ALL)  # minus infinity until a species has been evaluated
 NUMBER, SOURCE, TARGET, WEIGHT, ENABLED = range(5)  # of a gene
 GENE: Final = 5
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.lanes import Lane, first_lane, lanes_of
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import answer, entries, list_links
+from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, list_links
 from baldwinlab.parts import Field, Network
 
 
@@ -31,6 +31,7 @@ class Growing(Network, name="growing"):
     """A network without loops whose nodes and links evolve (NEAT). It does not learn in life."""
 
     graphs: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     needs: ClassVar[Mapping[str, Any]] = {
         "network.hidden": [40],
         "learning.rule": "none",

@@ -24,7 +24,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.library.neat.cart import FORCE, HINGE, PARTS, STEP, move, stands
-from baldwinlab.library.neat.graphs import entries, list_links, minimal
+from baldwinlab.library.neat.graphs import INFINITE_GENES, entries, list_links, minimal
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
@@ -42,6 +42,7 @@ class Poles(Model):
     newborn_range: float = Field(1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)")
 
     graphs: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     loops: ClassVar[bool] = False  # whether links may lead back, and nodes remember
     sensed: ClassVar[tuple[int, ...]]  # parts of the state
 

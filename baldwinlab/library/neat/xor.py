@@ -20,7 +20,7 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import answer, entries, minimal
+from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, minimal
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
@@ -36,6 +36,7 @@ class NeatXor(Model, name="neat-xor"):
     newborn_range: float = Field(1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)")
 
     graphs: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 150},
         "evolution": {"generations": 150, "selection": "species", "variation": "neat"},

@@ -255,7 +255,7 @@ def breed(population: Population) -> None:
         for agent in range(population.genome.shape[0]):
             born, learned = population.genome[agent, 0], population.learned[agent]
             pass_on(population.inheritance, born, learned, population.inherited[agent, 0])
-            if population.genome.shape[1] > 1:
+            if _has_teachers(population):
                 teach(population.inheritance, born, learned, population.inherited[agent, 1])
     _choose_parents(population)
     if population.fault[0] == 0:
@@ -287,8 +287,14 @@ def _choose_parents(population: Population) -> None:
 
 
 @compiled
+def _has_teachers(population: Population) -> bool:
+    """Return whether the second module of a genome is the reinforcement module."""
+    return bool(population.purposes.size > 1 and population.purposes[1] == REINFORCEMENT_WEIGHTS)
+
+
+@compiled
 def _deal_teachers(population: Population, moment: Moment) -> None:
-    if population.teacher == 0 or population.purposes.size == 1 or population.purposes[1] != REINFORCEMENT_WEIGHTS:
+    if population.teacher == 0 or not _has_teachers(population):
         return
     if population.teacher == 2:
         draw_normal(moment, population.purposes[1], population.genome, 1)

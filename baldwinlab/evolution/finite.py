@@ -1,0 +1,48 @@
+"""Genomes are complete and finite: checked once a generation and run, wherever genomes are made."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from baldwinlab.errors import RefusedError
+from baldwinlab.evolution.moment import Genome, Moment
+from baldwinlab.experiment import BaseExperiment, Experiment
+
+
+def require_finite(experiment: BaseExperiment, moment: Moment, genome: Genome, *paths: str) -> None:
+    """Require that every gene of a generation is finite, but for those that its network or model declares.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment whose parts made the genomes.
+    moment : Moment
+        The run, and the generation of the agents.
+    genome : Genome
+        The genomes [agent, module, weight].
+    *paths : str
+        The fields that choose the parts that made the genomes.
+
+    Raises
+    ------
+    RefusedError
+        If a gene was not written or is not finite.
+    """
+    if np.isfinite(genome).all():
+        return
+    faulty = ~np.isfinite(genome)
+    allowed = list(experiment.part("network.kind" if isinstance(experiment, Experiment) else "model").infinite_genes)
+    faulty[..., allowed] = np.isnan(genome[..., allowed])
+    if faulty.any():
+        agent, module, gene = (int(place) for place in np.argwhere(faulty)[0])
+        parts = " and ".join(f"{path} = {_names(experiment, path)}" for path in paths)
+        raise RefusedError(
+            f"{parts} left gene {gene} of the module {experiment.modules[module]!r} of agent {agent} unwritten or not finite "
+            f"({genome[agent, module, gene]:g}), in generation {moment.generation} of run {moment.run}; every gene must be a "
+            "finite number, so correct the part, or choose smaller rates"
+        )
+
+
+def _names(experiment: BaseExperiment, path: str) -> str:
+    names = [part.name for part in experiment.parts(path)] if path != "model" else [experiment.model]
+    return ", ".join(repr(name) for name in names)
