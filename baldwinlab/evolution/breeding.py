@@ -19,13 +19,20 @@ from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_all
 
 def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness) -> tuple[Genome, Parents]:
     """Genomes and parents of the generation at `moment`, from the one before it, which has lived."""
-    if needs_lives(experiment):  # the agents' own genes were checked when they were born
-        made_by = ("learning.rule",) if isinstance(experiment, Experiment) else ("model",)
-        made_by = ("world.features", "evolution.variation") if experiment.births_in_life else made_by
-        require_finite(experiment, moment.before(), genome, *made_by, "evolution.inheritance")
+    if needs_lives(experiment):  # else these genes were checked when they were made
+        require_finite(experiment, moment.before(), genome, *_makers_in_life(experiment))
     if experiment.part("evolution.inheritance").afresh:
         return draw_genome(experiment, moment), np.full((len(genome), 2), -1, np.int32)
     return breed(experiment, genome, fitness, moment)
+
+
+def _makers_in_life(experiment: BaseExperiment) -> list[str]:
+    """Return the fields that choose the parts which change genomes between birth and reproduction."""
+    if not isinstance(experiment, Experiment):
+        return ["model", "evolution.inheritance"]
+    births = ["world.features", "evolution.variation"] if experiment.births_in_life else []
+    inherits = experiment.part("evolution.inheritance").wants_learned(experiment)
+    return births + (["learning.rule", "evolution.inheritance"] if inherits else [])
 
 
 def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: Moment) -> tuple[Genome, Parents]:

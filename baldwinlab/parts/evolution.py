@@ -131,10 +131,11 @@ class Selection(Part):
     @classmethod
     def mixing_settings(cls, experiment: Any) -> list[str]:
         """Return the settings of an experiment that mix the groups which this selection keeps apart."""
-        evolution = experiment.evolution
+        evolution, variation = experiment.evolution, experiment.part("evolution.variation")
+        varies_alone = type(variation).vary_all is vary_all.default
         mixing = {
             f"evolution.elite = {evolution.elite}": evolution.elite > 0 and cls.keep is keep.default,
-            "evolution.variation = 'neat'": evolution.variation == "neat",
+            f"evolution.variation = {evolution.variation!r}": not varies_alone,
             "learning.teacher = 'shuffled'": getattr(getattr(experiment, "learning", None), "teacher", "") == "shuffled",
             "world.features with births in mid-life": experiment.births_in_life,
         }

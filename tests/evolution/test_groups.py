@@ -80,6 +80,7 @@ def test_a_scheme_that_keeps_an_elite_of_each_group_has_one(tmp_path: Path) -> N
     [
         (["learning.teacher=shuffled"], "learning.teacher = 'shuffled'"),
         (['world.features=["births-and-deaths"]'], "births in mid-life"),
+        (["evolution.variation=gene-pool"], "evolution.variation = 'gene-pool'"),
         (
             ["network.kind=growing", "network.hidden=[40]", "learning.rule=none", "evolution.variation=neat"],
             "evolution.variation = 'neat'",
