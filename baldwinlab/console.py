@@ -88,6 +88,12 @@ def say(message: str) -> None:
     console.print(message, markup=False)
 
 
+def say_if_any(message: str) -> None:
+    """Print a message unless it is empty."""
+    if message:
+        say(message)
+
+
 def complain(message: str) -> None:
     errors.print(f"baldwinlab: {on_a_screen(message)}", markup=False)
 

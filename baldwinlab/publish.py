@@ -21,13 +21,14 @@ from baldwinlab.multiverse.analysis import STANDARD, read
 from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
-from baldwinlab.report import InShort, Section, draw_report, emergence_generations, render, write_report
+from baldwinlab.papers.words import FIGURES
+from baldwinlab.report import InShort, Section, draw_report, emergence_generations, write_report
 from baldwinlab.report.content import reading, run_counts
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs.estimate import of_replay, of_tables
 from baldwinlab.runs.replay import replay
 from baldwinlab.statistics import fitness
-from baldwinlab.statistics.contrasts import contrasts
+from baldwinlab.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
@@ -38,65 +39,63 @@ class Published(NamedTuple):
     """What came of a study."""
 
     claims: Sequence[ClaimResult]
+    contrasts: Contrasts
     write: Callable[[], object]  # the report again, with what other commands have left in the study's folder since
 
 
-def publish(study: Study, out: Path, last: int, tell: Callable[[str], None]) -> Published:
+def publish(
+    study: Study, out: Path, last: int, tell: Callable[[str], None], baseline: str = "", paper: Paper | None = None
+) -> Published:
     """Write claims.json, statistics.csv, summary.csv, the figures, the report and what the lab shows.
 
-    A sweep has other results, those of `sweeps.publish`, and no claims. A run counts with its average over its `last`
-    generations. Raises StudyError if no run is stored yet.
+    Claims are those of `paper`, or else of the paper that made the study; a study that no paper made has none. Conditions are
+    compared with `baseline` where one is given. A sweep has other results, those of `sweeps.publish`, and no claims. A run counts
+    with its average over its `last` generations. Raises StudyError if no run is stored yet.
     """
     if study.kind == SWEEP:
-        sweeps.publish(study, out, last, tell)
+        compared = sweeps.publish(study, out, last, tell, baseline)
         lab_results.keep(study)
-        return Published([], lambda: sweeps.publish(study, out, last, tell))
+        return Published([], compared, lambda: sweeps.publish(study, out, last, tell, baseline))
     study.require_runs()
     data = fitness.with_curves(open_study(study.directory))
-    paper = of_study(study.directory, study.paper)
-    results = evaluate(data, last, paper)
-    write(results, data, study.directory, last, study.paper)
+    paper = paper or (of_study(study.directory, study.paper) if study.paper else None)
+    results = evaluate(data, last, paper) if paper else []
+    compared = compare_conditions(data, last, baseline)
+    write(results, data, study.directory, last, paper.name if paper else "", compared.rows)
     tell("drawing the figures")
     traces = _emergence(study, data, paper)
-    made_by = paper if study.paper else None
-    drawn = draw_report(study.directory, data, results, traces, provenance(study), last, made_by, _looks(study))
-    known, beside = _compared(study, data, last, paper), _beside(study, data, paper, results)
+    looks, reproduced = _looks(study), bool(study.paper)
+    drawn = draw_report(study.directory, data, results, traces, provenance(study), last, paper, looks, compared, reproduced)
+    beside = _beside(study, data, paper, results) if paper else None
 
     def write_page() -> None:
         measured = stored.read(study.directory, study.factors)
         analysis = evaluate_assays(measured, last) if measured else None
         left = _left(study, measured, analysis, paper, beside)
-        write_report(study.directory, drawn, out, [*known, *left], _in_short(study, results, analysis, paper))
+        write_report(study.directory, drawn, out, left, _in_short(study, results, analysis, paper))
 
     write_page()
     lab_results.keep(study, data)
-    return Published(results, write_page)
+    return Published(results, compared, write_page)
 
 
-def _compared(study: Study, data: xr.Dataset, last: int, paper: Paper) -> list[Section]:
-    """Conditions of one's own compared, if there are any."""
-    own = set(study.experiments) - set(paper.own() if paper.claims else ())
-    if own and (compared := contrasts(data, last)):
-        return [Section("compared", "Conditions compared", render("report/contrasts.html", contrasts=compared, last=last))]
-    return []
-
-
-def _in_short(study: Study, results: Sequence[ClaimResult], analysis: Analysis | None, paper: Paper) -> InShort | None:
+def _in_short(study: Study, results: Sequence[ClaimResult], analysis: Analysis | None, paper: Paper | None) -> InShort | None:
     """Of a paper that sums up many conditions in one figure: what foragers' ways of learning give, and cost."""
     foraging = all(isinstance(experiment, Experiment) for experiment in study.experiments.values())
-    found = ways.ways(results, study.factors, analysis) if foraging and "overview" in paper.about.figures else None
+    summed_up = paper is not None and "overview" in paper.about.figures
+    found = ways.ways(results, study.factors, analysis) if foraging and summed_up else None
     if found is None or any(study.experiments[name].learns for name in found.held_against):
         return None
     return ways.in_short(found, study.directory)
 
 
 def _left(
-    study: Study, measured: stored.Assays, analysis: Analysis | None, paper: Paper, beside: readings.Beside | None
+    study: Study, measured: stored.Assays, analysis: Analysis | None, paper: Paper | None, beside: readings.Beside | None
 ) -> list[Section]:
     """What other commands have left in the folder of a study."""
     found = []
     if analysis:
-        found.append(assays.section(measured, study.directory, analysis.last, paper.words.inference, analysis))
+        found.append(assays.section(measured, study.directory, analysis.last, paper.words.inference if paper else None, analysis))
     places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
     return found + [readings.section(multiverse, study.directory / "figures", beside) for multiverse in multiverses[:1]]
@@ -124,14 +123,15 @@ def _looks(study: Study) -> dict[str, dict[str, Any]]:
     return {name: look(study.experiments[name]).to_dict() for name in study.experiments if _can_be_watched(study, name)}
 
 
-def _shown(study: Study, paper: Paper) -> str | None:
+def _shown(study: Study, paper: Paper | None) -> str | None:
     """The condition whose emergence is shown, if any can be: that which the paper shows, or else the first there is."""
-    preferred = (paper.about.emergence, *study.experiments) if "emergence" in paper.about.figures else ()
+    wanted = "emergence" in (paper.about.figures if paper else FIGURES)
+    preferred = (paper.about.emergence if paper else "", *study.experiments) if wanted else ()
     stored = (name for name in preferred if name in study.experiments and study.runs(name) and _can_be_watched(study, name))
     return next(stored, None)
 
 
-def _emergence(study: Study, data: xr.Dataset, paper: Paper) -> list[xr.Dataset]:
+def _emergence(study: Study, data: xr.Dataset, paper: Paper | None) -> list[xr.Dataset]:
     """The typical population of a condition at several generations."""
     condition = _shown(study, paper)
     if condition is None:
@@ -150,7 +150,8 @@ def need(study: Study) -> Need:
     for name, experiment in study.experiments.items():
         by_reading.setdefault(study.factors[name].reading, []).append((experiment, len(study.runs(name))))
     tables = max((of_tables(stored) for stored in by_reading.values()), default=NOTHING)
-    shown = _shown(study, of_study(study.directory, study.paper)) if study.kind == CONDITIONS else None
+    paper = of_study(study.directory, study.paper) if study.paper else None
+    shown = _shown(study, paper) if study.kind == CONDITIONS else None
     return tables.then(of_emergence(study.experiments[shown])) if shown else tables
 
 

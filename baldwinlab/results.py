@@ -16,12 +16,16 @@ import xarray as xr
 from baldwinlab.assays.norms import Panel, by_circumstance
 from baldwinlab.assays.stored import read
 from baldwinlab.assays.words import of_foragers
-from baldwinlab.factors import SWEEP, Factors
+from baldwinlab.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.files import RESULTS_FILE, text_of, write_atomically
 from baldwinlab.netcdf import claimed
 from baldwinlab.statistics import fitness
+from baldwinlab.statistics.contrasts import Contrasts, compare_finals, final_values
+from baldwinlab.statistics.tables import finite
+from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
+from baldwinlab.sweeps.comparison import compare_points, has_comparisons
 from baldwinlab.sweeps.design import settings
 from baldwinlab.version import __version__
 
@@ -54,8 +58,49 @@ def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
         for name in names:
             answer["curves"][name][measure] = {part: _plain(array.sel(condition=name)) for part, array in curve.items()}
             answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
+    answer["comparison"] = _comparison(study, data)
     answer["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return answer
+
+
+def compare(study: Study, last: int = 10, baseline: str = "") -> Contrasts:
+    """Compare the conditions of a stored study, of which one at a time is held in memory.
+
+    Raises StudyError where no run is stored, and for a baseline that the study does not have or of which no run is stored.
+    """
+    study.require_runs()
+    require_baseline(study, baseline)
+    names = [name for name in study.experiments if study.runs(name)]
+    finals = [final_values(open_conditions(study, [name]), last) for name in names]
+    return _compare(study, xr.concat(finals, "condition", join="outer"), last, baseline)
+
+
+def _comparison(study: Study, data: xr.Dataset) -> dict[str, Any]:
+    """The comparisons of the conditions as plain data; none where a report of the study has none."""
+    if study.kind == MULTIVERSE or (study.kind == SWEEP and not has_comparisons(study)):
+        return {"pairing": "", "too_few": "", "rows": []}
+    found = _compare(study, final_values(data), 10)
+    rows = [{name: _number(value) for name, value in row.row().items()} | {"verdict": row.verdict} for row in found.rows]
+    return {"pairing": found.pairing, "too_few": found.too_few, "rows": rows}
+
+
+def _number(value: Any) -> Any:
+    return finite(value) if isinstance(value, float) else value
+
+
+def _compare(study: Study, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
+    if study.kind == SWEEP:
+        return compare_points(study, finals, last, baseline)
+    factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
+    return compare_finals(finals, factors, last, baseline)
+
+
+def require_baseline(study: Study, baseline: str) -> None:
+    """Raise StudyError where a baseline is given and the study has no run of it."""
+    if baseline:
+        study.experiment(baseline)
+        if not study.runs(baseline):
+            raise StudyError(f"baseline {baseline!r}: {study.directory} holds no finished run of this condition")
 
 
 def of_runs(study: Study, condition: str, measure: str) -> dict[str, list[float | None]]:

@@ -1,4 +1,4 @@
-"""Claims held against a study: those of its paper, or a file of anybody's."""
+"""Claims about a study: those of its paper, of another paper, or in a file."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 from baldwinlab import console
 from baldwinlab.api.tables import claims_table
-from baldwinlab.errors import require_positive
+from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.experiment import Experiment
-from baldwinlab.papers import PaperError, of_study
+from baldwinlab.papers import PaperError, load, of_study
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.paper import require_known
-from baldwinlab.papers.verdicts import Claiming, ClaimResult, evaluate
+from baldwinlab.papers.verdicts import Claiming, ClaimResult, describe_claims_too_few, evaluate
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
 
@@ -32,25 +32,31 @@ class Own:
         return {} if isinstance(experiment, Experiment) else experiment.of_model.measures
 
 
-def claims(study: Study, file: Path | None = None, *, last: int = 10) -> list[ClaimResult]:
-    """Decide the claims in a file, or those of the study's paper, and show them; nothing is written.
+def claims(study: Study, file: Path | None = None, *, paper: str = "", last: int = 10) -> list[ClaimResult]:
+    """Decide the claims in a file, those of a paper, or those of the study's paper, and show them; nothing is written.
 
     A run counts with its average over its `last` generations; all tests are corrected together. Raises StudyError where no run is
-    stored, and PaperError for a file that is not what it should be, or that is about what the study has not.
+    stored, PaperError for a file that is not valid, or that is about conditions that the study does not have, and RefusedError
+    where no claims are given and no paper made the study.
     """
     require_positive("last", last)
     study.require_runs()
-    title, wanted = _wanted(study, file)
+    title, wanted = _wanted(study, file, paper)
     about = sorted(set().union(*(claim.conditions for claim in wanted.claims)) & set(study.experiments))
     found = evaluate(open_conditions(study, about or list(study.experiments)), last, wanted)
     console.console.print(claims_table(found, title))
+    console.say_if_any(describe_claims_too_few(found))
     return found
 
 
-def _wanted(study: Study, file: Path | None) -> tuple[str, Claiming]:
+def _wanted(study: Study, file: Path | None, paper: str) -> tuple[str, Claiming]:
+    if file and paper:
+        raise RefusedError(f"--claims {file} and --paper {paper} exclude each other: give one of them")
     if file is None:
-        paper = of_study(study.directory, study.paper)
-        return f"The claims of {paper.name}", paper
+        if not (paper or study.paper):
+            raise RefusedError(f"{study.directory} was made by no paper: give claims by --claims FILE or --paper NAME")
+        chosen = load(paper) if paper else of_study(study.directory, study.paper)
+        return f"The claims of {chosen.name}", chosen
     made = read_claims(file)
     if not made:
         raise PaperError(f"there is no {file}, or no [[claims]] in it; docs/papers.md says what a claim is")

@@ -1,35 +1,71 @@
-"""What came of a study, on the page and on the screen."""
+"""The results of a study on the page and in the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from baldwinlab import console, results
-from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table
-from baldwinlab.errors import require_positive
-from baldwinlab.factors import MULTIVERSE
+from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table, show_contrasts
+from baldwinlab.errors import RefusedError, require_positive
+from baldwinlab.factors import CONDITIONS, MULTIVERSE
 from baldwinlab.files import is_local
 from baldwinlab.multiverse.publish import publish as publish_multiverse
 from baldwinlab.multiverse.section import combinations, verdict
 from baldwinlab.outputs import REPORT, require_writable
-from baldwinlab.papers.verdicts import ClaimResult
-from baldwinlab.publish import need, publish
+from baldwinlab.papers import Paper
+from baldwinlab.papers.verdicts import describe_claims_too_few
+from baldwinlab.publish import Published, need, publish
 from baldwinlab.resources import require
 from baldwinlab.studies.store import Study
 
 
 def report(
-    study: Study, out: Path | None = None, *, last: int = 10, force: bool = False, then: Callable[[], None] | None = None
+    study: Study,
+    out: Path | None = None,
+    *,
+    last: int = 10,
+    force: bool = False,
+    then: Callable[[], None] | None = None,
+    baseline: str = "",
+    paper: Paper | None = None,
 ) -> Path:
-    """Write statistics, figures and the page of a study, a sweep or a multiverse, and show its claims; gives the page's path.
+    """Write statistics, figures and the page of a study, a sweep or a multiverse, and show its results.
 
-    `out` is report.html in the study's directory unless given. A run counts with its average over its `last` generations.
-    `then` is done when it is written, and the page of a study is written again, with what that has left in the study's folder.
-    Raises StudyError where no run is stored yet, and RefusedError where `out` would be written over a file of a study, or,
-    unless forced, over one that is no report or for more memory than is free.
+    Parameters
+    ----------
+    out
+        The HTML file; report.html in the study's directory unless given.
+    last
+        The number of generations over which a run is averaged, counted from its last one.
+    force
+        Write even if it takes more memory than is free, or over a file that is no report.
+    then
+        It is called when the page is written; then the page is written again, with the files that it has added to the study.
+    baseline
+        The condition with which all others are compared; see `statistics.contrasts.references` for the default.
+    paper
+        The paper whose claims are decided; the one that made the study unless given.
+
+    Returns
+    -------
+    Path
+        The path of the page.
+
+    Raises
+    ------
+    StudyError
+        No run is stored, or none of `baseline`, or the study has no such condition.
+    RefusedError
+        `out` is a file of a study, or no report; it takes more memory than is free; or the study is of a kind that has no
+        baseline or no claims.
     """
     require_positive("last", last)
+    results.require_baseline(study, baseline)
+    if baseline and study.kind == MULTIVERSE:
+        raise RefusedError(f"--baseline {baseline}: {study.directory} is a multiverse, whose report compares no conditions")
+    if paper and study.kind != CONDITIONS:
+        raise RefusedError(f"--paper {paper.name}: {study.directory} is a {study.kind}, whose report decides no claims by it")
     if out is None:
         out = study.directory / "report.html"
     elif is_local(out):
@@ -42,18 +78,22 @@ def report(
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
             console.say(f"- {sentence}")
     else:
-        published = publish(study, out, last, console.say)
-        _show(published.claims, out)
+        published = publish(study, out, last, console.say, baseline, paper)
+        _show(published, out)
         if then:
             then()
             published.write()
-            _show(published.claims, out)
+            _show(published, out)
         return out
     console.say(f"report: {out}")
     return out
 
 
-def _show(claims: Sequence[ClaimResult], out: Path) -> None:
-    if any(claim.record()["verdict"] in VERDICT_STYLE for claim in claims):
-        console.console.print(claims_table(claims))
+def _show(published: Published, out: Path) -> None:
+    """Show the claims that were decided, or else the comparisons of the conditions."""
+    if any(claim.verdict in VERDICT_STYLE for claim in published.claims):
+        console.console.print(claims_table(published.claims))
+        console.say_if_any(describe_claims_too_few(published.claims))
+    else:
+        show_contrasts(published.contrasts)
     console.say(f"report: {out}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,12 @@ from baldwinlab.assays.estimate import Planned
 from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.files import location
+from baldwinlab.papers.verdicts import planned_claim_designs
 from baldwinlab.publish import of_emergence
 from baldwinlab.resources import Need
 from baldwinlab.runs import estimate
 from baldwinlab.runs.warm_up import available_cores
+from baldwinlab.statistics.sample_sizes import describe_too_few
 
 
 def reproduce(
@@ -60,13 +62,16 @@ def reproduce(
     directory = Path("results") / _name(chosen, given) if out is None else location(out)
     wanted = chosen.about.runs if runs is None else runs
     how, afterwards = How(workers, backend, executor, force), _afterwards(experiments, chosen, wanted, workers)
+    for sentence in too_few_runs(experiments, chosen, wanted):
+        console.say(sentence)
     study = bring(experiments, directory, how, runs=wanted, seed=seed, paper=chosen, afterwards=afterwards)
 
     def assays() -> None:
         console.say("so far without assays: they follow, and then the report is written again, with them")
         assay(study, chosen.about.assays, how)
 
-    report(study, last=last, force=force, then=assays if any(missing_assays(study, chosen.about.assays).values()) else None)
+    then = assays if any(missing_assays(study, chosen.about.assays).values()) else None
+    report(study, last=last, force=force, then=then, paper=chosen)
     return Study(study)
 
 
@@ -75,11 +80,24 @@ def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
+def too_few_runs(experiments: Sequence[Experiment], paper: papers.Paper, runs: int) -> Iterator[str]:
+    """Say which verdicts so few runs cannot give: on the claims, and on the Baldwin effect."""
+    names = [experiment.name for experiment in experiments]
+    if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
+        yield f"Claims: {claims}"
+    if effect := describe_too_few(_planned(experiments, paper).designs(runs, paper.about.assays)):
+        yield f"Baldwin effect: {effect}"
+
+
+def _planned(experiments: Sequence[Experiment], paper: papers.Paper) -> Planned:
+    by_name = {experiment.name: experiment for experiment in experiments}
+    return Planned(by_name, {name: found for name, found in paper.factors().items() if name in by_name})
+
+
 def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None) -> Need:
     """What the assays and the report take."""
     by_name = {experiment.name: experiment for experiment in experiments}
-    factors = {name: found for name, found in paper.factors().items() if name in by_name}
-    assays = Planned(by_name, factors).need(runs, workers or available_cores(), paper.about.assays)
+    assays = _planned(experiments, paper).need(runs, workers or available_cores(), paper.about.assays)
     shown = by_name.get(paper.about.emergence, experiments[0])
     return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(of_emergence(shown))
 

@@ -14,19 +14,21 @@ from typing import TYPE_CHECKING, Any
 import tomlkit
 import xarray as xr
 
+from baldwinlab import console, papers
 from baldwinlab.api.bring import How, assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
-from baldwinlab.errors import RefusedError
+from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.exchange import frames, written
 from baldwinlab.exchange.crate import write_crate
 from baldwinlab.exchange.stores import write_zarr
 from baldwinlab.exchange.table import Table
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
-from baldwinlab.factors import SWEEP
+from baldwinlab.factors import SWEEP, Factors
 from baldwinlab.files import location
-from baldwinlab.presets import Loaded, load_with_origin
+from baldwinlab.papers.paper import nearest
+from baldwinlab.presets import Loaded, factors, load_with_origin
 from baldwinlab.resources import require
 from baldwinlab.runs.estimate import of_tables
 from baldwinlab.runs.replay import replay
@@ -103,15 +105,113 @@ class Study:
         whole = whole.assign_coords(condition=measured)
         return whole.assign(experiment=("condition", texts)).assign_attrs(seed=self.seed)
 
-    def report(self, out: str | Path | None = None, *, last: int = 10, force: bool = False) -> Path:
-        """Write statistics, figures and the page, report.html in the study's directory unless `out` is given; gives its path.
+    def compare(self, baseline: str | None = None, *, last: int = 10) -> pd.DataFrame:
+        """Compare the conditions of the study, as its report does.
 
-        A run counts with its average over its `last` generations. Raises RefusedError, unless forced, for more memory than is
-        free, and where `out` is a file that is no report.
+        Parameters
+        ----------
+        baseline
+            The condition with which all others are compared. Unless given, a condition is compared with the first condition on
+            its map; a condition that is alone on its map, or has no map, with the first condition of the study.
+        last
+            The number of generations over which a run is averaged, counted from its last one.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each condition and measure: "mean", the fitness of the average agent, and "best", that of the best agent.
+
+            - `condition_a`, `condition_b`: the condition, and the one with which it is compared.
+            - `n_a`, `n_b`: the numbers of runs.
+            - `median_a`, `median_b`: medians over runs, in the unit of fitness (energy, for agents that forage).
+            - `effect`: the difference of the medians [1], in the same unit; `low`, `high`: its 95 % bootstrap interval [2].
+            - `u`, `p`: the statistic and the two-sided p-value of the Mann-Whitney test [3].
+            - `p_holm`: the p-value corrected for all rows by Holm's method [4].
+            - `a12`: the probability that a run of `condition_a` is higher than one of `condition_b`, from 0 to 1 [5].
+            - `smallest_p_holm`: the smallest corrected p-value that the numbers of runs allow [6].
+            - `verdict`: "higher" or "lower" where `p_holm` is below 0.05; "too few runs" where no data could give a verdict;
+              else "undecided".
+
+            `attrs["pairing"]` says which conditions are compared, and `attrs["too_few"]` how many runs are needed.
+
+        Raises
+        ------
+        StudyError
+            No run is stored, or none of `baseline`, or the study has no such condition.
+        ArgumentError
+            `last` is less than 1.
+
+        References
+        ----------
+        [1] of `condition_a` less that of `condition_b`.
+        [2] Efron and Tibshirani, An Introduction to the Bootstrap, 1993.
+        [3] Mann and Whitney, Annals of Mathematical Statistics 18, 1947.
+        [4] Holm, Scandinavian Journal of Statistics 6, 1979.
+        [5] Vargha and Delaney, Journal of Educational and Behavioral Statistics 25, 2000.
+        [6] Tarone, Biometrics 46, 1990.
+        """
+        import pandas as pd
+
+        from baldwinlab import results  # here, because SciPy's statistics take a while to load
+        from baldwinlab.statistics.contrasts import COLUMNS
+
+        require_positive("last", last)
+        contrasts = results.compare(self._stored, last, baseline or "")
+        decided = [{"smallest_p_holm": row.smallest_p_holm, "verdict": row.verdict} for row in contrasts.rows]
+        rows = [row.row() | verdict for row, verdict in zip(contrasts.rows, decided, strict=True)]
+        table = pd.DataFrame(rows, columns=[*COLUMNS, "smallest_p_holm", "verdict"])
+        table.attrs = {"pairing": contrasts.pairing, "too_few": contrasts.too_few}
+        return table
+
+    def report(
+        self,
+        out: str | Path | None = None,
+        *,
+        last: int = 10,
+        baseline: str | None = None,
+        paper: str | Path | None = None,
+        force: bool = False,
+    ) -> Path:
+        """Write the statistics, the figures and the page of the study.
+
+        Parameters
+        ----------
+        out
+            The HTML file; report.html in the study's directory unless given.
+        last
+            The number of generations over which a run is averaged, counted from its last one.
+        baseline
+            The condition with which all others are compared; see `compare`.
+        paper
+            The paper whose claims are decided, by its name or folder; the one that made the study unless given.
+        force
+            Write even if it takes more memory than is free, or over a file that is no report.
+
+        Returns
+        -------
+        pathlib.Path
+            The path of the page.
+
+        Raises
+        ------
+        StudyError
+            No run is stored, or none of `baseline`, or the study has no such condition.
+        PaperError
+            There is no such paper.
+        RefusedError
+            It takes more memory than is free, `out` is a file that is no report, or the study is of a kind that has no baseline
+            or no claims.
         """
         from baldwinlab.api.report import report  # here, because to load the figures takes a while
 
-        return report(self._stored, None if out is None else Path(out), last=last, force=force)
+        return report(
+            self._stored,
+            None if out is None else Path(out),
+            last=last,
+            force=force,
+            baseline=baseline or "",
+            paper=None if paper is None else papers.load(paper),
+        )
 
     def replay(self, condition: str, *, run: int, generation: int, force: bool = False) -> xr.Dataset:
         """One lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`."""
@@ -230,13 +330,29 @@ def run_loaded(
     runs: int,
     seed: int,
     out: str | Path | None,
+    baseline: str = "",
 ) -> Study:
-    """Run experiments, changed by assignments, as one study. `run` and its command call this."""
+    """Run experiments, changed by assignments, as one study. `run` and its command call this.
+
+    It says before the runs whether they are too few for a comparison of the conditions with each other or with `baseline`.
+    """
     experiments = [assign(each.experiment, assignments) for each in loaded]
     require_effect(experiments, [each.origin for each in loaded])
-    names = [each.name.replace("/", "-") for each in experiments]
-    directory = Path("results") / "-".join(names) if out is None else location(out)
+    names = [each.name for each in experiments]
+    if baseline and baseline not in names:
+        known = f"{nearest(baseline, names)}: {', '.join(names)}"
+        raise RefusedError(f"baseline {baseline!r} must be a condition of the study{known}")
+    console.say_if_any(_describe_too_few(names, runs, baseline))
+    directory = Path("results") / "-".join(name.replace("/", "-") for name in names) if out is None else location(out)
     return Study(bring(experiments, directory, how, runs=runs, seed=seed))
+
+
+def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
+    from baldwinlab.statistics.contrasts import planned_designs  # here, because SciPy's statistics take a while to load
+    from baldwinlab.statistics.sample_sizes import describe_too_few
+
+    known = factors()
+    return describe_too_few(planned_designs({name: known.get(name, Factors(name)) for name in names}, runs, baseline))
 
 
 def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What came of a study, as tables on the screen."""
+"""The results of a study as tables in the terminal."""
 
 from __future__ import annotations
 
@@ -9,11 +9,53 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from baldwinlab import console
 from baldwinlab.multiverse.analysis import Multiverse
 from baldwinlab.papers.verdicts import ClaimResult
+from baldwinlab.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.statistics.rules import MARKS
+from baldwinlab.statistics.sample_sizes import TOO_FEW
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
+LABEL_STYLE = VERDICT_STYLE | {TOO_FEW: "yellow", "higher": "green", "lower": "red"}
+MOST_SHOWN = 20  # comparisons; the report has all
+MEASURES = {"mean": "average agent", "best": "best agent"}
+
+
+def contrasts_table(contrasts: Contrasts) -> Table:
+    """Return the comparisons of the conditions with their verdicts, at most `MOST_SHOWN`."""
+    hidden = len(contrasts.rows) - MOST_SHOWN
+    more = f" {hidden} more comparisons are in statistics.csv and in the report." if hidden > 0 else ""
+    table = Table(
+        title="Comparison of the conditions",
+        caption=f"{contrasts.pairing}{more}",
+        title_style="bold",
+        caption_justify="left",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 1, 0),
+    )
+    table.add_column("verdict", width=13)
+    table.add_column("condition, measured effect [95 % interval], p, corrected p, effect size, runs")
+    for contrast in contrasts.rows[:MOST_SHOWN]:
+        compared = f"{contrast.condition} against {contrast.reference}, {MEASURES[contrast.measure]}"
+        verdict = Text(contrast.verdict, style=LABEL_STYLE[contrast.verdict])
+        table.add_row(verdict, Text.assemble(compared, (f"\n{_numbers(contrast)}", "dim")))
+    return table
+
+
+def show_contrasts(contrasts: Contrasts) -> None:
+    """Print the comparisons of the conditions, and whether the runs are too few for a verdict."""
+    if contrasts.rows:
+        console.console.print(contrasts_table(contrasts))
+        console.say_if_any(contrasts.too_few)
+
+
+def _numbers(contrast: Contrast) -> str:
+    """For example: `+198 [171, 224], p 9.3e-10, corrected 1.9e-09, A12 1.00, runs 30 and 30`."""
+    found = contrast.numbers
+    interval = f" [{found.low:.4g}, {found.high:.4g}]" if found.low == found.low else ""
+    tested = f"p {found.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {found.a12:.2f}"
+    return f"{found.effect:+.4g}{interval}, {tested}, runs {found.n_a} and {found.n_b}"
 
 
 def claims_table(results: Sequence[ClaimResult], title: str = "") -> Table:
@@ -30,7 +72,7 @@ def claims_table(results: Sequence[ClaimResult], title: str = "") -> Table:
     table.add_column(f"claim, measured effect [95 % interval], corrected p, effect size{beside}")
     for result in results:
         record = result.record()
-        verdict = Text(record["verdict"], style=VERDICT_STYLE.get(record["verdict"], ""))
+        verdict = Text(result.label, style=LABEL_STYLE.get(result.label, ""))
         table.add_row(record["id"], verdict, Text.assemble(record["claim"], ("\n" + _measured(record), "dim")))
     return table
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -26,6 +26,7 @@ from baldwinlab.experiment.choices import key_of
 from baldwinlab.factors import Factors
 from baldwinlab.files import write_atomically
 from baldwinlab.statistics.rules import SIGNIFICANT
+from baldwinlab.statistics.sample_sizes import TOO_FEW, Design, describe_too_few, smallest_corrected
 from baldwinlab.statistics.tables import finite, to_csv
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]
@@ -44,6 +45,7 @@ Table = Mapping[Quantity, xr.DataArray]
 @dataclass(frozen=True)
 class Criterion:
     id: str
+    assay: str  # that measures a and b
     question: str
     detail: str  # what is held against what, in words
     rule: str  # greater or lower
@@ -65,6 +67,17 @@ class Answer:
     left_out: int  # runs in which a or b is undefined
     p_holm: float
     verdict: Verdict
+    smallest_p_holm: float = nan  # the smallest corrected p-value that the number of runs allows
+
+    @property
+    def has_too_few_runs(self) -> bool:
+        """Whether it is undecided because no data of so few runs could decide it."""
+        return self.verdict == UNDECIDED and self.smallest_p_holm >= SIGNIFICANT
+
+    @property
+    def label(self) -> str:
+        """The verdict as a report shows it."""
+        return TOO_FEW if self.has_too_few_runs else self.verdict
 
 
 @dataclass(frozen=True)
@@ -112,6 +125,12 @@ class Analysis:
     numbers: tuple[Number, ...]
     last: int  # generations in a window
     tables: Mapping[str, Table]  # by condition: its quantities, and with `RIVAL` what its rival's agents gain at last
+
+    @property
+    def too_few(self) -> str:
+        """Whether the runs are too few for the tests, in a sentence; "" where they are not."""
+        measured = [answer.numbers for subject in self.subjects for answer in subject.answers if answer.numbers]
+        return describe_too_few([_design(found.n) for found in measured])
 
     @property
     def asked(self) -> list[Criterion]:
@@ -165,12 +184,14 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
             tables[name][RIVAL] = tables[rival][OFF]
     asked = {name: [one for one in criteria() if one.fits(experiments[name])] for name in rivals}
     measured = {(name, one): _measure(tables[name], one) for name in rivals for one in asked[name]}
-    ps = {place: found.p for place, (found, _) in measured.items() if found}
-    corrected = dict(zip(ps, statistics.holm(list(ps.values())), strict=True))
+    tested = {place: found for place, (found, _) in measured.items() if found}
+    corrected = statistics.holm([found.p for found in tested.values()]).tolist()
+    smallest = smallest_corrected([_design(found.n) for found in tested.values()]).tolist()
+    family = dict(zip(tested, zip(corrected, smallest, strict=True), strict=True))
 
     def answer(name: str, one: Criterion) -> Answer:
-        (found, left_out), p_holm = measured[name, one], float(corrected.get((name, one), nan))
-        return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm))
+        (found, left_out), (p_holm, smallest_p) = measured[name, one], family.get((name, one), (nan, nan))
+        return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm), smallest_p)
 
     def subject(name: str) -> Subject:
         answers = tuple(answer(name, one) for one in asked[name])
@@ -237,6 +258,21 @@ def _measure(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | Non
     return (statistics.compare_pairs(a, b) if a.size else None), left_out
 
 
+def _design(runs: int) -> Design:
+    return Design(runs, runs, "Wilcoxon")
+
+
+def planned_designs(experiments: Mapping[str, BaseExperiment], assays: Mapping[str, Collection[str]], runs: int) -> list[Design]:
+    """Return the tests that these assays of each condition will allow, at most, of so many runs."""
+    asked = [
+        (name, one)
+        for name in experiments
+        for one in criteria()
+        if _evolves_and_learns(experiments[name], None) and one.fits(experiments[name]) and one.assay in assays[name]
+    ]
+    return [_design(runs) for name, one in asked if one.b != RIVAL or _rival(name, experiments)]
+
+
 def _verdict(sign: int, found: statistics.Pairs | None, p_holm: float) -> Verdict:
     if found is None:
         return NOT_MEASURED
@@ -282,6 +318,7 @@ def _record(subject: Subject) -> dict[str, Any]:
 def _answer_record(answer: Answer) -> dict[str, Any]:
     criterion = answer.criterion
     numbers = (answer.numbers._asdict() if answer.numbers else {}) | {"left_out": answer.left_out, "p_holm": answer.p_holm}
+    numbers |= {"smallest_p_holm": answer.smallest_p_holm, "too_few_runs": answer.has_too_few_runs}
     return vars(criterion) | {"rule": rules()[criterion.rule], "verdict": answer.verdict} | _json(numbers)
 
 

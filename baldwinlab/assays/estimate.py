@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from baldwinlab import variables
+from baldwinlab.assays.analysis import planned_designs
 from baldwinlab.assays.descent import FOUNDERS_AT_A_TIME
 from baldwinlab.assays.run import ASSAYS, misfit
 from baldwinlab.assays.sample import Conditions
@@ -15,6 +16,7 @@ from baldwinlab.factors import Factors
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs import estimate
+from baldwinlab.statistics.sample_sizes import Design
 
 MOMENTS: Final = 10  # states that are kept to go back to, where the step of the first meal is looked for by halves
 A_CHILD: Final = 150  # a child and its parents, as Python has them
@@ -30,8 +32,16 @@ class Planned(NamedTuple):
 
     def need(self, runs: int, workers: int, assays: Sequence[str] = tuple(ASSAYS)) -> Need:
         """Of those assays that have something to measure there, on so many runs of each condition."""
-        missing = {name: [assay for assay in assays if not misfit(assay, one)] for name, one in self.experiments.items()}
+        missing = self.fitting(assays)
         return need(self, missing, dict.fromkeys(missing, runs), workers)
+
+    def designs(self, runs: int, assays: Sequence[str]) -> list[Design]:
+        """Return the tests that these assays will allow, at most, of so many runs of each condition."""
+        return planned_designs(self.experiments, self.fitting(assays), runs)
+
+    def fitting(self, assays: Sequence[str]) -> dict[str, list[str]]:
+        """Select for each condition the assays that have something to measure there."""
+        return {name: [assay for assay in assays if not misfit(assay, one)] for name, one in self.experiments.items()}
 
 
 def need(study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[str, int], workers: int) -> Need:

@@ -82,7 +82,7 @@ def section(
     )
     in_full = [f"On {where}: {headline}" for where, headline in headlines.values()]
     grouped = [f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()]
-    short = " ".join(grouped if many else in_full)
+    short = " ".join([*(grouped if many else in_full), *filter(None, [analysis.too_few])])
     return Section("baldwin", TITLE, fitting(body, assays), fitting(short, assays))
 
 

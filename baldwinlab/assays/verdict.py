@@ -21,6 +21,7 @@ NOTHING_TO_ASSIMILATE = (
     "only its first phase: learning guides selection, but nothing becomes innate, because nobody eats without learning: what "
     "evolves is the ability to learn"
 )
+TOO_FEW_FOR_PHASE_ONE = "too few runs: no verdict on whether learning guides selection is possible"
 FIRST_PHASE = {
     NO: "no Baldwin effect: learning does not guide selection",
     UNDECIDED: "undecided: the runs do not tell whether learning guides selection",
@@ -43,6 +44,8 @@ def phases(subject: Subject) -> str:
     first, second = subject.phase(1), subject.phase(2)
     if (first, second) == (YES, NO) and subject.without_learning_nobody_ate:
         return NOTHING_TO_ASSIMILATE
+    if first == UNDECIDED and any(answer.has_too_few_runs for answer in subject.of_phase(1)):
+        return TOO_FEW_FOR_PHASE_ONE + SECOND_PHASE.get(second, "")
     return HEADLINES.get((first, second)) or FIRST_PHASE[first] + SECOND_PHASE.get(second, "")
 
 
@@ -195,4 +198,6 @@ def _way(answer: Answer) -> str:
 
 
 def _doubt(answer: Answer) -> str:
+    if answer.has_too_few_runs:
+        return ", a difference that so few runs cannot establish"
     return ", a difference that the runs do not establish" if answer.verdict == UNDECIDED else ""

@@ -1,4 +1,4 @@
-"""Claims of one's own about a study."""
+"""Claims about a study."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ def claims(
     /,
     *,
     claims: Annotated[Path | None, Parameter(help="a TOML file of claims; those of the study's paper unless given")] = None,
+    paper: Annotated[str, Parameter(help="a paper whose claims are decided")] = "",
     part: Parts = None,
     last: Last = 10,
     out: Annotated[Path | None, Parameter(help="a JSON file for the verdicts, for other programs")] = None,
     force: Force = False,
 ) -> None:
-    """Hold claims against a study: those of its paper, or a file of your own (see docs/papers.md)."""
+    """Decide claims about a study: those of its paper, of another paper, or in a file (see docs/papers.md)."""
     load_parts(part)
     if out:
         require_writable("--out", out, b'"p_holm"', force=force)
-    found = decide(Study(directory), claims, last=last)
+    found = decide(Study(directory), claims, paper=paper, last=last)
     if out:
         records = json.dumps([result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False)
         write_atomically(out, f"{records}\n".encode())

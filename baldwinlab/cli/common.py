@@ -75,6 +75,7 @@ Out = Annotated[Any, Parameter(converter=_location, help="directory of the study
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
 Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
 Last = Annotated[Whole, Parameter(help="a run counts with its average over so many last generations")]
+Baseline = Annotated[str, Parameter(help="the condition with which all others are compared; see docs/results.md")]
 Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
 
 FORCE = "do it all the same: with less memory or disk than it seems to take; over a file that this command has not made"

@@ -1,4 +1,4 @@
-"""What came of a study."""
+"""The results of a study."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.report import report as make_report
-from baldwinlab.cli.common import Directory, Force, Last, Parts, load_parts
+from baldwinlab.cli.common import Baseline, Directory, Force, Last, Parts, load_parts
 from baldwinlab.errors import require_positive
+from baldwinlab.papers import load
 from baldwinlab.studies.store import Study
 
 
@@ -19,6 +20,8 @@ def report(
     *,
     out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
     last: Last = 10,
+    baseline: Baseline = "",
+    paper: Annotated[str, Parameter(help="a paper whose claims are decided; the one that made the study unless given")] = "",
     part: Parts = None,
     force: Force = False,
 ) -> None:
@@ -28,4 +31,5 @@ def report(
     """
     load_parts(part)
     require_positive("last", last)
-    make_report(Study(directory), out, last=last, force=force)
+    claimed = load(paper) if paper else None
+    make_report(Study(directory), out, last=last, baseline=baseline, paper=claimed, force=force)

@@ -6,11 +6,26 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab import console
+from baldwinlab import console, results
 from baldwinlab.api import study as studies
 from baldwinlab.api.bring import How
-from baldwinlab.cli.common import Assignments, BackendName, Executor, Force, Out, Parts, Reading, Runs, Seed, Workers, load_parts
+from baldwinlab.api.tables import show_contrasts
+from baldwinlab.cli.common import (
+    Assignments,
+    BackendName,
+    Baseline,
+    Executor,
+    Force,
+    Out,
+    Parts,
+    Reading,
+    Runs,
+    Seed,
+    Workers,
+    load_parts,
+)
 from baldwinlab.presets import load_with_origin
+from baldwinlab.studies.store import Study
 
 
 def run(
@@ -20,6 +35,7 @@ def run(
     part: Parts = None,
     reading: Reading = "standard",
     assignments: Assignments = None,
+    baseline: Baseline = "",
     runs: Runs = 30,
     seed: Seed = 0,
     workers: Workers = None,
@@ -28,9 +44,10 @@ def run(
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Run an experiment, a preset or a TOML file; or several in one study, such as a condition and its controls."""
+    """Run an experiment, a preset or a TOML file; or several in one study, and compare them."""
     load_parts(part)
     loaded = [load_with_origin(name, reading) for name in (experiment, *others)]
     how = How(workers, backend, executor, force)
-    study = studies.run_loaded(loaded, assignments or [], how, runs=runs, seed=seed, out=out)
+    study = studies.run_loaded(loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline)
+    show_contrasts(results.compare(Study(study.directory), baseline=baseline))
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")

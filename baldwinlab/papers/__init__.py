@@ -59,7 +59,7 @@ def keep(paper: Paper, directory: Path) -> None:
 
 
 def of_study(directory: Path, name: str) -> Paper:
-    """The paper whose claims a study is held against: the one that made it, by `name`, or the default where none did.
+    """Return the paper that made a study, by `name`, or the default where none did.
 
     Raises PaperError where the study's own is neither kept in it nor comes with baldwinlab.
     """

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
@@ -22,7 +22,9 @@ from baldwinlab.files import write_atomically
 from baldwinlab.papers import load
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
 from baldwinlab.statistics import fitness
-from baldwinlab.statistics.rules import OVER_RUNS, RULES, VERDICTS, Verdict, conjunction
+from baldwinlab.statistics.contrasts import COLUMNS, Contrast
+from baldwinlab.statistics.rules import BY_P_VALUE, OVER_RUNS, RULES, SIGNIFICANT, UNDECIDED, VERDICTS, Verdict, conjunction
+from baldwinlab.statistics.sample_sizes import TOO_FEW, Design, describe_too_few, smallest_corrected
 from baldwinlab.statistics.summary import SUMMARY_COLUMNS, by_condition
 from baldwinlab.statistics.survival import Survival, compare_survival
 from baldwinlab.statistics.tables import finite, to_csv
@@ -37,6 +39,19 @@ class Finding:
     p_holm: float
     verdict: Verdict
     meaning: str = ""  # of a model's own measure, in words
+    smallest_p_holm: float = nan  # the smallest corrected p-value that the numbers of runs allow
+
+    @property
+    def has_too_few_runs(self) -> bool:
+        """Whether it is undecided because no data of so few runs could decide it."""
+        by_p = self.comparison.rule in BY_P_VALUE
+        impossible = self.smallest_p_holm >= SIGNIFICANT if by_p else 1 in self.numbers[:2] and math.isnan(self.numbers.low)
+        return self.verdict == UNDECIDED and impossible
+
+    @property
+    def label(self) -> str:
+        """The verdict as a report shows it."""
+        return TOO_FEW if self.has_too_few_runs else self.verdict
 
     def record(self) -> dict[str, Any]:
         """For JSON: null where a number does not exist."""
@@ -44,6 +59,7 @@ class Finding:
         low, high = numbers.pop("low"), numbers.pop("high")
         where = {"condition": self.comparison.a, "comparison": self.comparison.other, "measure": self.comparison.measure}
         tested = {"interval": None if low is None else [low, high], "p_holm": finite(self.p_holm), "verdict": self.verdict}
+        tested |= {"smallest_p_holm": finite(self.smallest_p_holm), "too_few_runs": self.has_too_few_runs}
         return where | numbers | tested
 
 
@@ -56,6 +72,16 @@ class ClaimResult:
     @property
     def verdict(self) -> Verdict:
         return conjunction([finding.verdict for finding in self.findings])
+
+    @property
+    def has_too_few_runs(self) -> bool:
+        """Whether it is undecided and more runs are needed for a verdict."""
+        return self.verdict == UNDECIDED and any(finding.has_too_few_runs for finding in self.findings)
+
+    @property
+    def label(self) -> str:
+        """The verdict as a report shows it."""
+        return TOO_FEW if self.has_too_few_runs else self.verdict
 
     @property
     def deciding(self) -> Finding | None:
@@ -80,6 +106,7 @@ class ClaimResult:
             "claim": claim.text,
             **{name: deciding.get(name) for name in names},
             "verdict": self.verdict,
+            "too_few_runs": self.has_too_few_runs,
             "rule": claim.rule,
             "paper": claim.paper,
             "figure": claim.figure,
@@ -113,24 +140,40 @@ def evaluate(study: xr.Dataset, last: int = 10, paper: Claiming | None = None) -
         comparison: _measure(comparison, samples) for claim in claims if not missing[claim] for comparison in claim.comparisons
     }
     tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
-    corrected = dict(zip(tested, statistics.holm([numbers[comparison].p for comparison in tested]), strict=True))
+    corrected = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
+    smallest = smallest_corrected([_design(comparison, *numbers[comparison][:2]) for comparison in tested]).tolist()
+    family = dict(zip(tested, zip(corrected, smallest, strict=True), strict=True))
+
+    def decide(comparison: Comparison) -> Finding:
+        found, (p_holm, smallest_p) = numbers[comparison], family.get(comparison, (nan, nan))
+        verdict = RULES[comparison.rule](found, p_holm, comparison.bound)
+        return Finding(comparison, found, p_holm, verdict, samples.meaning(comparison), smallest_p)
+
     return [
-        ClaimResult(
-            claim,
-            tuple(
-                _decide(comparison, numbers[comparison], corrected, samples.meaning(comparison))
-                for comparison in claim.comparisons
-                if not missing[claim]
-            ),
-            tuple(missing[claim]),
-        )
+        ClaimResult(claim, () if missing[claim] else tuple(map(decide, claim.comparisons)), tuple(missing[claim]))
         for claim in claims
     ]
 
 
-def _decide(comparison: Comparison, found: statistics.Comparison, corrected: dict[Comparison, float], meaning: str) -> Finding:
-    p_holm = float(corrected.get(comparison, nan))
-    return Finding(comparison, found, p_holm, RULES[comparison.rule](found, p_holm, comparison.bound), meaning)
+def _design(comparison: Comparison, n_a: int, n_b: int) -> Design:
+    """Return the test of a comparison of two samples."""
+    if comparison.rule == "survives_longer":
+        return Design(n_a, n_b, "log-rank")
+    return Design(n_a, n_b, "Wilcoxon" if comparison.paired else "Mann-Whitney")
+
+
+def describe_claims_too_few(results: Sequence[ClaimResult]) -> str:
+    """Say in a sentence whether the runs are too few for the tests of the claims; "" where they are not."""
+    findings = {finding.comparison: finding for result in results for finding in result.findings}
+    tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
+    return describe_too_few([_design(finding.comparison, *finding.numbers[:2]) for finding in tested])
+
+
+def planned_claim_designs(claims: Sequence[Claim], conditions: Collection[str], runs: int) -> list[Design]:
+    """Return the tests that these claims will make of a study with so many runs of each of these conditions."""
+    decided = [claim for claim in claims if claim.conditions <= {*conditions}]
+    tested = {comparison for claim in decided for comparison in claim.comparisons if comparison.b}
+    return [_design(comparison, runs, runs) for comparison in tested]
 
 
 def compared(study: xr.Dataset, paper: Claiming) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
@@ -211,19 +254,28 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
     return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan)
 
 
-STATISTICS_COLUMNS = ("claim", "condition_a", "condition_b", "measure", *statistics.Comparison._fields[:-1], "p_holm", "a12")
+STATISTICS_COLUMNS = ("claim", *COLUMNS)
 
 
-def write(results: Sequence[ClaimResult], study: xr.Dataset, directory: Path, last: int = 10, paper: str = "") -> None:
-    """Write `claims.json`, `statistics.csv` (a row a comparison) and `summary.csv` (a row a condition and measure).
+def write(
+    results: Sequence[ClaimResult],
+    study: xr.Dataset,
+    directory: Path,
+    last: int = 10,
+    paper: str = "",
+    contrasts: Sequence[Contrast] = (),
+) -> None:
+    """Write `claims.json`, `statistics.csv` (a row per comparison) and `summary.csv` (a row per condition and measure).
 
-    Where a paper made the study, each claim says so with its name. Each file appears whole or not at all. Raises OSError.
+    `statistics.csv` has the comparisons of conditions first, without a claim, and then those of the claims. Where a paper made
+    the study, each claim has its name. Each file appears whole or not at all. Raises OSError.
     """
     belongs = {"publication": paper} if paper else {}
     claims = [result.record() | belongs for result in results]
     records = json.dumps(claims, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "claims.json", f"{records}\n".encode())
-    rows = [_row(result.claim.id, finding) for result in results for finding in result.findings]
+    rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
+    rows += [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
     write_atomically(directory / "summary.csv", to_csv(SUMMARY_COLUMNS, by_condition(study, last)))
 

@@ -10,12 +10,13 @@ from typing import Any
 import xarray as xr
 
 from baldwinlab.files import write_atomically
-from baldwinlab.papers import Paper, load
-from baldwinlab.papers.verdicts import ClaimResult
+from baldwinlab.papers import Paper
+from baldwinlab.papers.verdicts import ClaimResult, describe_claims_too_few
 from baldwinlab.report import content
 from baldwinlab.report.pictures import EXPLAINING, SUMMING_UP, Looks, embed, pictures
 from baldwinlab.report.sections import InShort, Section, finished, render, write_page
 from baldwinlab.report.words import measures
+from baldwinlab.statistics.contrasts import Contrasts
 from baldwinlab.statistics.summary import by_condition
 
 __all__ = ["InShort", "Section", "draw_report", "emergence_generations", "render", "write_page", "write_report"]
@@ -42,25 +43,49 @@ def draw_report(
     last: int = 10,
     paper: Paper | None = None,
     looks: Looks = MappingProxyType({}),
+    contrasts: Contrasts | None = None,
+    reproduced: bool = False,
 ) -> dict[str, Any]:
-    """What `write_report` says of a study; its figures are written to `directory`/figures as SVG and PNG.
+    """Collect the contents of a report, and write its figures to `directory`/figures as SVG and PNG.
 
-    `study` has the dimensions (condition, run, generation, agent); `results` are its claims; `traces` are lifetimes of one
-    population at `emergence_generations`, or none. Of `provenance`, the report shows what it finds: seed, versions, platform,
-    seconds, agent_steps, workers, compile_seconds. `paper` is the one that the study was made by; without, it is held against the
-    default. `looks` say how conditions of foragers look, as far as their parts are here. Raises OSError.
+    Parameters
+    ----------
+    study
+        Dataset with the dimensions (condition, run, generation, agent).
+    results
+        The decided claims of `paper`.
+    traces
+        Lifetimes of one population at `emergence_generations`, or none.
+    provenance
+        Facts shown as far as they are there: seed, versions, platform, seconds, agent_steps, workers, compile_seconds.
+    last
+        The number of generations over which a run is averaged, counted from its last one.
+    paper
+        The paper whose claims are decided. Without one, the report mentions no paper.
+    looks
+        The looks of the conditions of foragers whose parts are installed.
+    contrasts
+        The comparisons of the conditions.
+    reproduced
+        Whether `paper` made the study.
+
+    Raises
+    ------
+    OSError
+        A figure cannot be written.
     """
-    about = paper or load()
     texts = content.experiment_texts(study)
     conditions = content.experiments(texts)
     differing = content.differing(results)
     shown = [
-        embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, about, looks)
+        embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, paper, looks)
     ]
     return {
-        "paper": about,
-        "reproduced": paper is not None,
-        "overview": content.overview(study, conditions, provenance, about),
+        "paper": paper,
+        "reproduced": reproduced,
+        "contrasts": contrasts if contrasts and contrasts.rows else None,
+        "too_few": describe_claims_too_few(results),
+        "overview": content.overview(study, conditions, provenance, paper),
         "verdict_counts": content.verdict_counts(results),
         "results": results,
         "of_paper": any(result.claim.of_paper for result in results),
@@ -74,7 +99,7 @@ def draw_report(
         "own_measures": any(finding.meaning for result in results for finding in result.findings),
         "differing": differing,
         "open_choices": content.open_choices(differing, conditions),
-        "departures": content.departures(study, conditions, about),
+        "departures": content.departures(study, conditions, paper) if paper else [],
         "summary": by_condition(study, last),
         "experiments": texts,
         "provenance": provenance,

@@ -72,7 +72,9 @@ def run_counts(study: xr.Dataset) -> dict[str, int]:
     return {str(name): int(count) for name, count in zip(study["condition"].values, finished.values, strict=True)}
 
 
-def overview(study: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper) -> list[tuple[str, str]]:
+def overview(
+    study: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
+) -> list[tuple[str, str]]:
     """What was run, as pairs of a heading and what it is."""
     settings, foraging = conditions.values(), foragers(conditions).values()
     found = [
@@ -83,7 +85,7 @@ def overview(study: xr.Dataset, conditions: Experiments, provenance: Mapping[str
         ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
         ("agents in a world" if foraging else "agents", span(experiment.population.size for experiment in settings)),
         ("fitness", fitness_in_words(foraging)),
-        ("reading of the paper", "; ".join(dict.fromkeys(reading(experiment, paper) for experiment in foraging))),
+        ("reading of the paper", "; ".join(dict.fromkeys(reading(one, paper) for one in foraging)) if paper else ""),
         ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
     ]
     return [(heading, text) for heading, text in found if text and (heading, text) != ("models", "miniworld")]

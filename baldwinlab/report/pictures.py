@@ -15,9 +15,9 @@ from baldwinlab import figures
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import of_study
 from baldwinlab.files import write_atomically
-from baldwinlab.papers import Paper
+from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import ClaimResult, compared
-from baldwinlab.papers.words import Figure
+from baldwinlab.papers.words import FIGURES, Figure
 from baldwinlab.report import content
 from baldwinlab.report.content import Experiments, foragers, worlds
 from baldwinlab.report.words import number
@@ -47,14 +47,16 @@ def pictures(
     traces: Sequence[xr.Dataset],
     conditions: Experiments,
     last: int,
-    paper: Paper,
+    paper: Paper | None,
     looks: Looks,
 ) -> Iterator[Picture]:
-    """Those that the paper has, in its order, as far as there is something to draw: traces, foragers, and how they look."""
+    """Draw the figures of the paper in its order, or without a paper those of any study, as far as there is data."""
     foraging = foragers(conditions)
-    shares = content.shares(study, conditions) if "shares" in paper.about.figures else xr.Dataset()
+    names = paper.about.figures if paper else FIGURES
+    captions = paper.words.captions if paper else {}
+    shares = content.shares(study, conditions) if "shares" in names else xr.Dataset()
     clock = content.clock(conditions)
-    measured = [figures.Measured(*one) for one in compared(study, paper)] if "measures" in paper.about.figures else []
+    measured = [figures.Measured(*one) for one in compared(study, paper)] if paper and "measures" in names else []
     there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
     there |= {"shares": bool(shares), "clocks": bool(clock), "measures": bool(measured)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
@@ -62,7 +64,7 @@ def pictures(
         "fitness": lambda: _fitness(study, last),
         "final-fitness": lambda: _final_fitness(study, results, last),
         "emergence": lambda: _emergence(study, traces),
-        "networks": lambda: _networks(study, foraging, looks, paper),
+        "networks": lambda: _networks(study, foraging, looks, paper or load()),
         "maps": lambda: _maps(study, foraging, looks),
         "senses": lambda: _senses(looks),
         "shares": lambda: _shares(shares),
@@ -70,10 +72,10 @@ def pictures(
         "measures": lambda: _measures(study, measured),
         "survival": lambda: _survival(study),
     }
-    for name in paper.about.figures:
+    for name in names:
         if there.get(name, True):
             picture = draw[name]()
-            beside = paper.words.captions.get(name) if foraging or name in OF_ANY_MODEL else None
+            beside = captions.get(name) if foraging or name in OF_ANY_MODEL else None
             yield picture._replace(caption=" ".join(filter(None, [picture.caption, beside])))
 
 
@@ -130,11 +132,13 @@ def _of_whom(study: xr.Dataset, *whom: str) -> str:
 
 
 def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
+    claimed = any(result.findings for result in results)
+    brackets = " Brackets: p of the Mann-Whitney test, corrected for all claims (Holm)." if claimed else ""
     return Picture(
         "final-fitness",
         f"Fitness in the last {last} generations",
         "Each point is a run, averaged over these generations. Box: quartiles, with the median as the thick line; whiskers reach "
-        "the farthest run within 1.5 times the box. Brackets: p of the Mann-Whitney test, corrected for all claims (Holm).",
+        f"the farthest run within 1.5 times the box.{brackets}",
         f"Box plots of final fitness by condition. {final_medians(study, last)}",
         figures.fitness_boxes(study, results, last),
         _final_of_runs(study, last),

@@ -43,7 +43,7 @@ def render(template: str, **values: Any) -> str:
     loader = PackageLoader("baldwinlab", "")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     numbers = (words.number, words.signed, words.probability, words.span, words.interval, words.effect)
-    phrases = (words.compared, words.higher, words.measure, words.sentence, words.from_paper)
+    phrases = (words.compared, words.measure, words.sentence, words.from_paper)
     environment.filters |= {phrase.__name__: phrase for phrase in (*numbers, *phrases, content.shown)}
     environment.globals |= {"measures": words.MEASURES, "colours": palette.report_css()}
     return environment.get_template(template).render(**values)

@@ -6,8 +6,6 @@ import math
 
 from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.statistics import Comparison
-from baldwinlab.statistics.contrasts import Contrast
-from baldwinlab.statistics.rules import SIGNIFICANT
 
 MEASURES = {
     "best": "best agent",
@@ -60,14 +58,6 @@ def interval(finding: Finding) -> str:
 def span(numbers: Comparison) -> str:
     """The 95 % interval of the effect; empty where there is none."""
     return "" if math.isnan(numbers.low) else f"[{number(numbers.low)}, {number(numbers.high)}]"
-
-
-def higher(contrast: Contrast) -> str:
-    """Which of two conditions is higher, if that is significant, in the median and in A12."""
-    numbers = contrast.numbers
-    if contrast.p_holm < SIGNIFICANT and (numbers.a12 - 0.5) * numbers.effect > 0:
-        return contrast.condition if numbers.effect > 0 else contrast.reference
-    return "undecided"
 
 
 def effect(finding: Finding) -> str:

@@ -29,15 +29,15 @@ Bound = Any  # a number, or for `within` two, or None for rules that ask for non
 
 
 def greater(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[_direction(found, p_holm)]
+    return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(found, p_holm)]
 
 
 def lower(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[_direction(found, p_holm)]
+    return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(found, p_holm)]
 
 
-def _direction(found: Comparison, p_holm: float) -> int:
-    """1 where a is significantly the larger, in the median and in A12; -1 where the smaller; else 0."""
+def direction(found: Comparison, p_holm: float) -> int:
+    """Return 1 where a is significantly larger, in the median and in A12; -1 where it is smaller; else 0."""
     if not p_holm < SIGNIFICANT:
         return 0
     if found.effect > 0 and found.a12 > 0.5:
@@ -101,6 +101,8 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "every_at_most": at_most,
     "every_at_least": no_less,
 }
+BY_P_VALUE = ("greater", "lower", "survives_longer")
+"""The rules whose verdict depends on the p-value."""
 OVER_RUNS: Mapping[str, Callable[[Any], Any]] = {
     "mean_within": np.mean,
     "mean_at_most": np.mean,

@@ -15,6 +15,7 @@ from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.report.sections import Section, render, write_page
 from baldwinlab.report.words import measures, number
 from baldwinlab.statistics import fitness
+from baldwinlab.statistics.contrasts import Contrasts
 from baldwinlab.sweeps import analysis, figures
 from baldwinlab.sweeps.analysis import Response
 
@@ -27,25 +28,33 @@ DESIGNS = {
 AVERAGE = "mean"  # the measure that a reader in a hurry is told about
 
 
-def write_sweep_report(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any], out: Path, last: int = 10) -> Path:
-    """Write a sweep's page to `out`, and its figures to `directory`/figures as SVG and PNG; gives `out`.
+def write_sweep_report(
+    directory: Path,
+    measured: xr.Dataset,
+    provenance: Mapping[str, Any],
+    out: Path,
+    last: int = 10,
+    contrasts: Contrasts | None = None,
+) -> Path:
+    """Write the page of a sweep to `out`, and its figures to `directory`/figures as SVG and PNG; return `out`.
 
-    `measured` is that of `analysis.finals`; of `provenance`, the page shows what it finds, as `write_report` does. Each
-    file appears whole or not at all. Raises OSError.
+    `measured` is that of `analysis.finals`; of `provenance`, the page shows the facts that are there, as `draw_report` does;
+    `contrasts` are the comparisons of the points. Each file appears whole or not at all. Raises OSError.
     """
     fields = measured.attrs["fields"]
     title = f"{measured.attrs['base']}, swept over {_listed(fields)}"
     lead = f"Each run counts with its average over its last {last} generations."
-    return write_page(title, lead, [section(directory, measured, provenance)], out, directory / "figures")
+    return write_page(title, lead, [section(directory, measured, provenance, contrasts)], out, directory / "figures")
 
 
-def section(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any]) -> Section:
+def section(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any], contrasts: Contrasts | None = None) -> Section:
     """Everything that a page says of a sweep; its figures are also written to `directory`/figures. Raises OSError."""
     fields = measured.attrs["fields"]
     body = render(
         "sweeps/section.html",
         overview=overview(measured),
         findings=list(findings(measured)),
+        contrasts=contrasts if contrasts and contrasts.rows else None,
         figures=[embed(picture, directory / "figures") for picture in pictures(measured)],
         sampled=analysis.is_sampled(measured),
         fields=fields,
@@ -90,12 +99,12 @@ def findings(measured: xr.Dataset) -> Iterator[str]:
     means = measured[AVERAGE].mean("run")
     top = measured.isel(point=int(means.argmax("point")))
     where = ", ".join(f"{field} = {analysis.label(top[field].item())}" for field in measured.attrs["fields"])
-    yield f"The average agent is fittest at {where}: {number(float(means.max()))}, mean over runs."
+    yield f"The mean over runs of the average agent is highest at {where}: {number(float(means.max()))}."
     for field in measured.attrs["fields"]:
         found = [response for response in analysis.responses(measured, field, AVERAGE) if np.isfinite(response.mean)]
         if len(found) > 1:
             low, high = min(found, key=lambda one: one.mean), max(found, key=lambda one: one.mean)
-            yield f"Along {field} it goes from {number(low.mean)} ({low.group}) to {number(high.mean)} ({high.group})."
+            yield f"By {field}, it ranges from {number(low.mean)} ({low.group}) to {number(high.mean)} ({high.group})."
 
 
 def side_by_side(measured: xr.Dataset, field: str) -> list[tuple[Response, ...]]:

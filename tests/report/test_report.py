@@ -19,6 +19,7 @@ from baldwinlab.presets import factors, load
 from baldwinlab.report import draw_report, emergence_generations, write_report
 from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
 from baldwinlab.report.words import compared, number, probability, sentence
+from baldwinlab.statistics.contrasts import compare_conditions
 from tests.axe import barriers
 from tests.report.browsing import complaints_and_width
 from tests.statistics.studies import AS_THE_PAPER, study, trace
@@ -39,7 +40,8 @@ FACTS = {
 def report_of(
     data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, provenance: dict[str, Any] | None = None
 ) -> Path:
-    drawn = draw_report(folder, data, evaluate(data), traces or [], provenance or {}, looks=LOOKS)
+    """The report of the paper's claims."""
+    drawn = draw_report(folder, data, evaluate(data), traces or [], provenance or {}, 10, PAPER, LOOKS, compare_conditions(data))
     return write_report(folder, drawn, folder / "report.html")
 
 
@@ -136,7 +138,7 @@ def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
 )
 def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None:
     text = report_of(data, tmp_path).read_text("utf-8")
-    assert "not evaluated" in text or "undecided" in text
+    assert "is about conditions of this study" in text or "not evaluated" in text or "too few runs" in text
     assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
 
 
@@ -164,7 +166,7 @@ def test_the_reading_is_named_or_spelt_out() -> None:
 
 def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
     data = study(AS_THE_PAPER)
-    write_report(tmp_path, draw_report(tmp_path, data, evaluate(data), [], {}), tmp_path / "report.html")
+    write_report(tmp_path, draw_report(tmp_path, data, [], [], {}), tmp_path / "report.html")
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"fitness", "final-fitness", "maps"}
 
 
@@ -218,12 +220,59 @@ def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
     opened.close()
 
 
-def test_a_study_that_no_claim_concerns_is_reported_without_the_claims(tmp_path: Path) -> None:
+def text_of(page: Path) -> str:
+    """The words of a page, without pictures and styles."""
+    return re.sub(r'src="[^"]*"|<style>.*?</style>', "", page.read_text("utf-8"), flags=re.DOTALL)
+
+
+def own_report(data: xr.Dataset, folder: Path) -> str:
+    """The report of a study that no paper made."""
+    traces = [trace(str(data["condition"].values[0]), int(data["generation"][-1]))]
+    drawn = draw_report(folder, data, [], traces, FACTS, looks=LOOKS, contrasts=compare_conditions(data))
+    return text_of(write_report(folder, drawn, folder / "report.html"))
+
+
+def test_claims_that_are_asked_for_and_concern_no_condition_are_left_out(tmp_path: Path) -> None:
     text = report_of(study({"mine": range(8)}), tmp_path).read_text("utf-8")
     assert "<h1>Evolution and lifetime learning: mine</h1>" in text
-    assert "None of the paper's claims compares what was run here." in text
+    assert "None of the claims of Nam Le" in text and "is about conditions of this study." in text
     assert "not evaluated" not in text
     assert ">The claims</h2>" not in text
+
+
+@pytest.mark.parametrize("names", [("mine", "yours"), ("evo/A", "evo+self-taught/A"), ("evo+self-taught/B", "short")])
+def test_a_study_of_no_paper_is_reported_without_a_word_on_papers(names: tuple[str, str], tmp_path: Path) -> None:
+    text = own_report(study({names[0]: range(8), names[1]: range(20, 28)}), tmp_path)
+    assert f"<h1>Evolution and lifetime learning: {names[0]}, {names[1]}</h1>" in text
+    words = re.sub(r"<pre.*?</pre>|class=\"[^\"]*\"", "", text, flags=re.DOTALL)  # experiments, and names of styles
+    assert not re.search(r"paper|claim|bracket|reproduction", words, re.IGNORECASE)
+
+
+def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
+    text = own_report(study({"evo/B": range(8), "short": range(20, 28)}), tmp_path)
+    assert re.findall(r'<h2 id="([^"]+)"', text)[0] == "compared"
+    section = text.split('id="compared"')[1].split("<h2")[0]
+    assert "Each condition is compared with evo/B." in section
+    assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
+    assert "<strong>+20.0</strong>" in section and '<td class="plain" data-label="runs">8, 8</td>' in section
+
+
+def test_a_report_says_where_so_few_runs_can_give_no_verdict(tmp_path: Path) -> None:
+    text = own_report(study({"evo/A": range(4), "evo+drift/A": range(20, 24)}), tmp_path)
+    assert "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed." in text
+    assert text.count("</span> too few runs</span>") == 2 and "</span> undecided</span>" not in text
+
+
+def test_claims_of_too_few_runs_say_so(tmp_path: Path) -> None:
+    few = {name: list(values)[:3] for name, values in AS_THE_PAPER.items()}
+    text = text_of(report_of(study(few), tmp_path))
+    assert re.search(r"With 3 runs and \d+ tests, the smallest corrected p-value is 1\. At least \d+ runs are needed\.", text)
+    assert "</span> too few runs</span>" in text
+
+
+def test_many_comparisons_are_folded(tmp_path: Path) -> None:
+    text = own_report(study({f"own-{number}": range(8) for number in range(22)}, generations=2, agents=2), tmp_path)
+    assert "<details><summary>Each comparison</summary>" in text
 
 
 def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:

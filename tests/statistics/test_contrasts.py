@@ -1,33 +1,97 @@
-"""Conditions compared with the first on their map, on studies made by hand."""
+"""Conditions compared with each other, on studies made by hand."""
 
 from __future__ import annotations
 
 import pytest
 
-from baldwinlab.report.words import higher
-from baldwinlab.statistics.contrasts import contrasts
+from baldwinlab import statistics
+from baldwinlab.factors import Factors
+from baldwinlab.statistics.contrasts import COLUMNS, compare_conditions, planned_designs, references
+from baldwinlab.statistics.sample_sizes import describe_too_few
 from tests.statistics.studies import study
 
 HIGH, LOW, MIXED = range(100, 108), range(10, 18), [5, 6, 7, 8, 104, 105, 106, 107]
+NOTHING = float("nan")
+
+
+def factors(*names: str) -> dict[str, Factors]:
+    """Factors as a study has them: a name with a slash is learner and map, another is a learner of its own."""
+    return {name: Factors(*name.split("/")) if "/" in name else Factors(name) for name in names}
 
 
 def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
-    found = contrasts(study({"evo/A": LOW, "evo/B": LOW, "evo+drift/A": HIGH, "evo+lamarckian/B": LOW}))
-    pairs = {(contrast.condition, contrast.reference) for contrast in found}
+    found = compare_conditions(study({"evo/A": LOW, "evo/B": LOW, "evo+drift/A": HIGH, "evo+lamarckian/B": LOW}))
+    pairs = {(row.condition, row.reference) for row in found.rows}
     assert pairs == {("evo+drift/A", "evo/A"), ("evo+lamarckian/B", "evo/B")}
-    assert len(found) == 4  # best and mean
+    assert [row.measure for row in found.rows] == ["mean", "best"] * 2
+    assert found.pairing == "Each condition is compared with the first condition on its map."
 
 
-def test_the_higher_one_is_named_only_where_it_is_significant() -> None:
-    found = contrasts(study({"a/A": LOW, "b/A": HIGH, "c/A": LOW, "d/A": MIXED}))
-    assert [higher(contrast) for contrast in found if contrast.measure == "mean"] == ["b/A", "undecided", "undecided"]
-    (turned,) = (contrast for contrast in contrasts(study({"b/A": HIGH, "a/A": LOW})) if contrast.measure == "best")
-    assert higher(turned) == "b/A"
+@pytest.mark.parametrize(
+    ("names", "pairs"),
+    [
+        (["evo/B", "own"], {"own": "evo/B"}),  # an experiment file has no map
+        (["one", "two", "three"], {"two": "one", "three": "one"}),
+        (["evo/A", "evo/B"], {"evo/B": "evo/A"}),
+        (["evo/A", "own", "other"], {"own": "evo/A", "other": "evo/A"}),
+        (["evo/A", "evo/B", "drift/B"], {"drift/B": "evo/B"}),
+        (["evo/A", "drift/A", "own", "evo/C"], {"drift/A": "evo/A", "own": "evo/A", "evo/C": "evo/A"}),
+        (["evo/A"], {}),
+    ],
+)
+def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(names: list[str], pairs: dict[str, str]) -> None:
+    assert references(factors(*names)) == pairs
+
+
+def test_a_multiverse_is_compared_within_each_reading() -> None:
+    named = {f"{learner}-{reading}": Factors(learner, "A", reading) for reading in ("R1", "R2") for learner in ("evo", "drift")}
+    assert references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
+
+
+def test_all_conditions_are_compared_with_a_baseline_that_is_named() -> None:
+    found = compare_conditions(study({"evo/A": LOW, "evo/B": LOW, "evo+drift/B": HIGH}), baseline="evo+drift/B")
+    assert {(row.condition, row.reference) for row in found.rows} == {("evo/A", "evo+drift/B"), ("evo/B", "evo+drift/B")}
+    assert found.pairing == "Each condition is compared with evo+drift/B."
+
+
+def test_the_sentence_names_the_conditions_that_are_compared_across_maps() -> None:
+    found = compare_conditions(study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH}))
+    assert found.pairing.endswith(" A condition that is alone on its map is compared with evo/A: evo/C.")
+
+
+def test_a_verdict_needs_a_significant_difference() -> None:
+    found = compare_conditions(study({"a/A": LOW, "b/A": HIGH, "c/A": LOW, "d/A": MIXED}))
+    assert [row.verdict for row in found.rows if row.measure == "mean"] == ["higher", "undecided", "undecided"]
+    (turned,) = (row for row in compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows if row.measure == "best")
+    assert turned.verdict == "lower"
     assert turned.numbers.effect == -90
     assert turned.p_holm == pytest.approx(2 * 2 / 12870)  # exact, and one of two tests
 
 
-def test_conditions_without_runs_and_single_ones_have_nothing_to_be_compared_with() -> None:
-    assert contrasts(study({"evo/A": LOW, "evo/B": LOW})) == []
-    nothing = float("nan")
-    assert contrasts(study({"evo/A": [nothing] * 8, "evo+drift/A": LOW, "alone": LOW})) == []
+def test_the_numbers_of_a_row_are_those_of_the_statistics() -> None:
+    (mean, _) = compare_conditions(study({"a/A": LOW, "b/A": MIXED})).rows
+    row, expected = mean.row(), statistics.compare(MIXED, LOW)
+    assert set(row) == set(COLUMNS)
+    assert [row[name] for name in expected._fields] == list(expected)
+
+
+def test_too_few_runs_are_named_instead_of_a_verdict() -> None:
+    """The largest difference that four runs can have is 2 / 70 before and 4 / 70 after correction for two tests."""
+    few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
+    assert [row.verdict for row in few.rows] == ["too few runs"] * 2
+    assert [row.p_holm for row in few.rows] == pytest.approx([4 / 70] * 2) == [row.smallest_p_holm for row in few.rows]
+    assert few.too_few == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+    enough = compare_conditions(study({"a/A": LOW[:5], "b/A": HIGH[:5]}))
+    assert [row.verdict for row in enough.rows] == ["higher"] * 2 and enough.too_few == ""
+
+
+def test_what_is_said_before_a_run_is_what_its_report_says() -> None:
+    eaten = {"evo/A": LOW[:4], "evo+drift/A": HIGH[:4], "own": LOW[:4]}
+    designs = planned_designs(factors(*eaten), 4)
+    assert describe_too_few(designs) == compare_conditions(study(eaten)).too_few != ""
+
+
+def test_conditions_without_runs_and_single_ones_are_not_compared() -> None:
+    assert compare_conditions(study({"evo/A": LOW})).rows == ()
+    without = compare_conditions(study({"evo/A": [NOTHING] * 8, "evo+drift/A": LOW, "alone": LOW}))
+    assert {(row.condition, row.reference) for row in without.rows} == {("alone", "evo+drift/A")}

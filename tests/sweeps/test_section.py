@@ -33,9 +33,9 @@ def test_it_says_what_was_swept() -> None:
 
 def test_a_reader_in_a_hurry_learns_the_best_point_and_what_each_field_does() -> None:
     assert list(findings(finals(grid()))) == [
-        "The average agent is fittest at learning.rate = 0.01, world.food.0.count = 50: 14.0, mean over runs.",
-        "Along learning.rate it goes from 3.83 (0.1) to 6.17 (0.01).",
-        "Along world.food.0.count it goes from 0 (0) to 12.0 (50).",
+        "The mean over runs of the average agent is highest at learning.rate = 0.01, world.food.0.count = 50: 14.0.",
+        "By learning.rate, it ranges from 3.83 (0.1) to 6.17 (0.01).",
+        "By world.food.0.count, it ranges from 0 (0) to 12.0 (50).",
     ]
 
 

@@ -1,0 +1,38 @@
+"""The points of a sweep compared with its first point, or with a baseline, as conditions of a study are."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import xarray as xr
+
+from baldwinlab.factors import Factors
+from baldwinlab.statistics.contrasts import Contrasts, compare_finals
+from baldwinlab.studies.store import Study
+from baldwinlab.sweeps.design import FILE, settings_by_path
+from baldwinlab.sweeps.plan import read
+
+MOST_COMPARED: Final = 100  # points; the correction for more tests would leave little
+
+
+def has_comparisons(study: Study) -> bool:
+    """Whether the report of a sweep compares its points: few points, of a grid or a list."""
+    path = study.directory / FILE
+    return len(study.experiments) <= MOST_COMPARED and path.exists() and read(path).samples is None
+
+
+def compare_points(study: Study, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
+    """Compare the points in `finals` (condition, run), named by the values of their fields; see `compare_finals`."""
+    titles = name_points(study)
+    names = [titles[str(name)] for name in finals["condition"].values]
+    return compare_finals(finals.assign_coords(condition=names), dict.fromkeys(names, Factors()), last, titles.get(baseline, ""))
+
+
+def name_points(study: Study) -> dict[str, str]:
+    """Name each point of a sweep by the values of its fields, such as `learning.rule = hebb`."""
+    columns = [[f"{field} = {value}" for value in values] for field, values in settings_by_path(study).items()]
+    named = [", ".join(values) for values in zip(*columns, strict=True)] or list(study.experiments)
+    return {
+        point: name if named.count(name) == 1 else f"{name} ({point})"
+        for point, name in zip(study.experiments, named, strict=True)
+    }
