@@ -72,7 +72,7 @@ def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(comma
     done = command("report", "mine")
     assert done.code == 0, done.err
     page = (tmp_path / "mine/report.html").read_text()
-    assert "Evolution and lifetime learning: rank/A, biases/A" in page and "Conditions compared" in page
+    assert "Evolution and lifetime learning: rank/A, biases/A" in page and "Comparison of the conditions" in page
     assert not (tmp_path / "mine/multiverse.json").exists()
 
 

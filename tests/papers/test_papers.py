@@ -307,7 +307,7 @@ def test_without_claims_the_report_compares_the_conditions(command: Command, tmp
     assert done.code == 0, done.err
     page = (tmp_path / "mine/report.html").read_text()
     assert "<h1>On being tiny: a reproduction</h1>" in page and "<h2>The claims" not in page
-    assert "Conditions compared" in page
+    assert "Comparison of the conditions" in page
     assert page.index("Fitness in the last") < page.index("Fitness over generations") and "What an agent senses" not in page
     assert json.loads((tmp_path / "mine/claims.json").read_text()) == []
 
