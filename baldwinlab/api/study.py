@@ -27,7 +27,6 @@ from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.factors import SWEEP, Factors
 from baldwinlab.files import location
-from baldwinlab.papers.paper import nearest
 from baldwinlab.presets import Loaded, factors, load_with_origin
 from baldwinlab.resources import require
 from baldwinlab.runs.estimate import of_tables
@@ -35,6 +34,7 @@ from baldwinlab.runs.replay import replay
 from baldwinlab.studies import store
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.study import open_study
+from baldwinlab.suggestions import suggest
 from baldwinlab.sweeps.design import open_sweep
 
 if TYPE_CHECKING:
@@ -340,8 +340,7 @@ def run_loaded(
     require_effect(experiments, [each.origin for each in loaded])
     names = [each.name for each in experiments]
     if baseline and baseline not in names:
-        known = f"{nearest(baseline, names)}: {', '.join(names)}"
-        raise RefusedError(f"baseline {baseline!r} must be a condition of the study{known}")
+        raise RefusedError(f"baseline {baseline!r} is not a condition of the study{suggest(baseline, names)}")
     console.say_if_any(_describe_too_few(names, runs, baseline))
     directory = Path("results") / "-".join(name.replace("/", "-") for name in names) if out is None else location(out)
     return Study(bring(experiments, directory, how, runs=runs, seed=seed))
