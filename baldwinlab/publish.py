@@ -69,7 +69,7 @@ def publish(
     beside = _beside(study, data, paper, results) if paper else None
 
     def write_page() -> None:
-        measured = stored.read(study.directory, study.factors)
+        measured = stored.read(study)
         analysis = evaluate_assays(measured, last) if measured else None
         left = _left(study, measured, analysis, paper, beside)
         write_report(study.directory, drawn, out, left, _in_short(study, results, analysis, paper))

@@ -127,7 +127,7 @@ def reaction_norms(study: Study) -> dict[str, Any]:
 
     Raises ValueError for an assay that is not what it should be.
     """
-    assays = read(study.directory, study.factors, ["reaction"])
+    assays = read(study, ["reaction"])
     if not assays:
         return {"unit": "", "panels": []}
     found = [panel for panel in by_circumstance(assays["reaction"]) if panel.norms]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.publish import publish
-from tests.assays.assayed import constant, innate, rising
+from tests.assays.assayed import constant, innate, of_study, rising
 from tests.small import ignore, small_study
 
 A = "evo+self-taught/A"
@@ -20,7 +20,7 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     assert "Baldwin effect?" not in page.read_text("utf-8")
     path = study.directory / "assays" / "innate" / f"{A}.nc"
     path.parent.mkdir(parents=True)
-    innate(A, off=constant(1), on=rising(1, 9)).to_netcdf(path, engine="scipy")
+    of_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(path, engine="scipy")
     publish(study, page, 10, ignore)
     assert '<h2 id="baldwin">Is it the Baldwin effect?</h2>' in page.read_text("utf-8")
     assert (study.directory / "baldwin.csv").exists() and (study.directory / "baldwin.json").exists()

@@ -15,9 +15,9 @@ import xarray as xr
 from baldwinlab import variables
 from baldwinlab.assays import descent, innate, modules, neutral, reaction, within_life
 from baldwinlab.assays.sample import Conditions, OnMap, Sample
-from baldwinlab.assays.stored import FORMAT, read_one
+from baldwinlab.assays.stored import FORMAT, assay_path, read_one
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU, Backend
 from baldwinlab.netcdf import sealed
@@ -102,7 +102,7 @@ def misfits(study: Study, names: Sequence[str]) -> list[str]:
 
 def is_stored(name: str, study: Study, condition: str) -> bool:
     """Whether there is a file of what an assay measured of a condition."""
-    return _path(study, name, condition).exists()
+    return assay_path(study.directory, name, condition).exists()
 
 
 def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
@@ -114,13 +114,13 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     study = Study(location(directory))
     _require_known([assay])
     study.experiment(condition)
-    path = _path(study, assay, condition)
+    path = assay_path(study.directory, assay, condition)
     if not path.exists():
         again = f"baldwinlab assay {directory} --only {assay}"
         why = misfit(assay, study.experiment(condition))
         raise StudyError(f"{path} does not exist{f': {why}' if why else f'; `{again}` makes it'}")
     try:
-        return read_one(path, assay, condition)
+        return read_one(study, assay, condition)
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
     except ValueError as error:
@@ -236,7 +236,7 @@ def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str,
         found = found.assign_coords(ASSAYS[name].coords(study, condition))
         if "agent" in found.dims:
             found = found.assign_coords(agent=agents)
-        write_in_study(study.directory, _path(study, name, condition), sealed(found.assign_attrs(format=FORMAT)))
+        write_in_study(study.directory, assay_path(study.directory, name, condition), sealed(found.assign_attrs(format=FORMAT)))
 
 
 def _provenance(study: Study, condition: str) -> dict[str, Any]:
@@ -244,20 +244,14 @@ def _provenance(study: Study, condition: str) -> dict[str, Any]:
     return {"condition": condition, "seed": study.seed, "experiment": experiment, "baldwinlab": __version__}
 
 
-def _path(study: Study, name: str, condition: str) -> Path:
-    return study.directory / "assays" / name / f"{condition}.nc"
-
-
 def _is_done(study: Study, name: str, condition: str) -> bool:
     """Whether an assay is stored, of the same runs of the same experiment, by this version."""
     try:
-        found = open_assay(study.directory, name, condition)
-    except StudyError:
+        found = read_one(study, name, condition)
+    except (OSError, ValueError):
         return False
-    there, wanted = dict(found.attrs), _provenance(study, condition)
-    same = from_toml(there.pop("experiment"), "its experiment", reading=True).to_dict() == study.experiments[condition].to_dict()
-    wanted.pop("experiment")  # whose text may be another, with comments or by an older version
-    return same and found.run.values.tolist() == study.runs(condition) and there == wanted
+    same = found.attrs.get("condition") == condition and found.attrs.get("baldwinlab") == __version__
+    return same and found.run.values.tolist() == study.runs(condition)
 
 
 def _require_known(names: Sequence[str]) -> None:

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
 
-from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.factors import Factors
+from baldwinlab.files import ASSAY_FILE, read_bytes
 from baldwinlab.netcdf import DamagedError, opened, verify
 from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS, Variable
 
@@ -28,33 +29,73 @@ RANDOM, EVOLVED = "random genome", "evolved"
 AS_EVOLVED = "as evolved"
 
 
-def read(
-    directory: Path, factors: Mapping[str, Factors] = MappingProxyType({}), names: Iterable[str] = tuple(ASSAYS)
-) -> dict[str, dict[str, xr.Dataset]]:
-    """The assays of these names stored in a study's directory, `assays/ASSAY/CONDITION.nc`; none where none is.
+class Measured(Protocol):
+    """What must be known of a study to tell whether an assay is of it."""
 
-    Each has the factors of its condition among its attributes, and all `learners` of the study. Conditions stand in the order
-    of `factors`. Raises ValueError, naming the file, where one is damaged or is not the assay it should be.
+    @property
+    def directory(self) -> Path: ...
+
+    @property
+    def seed(self) -> int: ...
+
+    @property
+    def experiments(self) -> Mapping[str, BaseExperiment]: ...
+
+    @property
+    def factors(self) -> Mapping[str, Factors]: ...
+
+    def runs(self, condition: str) -> list[int]:
+        """The numbers of the stored runs of a condition."""
+
+
+def assay_path(directory: Path, assay: str, condition: str) -> Path:
+    """Return the file of an assay of a condition, in the directory of a study."""
+    return directory / "assays" / assay / f"{condition}.nc"
+
+
+def read(study: Measured, names: Iterable[str] = tuple(ASSAYS)) -> dict[str, dict[str, xr.Dataset]]:
+    """Read the stored assays of a study.
+
+    Parameters
+    ----------
+    study : Measured
+        The study. Conditions stand in its order.
+    names : iterable of str
+        The assays to read.
+
+    Returns
+    -------
+    dict
+        Datasets by assay and condition, as far as they are stored. Each has the factors of its
+        condition among its attributes, and all `learners` of the study.
+
+    Raises
+    ------
+    ValueError
+        If a file is damaged, or is not the assay of this study that it should be; the message names it.
     """
     found: dict[str, dict[str, xr.Dataset]] = {}
-    learners = list(dict.fromkeys(one.learner for one in factors.values()))
+    learners = list(dict.fromkeys(one.learner for one in study.factors.values()))
     for assay in names:
-        folder = directory / "assays" / assay
-        there = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.nc"))}
-        for condition in dict.fromkeys(name for name in (*factors, *there) if name in there):
-            path = there[condition]
-            known = factors.get(condition, Factors())
+        folder = study.directory / "assays" / assay
+        there = [path.relative_to(folder).with_suffix("").as_posix() for path in sorted(folder.rglob("*.nc"))]
+        for condition in dict.fromkeys(name for name in (*study.experiments, *there) if name in there):
+            known = study.factors.get(condition, Factors())
             named = known._replace(learner=known.learner or condition)  # of a sweep's points, nothing is written down
-            data = read_one(path, assay, condition).assign_attrs(named._asdict(), learners=learners)
+            data = read_one(study, assay, condition).assign_attrs(named._asdict(), learners=learners)
             found.setdefault(assay, {})[condition] = data
     return found
 
 
-def read_one(path: Path, assay: str, condition: str) -> xr.Dataset:
-    """An assay of a condition. Raises ValueError, naming the file, where it is another, or not what was written."""
-    again = "remove it, and `baldwinlab assay` makes it again"
+def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
+    """Read an assay of a condition. Raises OSError where there is none, and ValueError as `read` does."""
+    path = assay_path(study.directory, assay, condition)
+    again = f"`baldwinlab assay {study.directory} --only {assay}` measures it again"
     try:
-        raw = path.read_bytes()
+        raw = read_bytes(path, ASSAY_FILE)
+    except ValueError as error:
+        raise ValueError(f"{path} cannot be read: {error}; {again}") from None
+    try:
         data = opened(raw)
         if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:  # the first format had none
             verify(raw)
@@ -63,9 +104,32 @@ def read_one(path: Path, assay: str, condition: str) -> xr.Dataset:
     data = _in_words_of_today(data)
     if not _is_declared(data, ASSAYS[assay]):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
-    if data.attrs.get("condition", condition) != condition:
-        raise ValueError(f"{path} is of the condition {data.attrs['condition']!r}, not of {condition!r}; {again}")
+    if misfit := _misfit(data, study, condition):
+        raise ValueError(f"{path} {misfit}; {again if condition in study.experiments else 'remove it'}")
     return data
+
+
+def _misfit(data: xr.Dataset, study: Measured, condition: str) -> str:
+    """Say why an assay is not of the stored runs of a condition, in part of a sentence; "" where it is.
+
+    Every version has written seed, experiment and runs into its assays. One without them is refused.
+    """
+    name, seed = data.attrs.get("condition", condition), data.attrs.get("seed")
+    if condition not in study.experiments:
+        return f"is of the condition {condition!r}, which the study has not"
+    if name != condition:
+        return f"is of the condition {name!r}, not of {condition!r}"
+    if str(seed) != str(study.seed):
+        return f"is of a study with seed {seed}, and this study has seed {study.seed}"
+    if _fields(data.attrs["experiment"]) != study.experiments[condition].to_dict():
+        return f"was measured on another experiment than that of {condition} in this study"
+    stored = set(study.runs(condition))
+    missing = [run for run in data["run"].values.tolist() if run not in stored]
+    return f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored" if missing else ""
+
+
+def _fields(text: str) -> dict[str, Any]:
+    return from_toml(text, where="the assay", reading=True).to_dict()
 
 
 def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
@@ -73,10 +137,12 @@ def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
     there = [name for name in declared if name in data]
     labelled = {"agent", *(dim for coordinate in data.coords.values() for dim in coordinate.dims)}
     try:
-        from_toml(data.attrs["experiment"], where="the assay", reading=True)
+        _fields(data.attrs["experiment"])
     except (KeyError, TypeError, AttributeError, ExperimentError):
         return False
-    return bool(there) and all(
+    if not there or "run" not in data.coords or data["run"].dtype.kind != "i":
+        return False
+    return all(
         set(data[name].dims) == set(declared[name].dims)
         and data[name].dtype.kind in "if"
         and labelled.issuperset(declared[name].dims)

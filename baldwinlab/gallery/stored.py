@@ -67,7 +67,7 @@ def entries(folder: Path, last: int, tell: Callable[[str], None]) -> list[Entry]
 
 
 def _entry(study: Study, paper: Paper, last: int) -> Entry:
-    measured = stored.read(study.directory, study.factors, ["innate"])
+    measured = stored.read(study, ["innate"])
     there = [name for name in study.experiments if study.runs(name)]
     answered: tuple[System, ...] = ()
     if measured:

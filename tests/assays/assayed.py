@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.factors import Factors
 from baldwinlab.presets import factors, load
+from baldwinlab.studies.store import Study
 from baldwinlab.variables import ASSAYS, LIVES, dataset
 from baldwinlab.variables import NEWBORNS as TWINS
 
@@ -33,12 +38,29 @@ def rising(first: float, last: float) -> Course:
     return lambda progress: first + (last - first) * progress
 
 
+def experiment(condition: str) -> Experiment:
+    """The experiment of a condition that was assayed."""
+    return load(condition).replace(evolution={"generations": GENERATIONS}, lifetime={"steps": STEPS}, population={"size": AGENTS})
+
+
+class Assayed(NamedTuple):
+    """The study whose assays these are."""
+
+    directory: Path
+    factors: Mapping[str, Factors] = MappingProxyType({})
+    seed: int = 1
+
+    @property
+    def experiments(self) -> dict[str, Experiment]:
+        return {name: experiment(name) for name in ("evo/A", "evo+self-taught/A", "evo+self-taught/B")}
+
+    def runs(self, condition: str) -> list[int]:
+        return list(range(RUNS))
+
+
 def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, Any]) -> xr.Dataset:
-    experiment = load(condition).replace(
-        evolution={"generations": GENERATIONS}, lifetime={"steps": STEPS}, population={"size": AGENTS}
-    )
     runs = next(iter(arrays.values())).shape[0]
-    provenance = {"experiment": to_toml(experiment), "seed": 1, **factors()[condition]._asdict()}
+    provenance = {"experiment": to_toml(experiment(condition)), "seed": 1, **factors()[condition]._asdict()}
     return dataset(ASSAYS[assay], arrays, provenance).assign_coords(coords | {"run": np.arange(runs)})
 
 
@@ -119,3 +141,9 @@ def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
         "reaction": {a: reaction(a, 100, runs), b: reaction(b, 50, runs), evo: reaction(evo, 60, runs)},
         "descent": {name: descent(name, runs) for name in (a, b, evo)},
     }
+
+
+def of_study(made: xr.Dataset, study: Study, condition: str) -> xr.Dataset:
+    """An assay made by hand as one of a condition of a study, with as many runs as that has."""
+    facts = {"experiment": to_toml(study.experiments[condition]), "seed": study.seed, "condition": condition}
+    return made.isel(run=slice(len(study.runs(condition)))).assign_attrs(facts)

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.assays import missing_assays
-from baldwinlab.assays.stored import distances, factors_of, quantities, read
+from baldwinlab.assays import missing_assays, open_assay, run_assays
+from baldwinlab.assays.stored import assay_path, distances, factors_of, quantities, read
+from baldwinlab.experiment import Experiment
 from baldwinlab.factors import Factors
-from baldwinlab.netcdf import sealed
-from tests.assays.assayed import RUNS, STEPS, constant, innate, rising, spread, whole, within_life
+from baldwinlab.netcdf import opened, sealed
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.store import Study
+from tests.assays.assayed import RUNS, STEPS, Assayed, constant, innate, rising, spread, whole, within_life
 from tests.assays.studies import measured
+from tests.small import ignore, silent, small, small_study
 
 A = "evo+self-taught/A"
 
@@ -32,26 +39,26 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
             path = tmp_path / "assays" / assay / f"{condition}.nc"
             path.parent.mkdir(parents=True, exist_ok=True)
             data.to_netcdf(path, engine="scipy")
-    found = read(tmp_path)
+    found = read(Assayed(tmp_path))
     assert {assay: set(conditions) for assay, conditions in found.items()} == {
         assay: set(conditions) for assay, conditions in whole(runs=2).items()
     }
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
     assert factors_of(found["innate"][A]) == Factors(learner=A)
-    assert factors_of(read(tmp_path, {A: Factors("evo+self-taught", "A")})["innate"][A]).map == "A"
+    assert factors_of(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map == "A"
     assert quantities(found, A, 10).keys() == quantities(whole(runs=2), A, 10).keys()
 
 
 def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
-    assert read(tmp_path) == {}
+    assert read(Assayed(tmp_path)) == {}
 
 
 @pytest.mark.parametrize("keep", [0, 3, 200])
 def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
     path = stored(tmp_path)
     path.write_bytes(path.read_bytes()[:keep])
-    with pytest.raises(ValueError, match=r"A\.nc is damaged: .*; remove it, and `baldwinlab assay` makes it again"):
-        read(tmp_path)
+    with pytest.raises(ValueError, match=r"A\.nc is damaged: .*; `baldwinlab assay .* --only innate` measures it again"):
+        read(Assayed(tmp_path))
 
 
 @pytest.mark.parametrize("foreign", ["other variables", "no coordinates", "text for numbers", "no experiment", "experiment 5"])
@@ -65,20 +72,20 @@ def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(tmp_path: Pat
         "experiment 5": data.assign_attrs(experiment=5),
     }[foreign]
     stored(tmp_path).write_bytes(sealed(other))
-    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'innate' stores; remove it"):
-        read(tmp_path)
+    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"):
+        read(Assayed(tmp_path))
 
 
 def test_the_last_of_more_generations_than_there_could_be_are_all(tmp_path: Path) -> None:
     stored(tmp_path)
-    found = quantities(read(tmp_path), A, 10**18 - 1)
+    found = quantities(read(Assayed(tmp_path)), A, 10**18 - 1)
     np.testing.assert_allclose(found["off", "last"], found["off", "throughout"])
 
 
 def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     stored(tmp_path, "within-life")
     with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'within-life' stores"):
-        read(tmp_path)
+        read(Assayed(tmp_path))
 
 
 def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
@@ -145,7 +152,7 @@ def test_an_assay_in_which_a_bit_has_flipped_is_named_and_measured_again(tmp_pat
         damaged[position] ^= 1 << rng.integers(8)
         path.write_bytes(bytes(damaged))
         with pytest.raises(ValueError, match=str(path)):
-            read(study.directory)
+            read(study)
     assert missing_assays(study, ["innate"])[condition] == ["innate"]
 
 
@@ -154,4 +161,74 @@ def test_an_assay_in_another_s_place_is_named(tmp_path: Path) -> None:
     first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
     second.write_bytes(first.read_bytes())
     with pytest.raises(ValueError, match=re.escape(f"{second} is of the condition")):
-        read(study.directory)
+        read(study)
+
+
+CONDITION = "evo+self-taught/A"
+
+
+def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2) -> Path:
+    """The file of the assay `innate` of a study of one condition."""
+    study = small_study(folder, [experiment], runs, seed)
+    run_assays(study, missing_assays(study, ["innate"]), 1, silent, ignore)
+    return assay_path(folder, "innate", experiment.name)
+
+
+@pytest.mark.parametrize(
+    ("other", "why"),
+    [
+        ({"seed": 6}, "is of a study with seed 6, and this study has seed 5"),
+        ({"lifetime": {"steps": 299}}, "was measured on another experiment than that of evo+self-taught/A in this study"),
+        ({"runs": 3}, "is of run 2, and runs/evo+self-taught/A/0002.nc is not stored"),
+    ],
+    ids=["another seed", "another experiment", "other runs"],
+)
+def test_an_assay_of_another_study_is_refused_and_measured_again(tmp_path: Path, other: dict[str, Any], why: str) -> None:
+    path = innate_of(tmp_path / "own", small())
+    own = path.read_bytes()
+    numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
+    shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
+    study = Study(tmp_path / "own")
+    again = f"`baldwinlab assay {study.directory} --only innate` measures it again"
+    for refused in (lambda: read(study), lambda: open_assay(study.directory, "innate", CONDITION)):
+        with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
+            refused()
+    missing = missing_assays(study, ["innate"])
+    assert missing == {CONDITION: ["innate"]}
+    run_assays(study, missing, 1, silent, ignore)
+    assert path.read_bytes() == own
+
+
+def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
+    innate_of(tmp_path, small(), runs=1)
+    study = small_study(tmp_path, [small()], runs=2)
+    assert read(study)["innate"][CONDITION]["run"].values.tolist() == [0]
+
+
+@pytest.mark.parametrize("lacking", ["seed", "experiment", "run"])
+def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(tmp_path: Path, lacking: str) -> None:
+    path = innate_of(tmp_path, small())
+    data = opened(path.read_bytes())
+    if lacking == "run":
+        data = data.drop_vars("run")
+    else:
+        del data.attrs[lacking]
+    path.write_bytes(sealed(data))
+    with pytest.raises(ValueError, match=re.escape(str(path))):
+        read(Study(tmp_path))
+
+
+def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Path) -> None:
+    path = innate_of(tmp_path, small())
+    foreign = assay_path(tmp_path, "innate", "evo/C")
+    foreign.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(path, foreign)
+    with pytest.raises(ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"):
+        read(Study(tmp_path))
+
+
+def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
+    path = stored(tmp_path)
+    os.truncate(path, 20 * 10**9)
+    with pytest.raises(ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"):
+        read(Assayed(tmp_path))

@@ -14,9 +14,10 @@ from baldwinlab.assays.stored import AS_EVOLVED
 from baldwinlab.netcdf import sealed
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.study import open_study
-from tests.assays.assayed import reaction
+from tests.assays.assayed import of_study, reaction
 from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
+from tests.small import small, small_study
 
 ONE = {"study": "small", "condition": "evo+self-taught/A"}
 
@@ -44,15 +45,13 @@ def test_curves_of_what_there_is_not_or_of_too_many_runs_are_refused_in_a_senten
     assert sentence.startswith("evo/A has 2 runs of 3 generations; lines of at most 5 generations in all")
 
 
-def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evolved_with(
-    lab_server: LabServer, tmp_path: Path
-) -> None:
-    shutil.copytree(lab_server.root / "small", tmp_path / "it")
+def test_reaction_norms_are_the_medians_of_the_assay_with_the_value_that_was_evolved_with(tmp_path: Path) -> None:
+    study = small_study(tmp_path / "it", [small("evo/A")], runs=6)
     with serving(tmp_path) as server:
         assert data(server.address, "results/reaction", study="it") == {"unit": "", "panels": []}
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
-        made = reaction("evo/A", 60)
+        made = of_study(reaction("evo/A", 60), study, "evo/A")
         (folder / "A.nc").write_bytes(sealed(made))
         found = data(server.address, "results/reaction", study="it")
         assert found["unit"] == "fitness (energy)"

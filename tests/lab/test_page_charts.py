@@ -16,7 +16,8 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from baldwinlab import results
 from baldwinlab.netcdf import sealed
-from tests.assays.assayed import reaction
+from baldwinlab.studies.store import Study
+from tests.assays.assayed import of_study, reaction
 from tests.axe import barriers
 from tests.lab.asking import SMALL, WINDOWS, LabServer, data
 from tests.lab.conftest import serving
@@ -132,7 +133,10 @@ def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
 def assayed(lab_server: LabServer) -> Iterator[None]:
     folder = lab_server.root / "small" / "assays"
     (folder / "reaction" / "evo").mkdir(parents=True)
-    (folder / "reaction" / "evo" / "A.nc").write_bytes(sealed(reaction("evo/A", 60)))
+    made = of_study(reaction("evo/A", 60), Study(lab_server.root / "small"), "evo/A")
+    (folder / "reaction" / "evo" / "A.nc").write_bytes(sealed(made))
+        sealed(of_study(reaction("evo/A", 60), Study(lab_server.root / "small"), "evo/A"))
+    )
     yield
     shutil.rmtree(folder)
 
