@@ -1,8 +1,8 @@
 """Where compiled code is kept between starts, and what is believed of what lies there.
 
 Numba keeps compiled code as pickles, and whoever loads one runs what it says. So a folder is used only if it is the user's own
-and nobody else may write there, and a file begins with the SHA-256 of the rest: one that was cut short, or in which a bit has
-flipped, is removed and made anew.
+and nobody else may write there, and a file begins with the SHA-256 of its place and the rest. A file
+that was cut short, changed, or exchanged for another is removed, and its code is compiled again.
 """
 
 from __future__ import annotations
@@ -108,8 +108,8 @@ class Store(CodeStore):
             raw = path.read_bytes()
         except OSError:
             return None
-        if hashlib.sha256(raw[DIGEST:]).digest() != raw[:DIGEST]:
-            path.unlink(missing_ok=True)
+        if self._digest(key, raw[DIGEST:]) != raw[:DIGEST]:
+            self.discard(key)
             return None
         return raw[DIGEST:]
 
@@ -118,9 +118,17 @@ class Store(CodeStore):
         path = self._path(key)
         try:
             self._directory.mkdir(mode=0o700, exist_ok=True)
-            write_atomically(path, hashlib.sha256(content).digest() + content)
+            write_atomically(path, self._digest(key, content) + content)
         except OSError as error:
             _not_kept(self._directory.parent, error.errno or errno.EIO)
+
+    def discard(self, key: str) -> None:
+        """Remove what is stored under a key, so that it is compiled again."""
+        self._path(key).unlink(missing_ok=True)
+
+    def _digest(self, key: str, content: bytes) -> bytes:
+        """Return the SHA-256 of code and its place: of two exchanged files, neither fits its own."""
+        return hashlib.sha256(f"{self._directory.name}/{key}\n".encode() + content).digest()
 
     def _path(self, key: str) -> Path:
         return self._directory / f"{key}{ENDING}"

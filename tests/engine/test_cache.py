@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -21,10 +22,10 @@ EXPECTED = f"{rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist()}\n"
 pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="about owners and modes of folders")
 
 
-def draw(**environment: str) -> subprocess.CompletedProcess[str]:
+def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[str]:
     root = Path(baldwinlab.__file__).parents[1]
     whole = {**os.environ, "PYTHONPATH": str(root), **environment}
-    return subprocess.run([sys.executable, "-c", DRAW], env=whole, cwd=root, capture_output=True, text=True, check=False)
+    return subprocess.run([sys.executable, "-c", code], env=whole, cwd=root, capture_output=True, text=True, check=False)
 
 
 def kept(folder: Path) -> list[Path]:
@@ -96,6 +97,40 @@ def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
     done = draw(BALDWINLAB_CACHE=str(tmp_path))
     assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
     assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.01)
+
+
+def test_garbage_with_a_digest_that_fits_is_compiled_again(tmp_path: Path) -> None:
+    draw(BALDWINLAB_CACHE=str(tmp_path))
+    (file,) = kept(tmp_path)
+    whole = file.read_bytes()
+    for garbage in (b"nothing of the kind", pickle.dumps([1, 2])):
+        cache.Store(file.parent).write(file.stem, garbage)
+        assert file.read_bytes() != whole
+        done = draw(BALDWINLAB_CACHE=str(tmp_path))
+        assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
+        assert len(file.read_bytes()) == pytest.approx(len(whole), rel=0.01)
+
+
+DRAW_BOTH = f"{DRAW}print(rng.uniforms(1, 2, 3, 4, (1, 1)).ravel().tolist())\n"
+
+
+def test_exchanged_files_of_compiled_code_are_compiled_again(tmp_path: Path) -> None:
+    sound = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
+    one, other = kept(tmp_path)
+    first, second = one.read_bytes(), other.read_bytes()
+    one.write_bytes(second)
+    other.write_bytes(first)
+    done = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
+    assert (done.stdout, done.stderr, done.returncode) == (sound.stdout, "", 0)
+    assert (len(one.read_bytes()), len(other.read_bytes())) == pytest.approx((len(first), len(second)), rel=0.01)
+
+
+def test_sound_code_is_loaded_and_not_compiled_again(tmp_path: Path) -> None:
+    draw(BALDWINLAB_CACHE=str(tmp_path))
+    (file,) = kept(tmp_path)
+    before = file.stat().st_ino
+    assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
+    assert file.stat().st_ino == before
 
 
 def test_a_full_disk_keeps_nothing_and_stops_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

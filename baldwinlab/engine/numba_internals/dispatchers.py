@@ -49,13 +49,25 @@ class CodeStore(ABC):
     def write(self, key: str, content: bytes) -> None:
         """Store code under a key."""
 
+    @abstractmethod
+    def discard(self, key: str) -> None:
+        """Remove what is stored under a key."""
+
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
-        """Return the compiled function of a signature; None if it is not stored."""
+        """Return the compiled function of a signature; None if it is not stored, or not sound."""
         context.refresh()
-        content = self.read(_key(signature, context.codegen()))
+        key = _key(signature, context.codegen())
+        content = self.read(key)
         if content is None:
             return None
-        return CompileResult._rebuild(context, *pickle.loads(content))
+        try:
+            result = CompileResult._rebuild(context, *pickle.loads(content))
+            if tuple(result.signature.args) == tuple(signature):
+                return result
+        except Exception:  # other bytes than a pickle can raise anything
+            pass
+        self.discard(key)
+        return None
 
     def save_overload(self, signature: Any, compiled: CompileResult) -> None:
         """Store a compiled function."""
