@@ -24,18 +24,25 @@ if TYPE_CHECKING:
     from baldwinlab.api.sweep import sweep
     from baldwinlab.assays import open_assay
     from baldwinlab.check import check_part
-    from baldwinlab.errors import BaldwinLabError
+    from baldwinlab.errors import ArgumentError, BaldwinLabError, InterruptedStudyError, PartError, RefusedError
     from baldwinlab.experiment import Experiment, ExperimentError
+    from baldwinlab.papers.files import PaperError
     from baldwinlab.runs.replay import replay
     from baldwinlab.runs.simulate import simulate
-    from baldwinlab.studies.records import StudyError
+    from baldwinlab.studies.records import DamagedRecordError, StudyError
     from baldwinlab.studies.study import open_study
     from baldwinlab.sweeps.design import open_sweep
 
 __all__ = [
+    "ArgumentError",
     "BaldwinLabError",
+    "DamagedRecordError",
     "Experiment",
     "ExperimentError",
+    "InterruptedStudyError",
+    "PaperError",
+    "PartError",
+    "RefusedError",
     "Study",
     "StudyError",
     "__version__",
@@ -60,7 +67,13 @@ __all__ = [
 ]
 
 _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and SciPy take a second
+    "ArgumentError": "errors",
     "BaldwinLabError": "errors",
+    "DamagedRecordError": "studies.records",
+    "InterruptedStudyError": "errors",
+    "PaperError": "papers.files",
+    "PartError": "errors",
+    "RefusedError": "errors",
     "Experiment": "experiment",
     "ExperimentError": "experiment",
     "Study": "api.study",
@@ -95,7 +108,8 @@ if not TYPE_CHECKING:  # a type checker would take any name
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    """Return the public names alone, and not the modules that this file imports."""
+    return sorted(__all__)
 
 
 def _in_a_notebook() -> None:

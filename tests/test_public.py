@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import builtins
+import inspect
 import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -34,9 +37,30 @@ def command(*words: str) -> str:
 def test_every_public_name_is_there_and_listed() -> None:
     for name in baldwinlab.__all__:
         assert getattr(baldwinlab, name) is not None
-    assert set(baldwinlab.__all__) <= set(dir(baldwinlab))
+    assert dir(baldwinlab) == sorted(baldwinlab.__all__)
     with pytest.raises(AttributeError, match="no attribute 'simulation'"):
         getattr(baldwinlab, "simulation")  # noqa: B009
+
+
+def public_docstrings() -> Iterator[tuple[str, str]]:
+    """Every public name of the package, and of its public classes, with its docstring."""
+    for name in baldwinlab.__all__:
+        public = getattr(baldwinlab, name)
+        yield name, inspect.getdoc(public) or ""
+        if inspect.isclass(public):
+            own = (each for each in vars(public) if not each.startswith("_"))
+            yield from ((f"{name}.{each}", inspect.getdoc(getattr(public, each)) or "") for each in own)
+
+
+def test_docstrings_name_only_exceptions_that_the_package_exports() -> None:
+    named = {
+        (name, error)
+        for name, docstring in public_docstrings()
+        for error in re.findall(r"\b[A-Z]\w+(?:Error|Warning|Interrupt)\b", docstring)
+    }
+    assert ("run", "ArgumentError") in named
+    unknown = {pair for pair in named if not hasattr(baldwinlab, pair[1])}
+    assert not {pair for pair in unknown if not hasattr(builtins, pair[1])}
 
 
 def test_no_public_name_is_that_of_a_module() -> None:

@@ -15,6 +15,7 @@ import tomlkit
 import xarray as xr
 
 from baldwinlab import console, papers
+from baldwinlab.api.agents import AgentNetwork, make_network, only_condition, read_genomes
 from baldwinlab.api.bring import How, assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
@@ -72,7 +73,10 @@ class Study:
         return self._stored.runs(condition)
 
     def data(self, conditions: Sequence[str] | None = None) -> xr.Dataset:
-        """All stored runs, or those of some conditions: as `open_study`; of a whole sweep, as `open_sweep`."""
+        """All stored runs, or those of some conditions: as `open_study`; of a whole sweep, as `open_sweep`.
+
+        The map of a condition is the coordinate `data["map"]`; `data.map` is a method of xarray.
+        """
         if conditions is None and self._stored.kind == SWEEP:
             return open_sweep(self.directory)
         return open_study(self.directory, conditions)
@@ -220,6 +224,75 @@ class Study:
         energy = self._stored.read(condition, run, genomes=False).energy
         return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force)
 
+    def genomes(
+        self,
+        run: int,
+        generation: int,
+        agent: int | Sequence[int] | None = None,
+        *,
+        condition: str | None = None,
+    ) -> xr.DataArray:
+        """Return the genomes of one generation of a stored run, also of a generation that was not kept.
+
+        Parameters
+        ----------
+        run, generation
+            Numbers, from 0.
+        agent
+            One agent, or several; all of them if it is not given.
+        condition
+            The condition of the run. A study with one condition does not need it.
+
+        Returns
+        -------
+        xarray.DataArray
+            The weights at birth, with the dimensions `agent`, `module` and `weight`. One agent has no dimension `agent`.
+
+        Raises
+        ------
+        StudyError
+            For a condition or a run that the study does not have.
+        ValueError
+            For a generation or an agent that the experiment does not have.
+        """
+        name = only_condition(self._stored, condition)
+        return read_genomes(self._stored, name, run, generation, agent)
+
+    def network(
+        self,
+        run: int,
+        generation: int,
+        agent: int,
+        *,
+        condition: str | None = None,
+        module: str = "action",
+    ) -> AgentNetwork:
+        """Return the network of one stored agent as it was born. Call it with inputs to get its outputs.
+
+        Parameters
+        ----------
+        run, generation, agent
+            Numbers, from 0.
+        condition
+            The condition of the run. A study with one condition does not need it.
+        module
+            "action", or "reinforcement" where agents have that network.
+
+        Returns
+        -------
+        AgentNetwork
+            A function of inputs, an array [input] or [step, input], with the attributes `inputs`, `outputs` and `weights`.
+
+        Raises
+        ------
+        StudyError
+            For a condition or a run that the study does not have.
+        ValueError
+            For a generation, an agent or a module that the experiment does not have, and for another model than foragers.
+        """
+        name = only_condition(self._stored, condition)
+        return make_network(self._stored, name, run, generation, agent, module)
+
     def to_zarr(self, path: str | Path, *, force: bool = False) -> None:
         """Write `data` as a Zarr store, version 3: a folder that is not there yet.
 
@@ -307,11 +380,46 @@ def run(
     set: Mapping[str, Any] | None = None,
     force: bool = False,
 ) -> Study:
-    """Run one experiment or several as one study: presets such as evo/A, TOML files, or what `load` gives.
+    """Run one or several experiments as one study. The same call again runs only the runs that are missing.
 
-    `set` changes fields of all of them, {"lifetime.steps": 100}. `out` is a folder of results/ unless given; the same call again
-    does what is missing. Raises ExperimentError, ArgumentError and StudyError with a sentence before anything is done; and
-    RefusedError, unless forced, for more memory or disk than is free.
+    Parameters
+    ----------
+    experiments
+        Presets such as "evo/A", experiment files that end in .toml, or experiments from `load`.
+    runs
+        Independent runs of each experiment.
+    seed
+        The seed of all randomness.
+    out
+        The directory of the study, results/NAME by default; NAME joins the names of the experiments by "-".
+    workers
+        Threads, by default all cores.
+    backend
+        "auto", "cpu" or "cuda".
+    executor
+        "threads", "dask:tcp://HOST:PORT" or "slurm".
+    set
+        Changes of fields in all experiments: {"lifetime.steps": 100}.
+    force
+        Run with less free memory or disk than the estimate.
+
+    Returns
+    -------
+    Study
+        The study, on disk.
+
+    Raises
+    ------
+    ExperimentError
+        For an experiment that does not exist or is not valid, and a setting without effect.
+    ArgumentError
+        For a number of runs, a seed or a number of workers out of range.
+    StudyError
+        Where the directory holds another study. These three are raised before anything is written.
+    RefusedError
+        For a backend that cannot be used here, and for too little free memory or disk.
+    InterruptedStudyError
+        Where the study stops before its end. The stored runs stay.
     """
     given = [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
     if not given:

@@ -1,0 +1,164 @@
+"""Genomes of stored agents are those of the simulation; their networks give the outputs of a replayed life, bit for bit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.errors import RefusedError
+from baldwinlab.experiment import Experiment, assign
+from baldwinlab.experiment.choices import packaged
+
+SHORT = {"lifetime.steps": 200, "evolution.generations": 4, "population.size": 5, "record.genome_every": 3}
+NEAR = {"world.start.x": 380}  # so that agents sense food
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
+    out = tmp_path_factory.mktemp("agents") / "study"
+    return bl.run(["evo/A", "evo+self-taught/A"], runs=2, out=out, set=SHORT | NEAR)
+
+
+def simulated(study: bl.Study, condition: str, run: int) -> Any:
+    experiment = study.experiment(condition).replace(record={"genome_every": 1})
+    return bl.simulate(experiment, seed=study.seed, run=run).genome
+
+
+@pytest.mark.parametrize("generation", [0, 1, 2, 3])  # of which 0 and 3 are stored
+@pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
+def test_genomes_are_those_of_the_simulation(study: bl.Study, condition: str, generation: int) -> None:
+    found = study.genomes(1, generation, condition=condition)
+    expected = simulated(study, condition, 1).isel(generation=generation)
+    np.testing.assert_array_equal(found, expected)
+    assert found.dims == ("agent", "module", "weight")
+    assert found.module.values.tolist() == list(study.experiment(condition).modules)
+    assert (found.run, found.generation, found.condition) == (1, generation, condition)
+
+
+def test_one_agent_and_several_are_taken_out_by_number(study: bl.Study) -> None:
+    every = study.genomes(0, 3, condition="evo/A")
+    assert study.genomes(0, 3, 2, condition="evo/A").equals(every.sel(agent=2))
+    assert study.genomes(0, 3, [4, 1], condition="evo/A").equals(every.sel(agent=[4, 1]))
+    best = study.data(["evo/A"]).energy.isel(condition=0, run=0, generation=3).argmax("agent")
+    assert study.genomes(0, 3, best.item(), condition="evo/A").agent == best
+
+
+KINDS: Sequence[tuple[str, ...]] = (
+    (),
+    ("network.hidden=[4,4]", "network.biases=true"),
+    ("network.hidden=[]",),
+    ("network.kind=simple-recurrent", "network.hidden=[4]"),
+    ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
+    ("network.kind=growing", "network.hidden=[40]", "evolution.variation=neat", "evolution.selection=species"),
+    ('senses.kinds=["smell", "compass"]',),
+    ("learning.rule=hebb", "learning.rate=0", "learning.steps=0"),
+)
+
+
+def experiment_with(changes: Sequence[str]) -> Experiment:
+    short = [f"{field}={value}" for field, value in (SHORT | NEAR).items()]
+    made: Experiment = assign(bl.load("evo/A"), [*short, "name=one", *changes])
+    return made
+
+
+@pytest.mark.parametrize("changes", KINDS, ids=lambda changes: changes[0] if changes else "feed-forward")
+def test_a_network_gives_the_outputs_of_a_life_without_learning(
+    in_plain_python: None, tmp_path: Path, changes: tuple[str, ...]
+) -> None:
+    study = bl.run(experiment_with(changes), runs=1, out=tmp_path / "study")
+    trace = study.replay("one", run=0, generation=2)
+    assert trace.sensor.any(), "no agent senses anything"
+    for agent in (0, 3):
+        outputs = study.network(0, 2, agent)(trace.sensor.sel(agent=agent))
+        np.testing.assert_array_equal(outputs, trace.output.sel(agent=agent))
+        assert outputs.dims == ("step", "action")
+
+
+def test_every_built_in_kind_of_network_is_tested() -> None:
+    tested = {change.removeprefix("network.kind=") for changes in KINDS for change in changes}
+    assert set(packaged("network")) - tested == {"feed-forward"}
+
+
+def test_compiled_lives_give_the_same_outputs(study: bl.Study) -> None:
+    trace = study.replay("evo/A", run=1, generation=3)
+    network = study.network(1, 3, 4, condition="evo/A")
+    np.testing.assert_array_equal(network(trace.sensor.sel(agent=4)), trace.output.sel(agent=4))
+
+
+def test_a_learner_gives_its_outputs_until_it_learns(study: bl.Study) -> None:
+    trace = study.replay("evo+self-taught/A", run=0, generation=3)
+    born = study.network(0, 3, 1, condition="evo+self-taught/A")
+    found = born(trace.sensor.sel(agent=1)) == trace.output.sel(agent=1)
+    assert found[0].all() and not found.all()
+    taught = study.genomes(0, 3, 1, condition="evo+self-taught/A")
+    teacher = study.network(0, 3, 1, condition="evo+self-taught/A", module="reinforcement")
+    np.testing.assert_array_equal(born.weights, taught.sel(module="action"))
+    np.testing.assert_array_equal(teacher.weights, taught.sel(module="reinforcement"))
+
+
+def test_one_row_of_inputs_gives_one_row_of_outputs(study: bl.Study) -> None:
+    network = study.network(0, 0, 0, condition="evo/A")
+    outputs = network([1, 0, 0])
+    assert outputs.dims == ("action",) and outputs.action.values.tolist() == list(network.outputs)
+    np.testing.assert_array_equal(outputs, network([[1, 0, 0]])[0])
+    assert network([0, 0, 0]).sizes == {"action": 3} and network(np.empty((0, 3))).sizes["step"] == 0
+
+
+def test_a_recurrent_network_starts_each_call_without_memory(in_plain_python: None, tmp_path: Path) -> None:
+    study = bl.run(experiment_with(KINDS[3]), runs=1, out=tmp_path / "study")
+    network, row = study.network(0, 0, 0), [1, 0, 1]
+    assert network([row, row])[0].equals(network(row))
+    assert not network([row, row])[1].equals(network(row))
+
+
+@pytest.mark.parametrize(
+    ("inputs", "sentence"),
+    [
+        ([1, 0], r"inputs of shape \(2,\) must be \[3\] or \[step, 3\]"),
+        ([[[1, 0, 0]]], r"inputs of shape \(1, 1, 3\)"),
+        (1, r"inputs of shape \(\)"),
+        ([1, 0, 2], "from 0 to 1"),
+        ([1, 0, float("nan")], "from 0 to 1"),
+        ([1, 0, "left"], "inputs must be 3 numbers"),
+        ([[1], [0, 1]], "inputs must be 3 numbers"),
+    ],
+)
+def test_inputs_that_no_sense_gives_are_refused(study: bl.Study, inputs: Any, sentence: str) -> None:
+    with pytest.raises(RefusedError, match=sentence):
+        study.network(0, 0, 0, condition="evo/A")(inputs)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changes", "sentence"),
+    [
+        ((0, 4, 0), {}, "generation = 4 must be a whole number from 0 to 3"),
+        ((0, -1, 0), {}, "generation = -1 must be"),
+        ((0, 0, 5), {}, "agent = 5 must be a whole number from 0 to 4"),
+        ((0, 0, True), {}, "agent = True must be"),
+        ((2, 0, 0), {}, "0002.nc does not exist; runs of evo/A that are stored: 2"),
+        ((0, 0, 0), {"condition": "evo/B"}, "has no condition 'evo/B'"),
+        ((0, 0, 0), {"condition": None}, "condition is missing; there are evo/A, evo.self-taught/A"),
+        ((0, 0, 0), {"module": "reinforcement"}, "module = 'reinforcement' is no network of evo/A; there are action"),
+    ],
+)
+def test_an_agent_that_is_not_stored_is_refused(
+    study: bl.Study, arguments: tuple[int, int, int], changes: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(bl.BaldwinLabError, match=sentence):
+        study.network(*arguments, **({"condition": "evo/A"} | changes))
+    if "module" not in changes:
+        with pytest.raises(bl.BaldwinLabError, match=sentence):
+            study.genomes(*arguments, **({"condition": "evo/A"} | changes))
+
+
+def test_agents_of_another_model_have_genomes_and_no_such_network(tmp_path: Path) -> None:
+    short = {"evolution.generations": 2, "hinton_nowlan.loci": 5}
+    study = bl.run("guessing", runs=1, out=tmp_path / "study", set=short)
+    assert study.genomes(0, 1).sizes["weight"] == 5
+    with pytest.raises(RefusedError, match="guessing is of the model 'hinton-nowlan'"):
+        study.network(0, 0, 0)
