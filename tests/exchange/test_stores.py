@@ -11,8 +11,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 import zarr
-from arviz_base import convert_to_datatree
-from arviz_stats.summary import summary
 
 import baldwinlab as bl
 from baldwinlab import Study
@@ -122,6 +120,8 @@ def test_a_run_of_no_condition_has_no_phylogeny(mixed: Study, command: Command) 
 
 
 def test_arviz_has_the_outcome_of_each_run_as_what_was_observed(mixed: Study) -> None:
+    convert_to_datatree = pytest.importorskip("arviz_base").convert_to_datatree
+    summary = pytest.importorskip("arviz_stats.summary").summary
     tree = mixed.to_arviz(last=2)
     assert convert_to_datatree(tree) is tree
     observed = tree["observed_data"].to_dataset()
