@@ -56,7 +56,8 @@ def _usage(command: Callable[..., Any]) -> Iterator[str]:
 
 app = App(
     name="baldwinlab",
-    help="A laboratory for evolution x lifetime learning.",
+    help="A laboratory for experiments on evolution and lifetime learning. First steps: `presets` lists experiments, "
+    "`show` the fields of one, `run` runs some, `report` writes their results, `replay` a film.",
     version=__version__,
     error_formatter=lambda error: f"baldwinlab: {console.on_a_screen(_sentence(error))}",
     error_console=console.errors,
@@ -70,15 +71,18 @@ Runs = Annotated[Whole, Parameter(help="independent runs of each condition")]
 Reading = Annotated[str, Parameter(help="a named reading, laid over; see `baldwinlab presets`")]
 Seed = Annotated[Whole, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
-Directory = Annotated[Any, Parameter(converter=_location)]  # a Path; or what fsspec makes of a URL, which is none by type
-Out = Annotated[Any, Parameter(converter=_location, help="directory of the study, or a URL such as s3://BUCKET/STUDY")]
+LOCATION = "directory of the study, or a URL such as s3://BUCKET/STUDY"
+Directory = Annotated[Any, Parameter(converter=_location, help=LOCATION)]  # a Path, or for a URL what fsspec makes of it
+Out = Annotated[Any, Parameter(converter=_location, help=f"{LOCATION}; a folder in results/ unless given")]
 BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
 Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
 Last = Annotated[Whole, Parameter(help="a run counts with its average over so many last generations")]
 Baseline = Annotated[str, Parameter(help="the condition with which all others are compared; see docs/results.md")]
-Assignments = Annotated[list[str] | None, Parameter(name="--set", consume_multiple=True, help="change a field: path=value")]
+SET = "change fields: --set learning.rate=0.05 population.size=30; `baldwinlab show EXPERIMENT` lists all fields"
+Assignments = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=True, help=SET)]
+NamedExperiment = Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or an experiment file that ends in .toml")]
 
-FORCE = "do it all the same: with less memory or disk than it seems to take; over a file that this command has not made"
+FORCE = "run although less memory or disk is free than estimated, and overwrite a file that this command did not write"
 Force = Annotated[bool, Parameter(negative="", help=FORCE)]
 Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help="a file with a part of your own; repeatable")]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from baldwinlab import console, papers, presets
-from baldwinlab.cli.common import Assignments, Parts, Reading, load_parts
+from baldwinlab.cli.common import Assignments, NamedExperiment, Parts, Reading, load_parts
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import to_toml
 
@@ -23,7 +23,14 @@ def list_presets() -> None:
     console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
 
 
-def show(experiment: str, /, *, part: Parts = None, reading: Reading = "standard", assignments: Assignments = None) -> None:
+def show(
+    experiment: NamedExperiment,
+    /,
+    *,
+    part: Parts = None,
+    reading: Reading = "standard",
+    assignments: Assignments = None,
+) -> None:
     """Show an experiment as TOML, which can be edited and run."""
     load_parts(part)
     loaded = presets.load(experiment, reading)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
@@ -18,7 +21,15 @@ from baldwinlab.variables import TRACE
 
 
 def replay(
-    directory: Directory, /, *, condition: str, run: Whole, generation: Whole, out: Path, part: Parts = None, force: Force = False
+    directory: Directory,
+    /,
+    *,
+    condition: Annotated[str, Parameter(help="a condition of the study")],
+    run: Annotated[Whole, Parameter(help="the number of a stored run, from 0")],
+    generation: Annotated[Whole, Parameter(help="the number of a generation, from 0")],
+    out: Annotated[Path, Parameter(help="the file to write: a trace (.nc), a film (.mp4, .gif) or a picture (.png)")],
+    part: Parts = None,
+    force: Force = False,
 ) -> None:
     """Live one stored lifetime again and write it: .nc trace, .mp4, .gif or .png."""
     if out.suffix not in (".nc", ".mp4", ".gif", ".png"):

@@ -11,11 +11,13 @@ from baldwinlab.api import study as studies
 from baldwinlab.api.bring import How
 from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.common import (
+    LOCATION,
     Assignments,
     BackendName,
     Baseline,
     Executor,
     Force,
+    NamedExperiment,
     Out,
     Parts,
     Reading,
@@ -29,9 +31,9 @@ from baldwinlab.studies.store import Study
 
 
 def run(
-    experiment: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or a TOML file")],
+    experiment: NamedExperiment,
     /,
-    *others: Annotated[str, Parameter(help="more of them, to be compared in one study")],
+    *others: Annotated[str, Parameter(help="more experiments, which are compared in the same study")],
     part: Parts = None,
     reading: Reading = "standard",
     assignments: Assignments = None,
@@ -39,7 +41,7 @@ def run(
     runs: Runs = 30,
     seed: Seed = 0,
     workers: Workers = None,
-    out: Out = None,
+    out: Annotated[Out, Parameter(help=f"{LOCATION}; results/NAME unless given, NAME is that of the experiments")] = None,
     backend: BackendName = "auto",
     executor: Executor = "threads",
     force: Force = False,

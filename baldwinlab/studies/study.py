@@ -139,7 +139,7 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
 
     `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
     `experiment(condition)` is each condition as TOML; `learner`, `map` and `reading` are coordinates along `condition`, as far as
-    the conditions have them ("" where one has not). Write `data["map"]`, as `data.map` is a method of xarray. Units and meanings are
+    the conditions have them ("" where one has not). Write `data["map"]`: `data.map` is a method of xarray. Units and meanings are
     attributes, `units` and `long_name`.
 
     Raises StudyError for a condition that the study has not, and (as DamagedRecordError) for a record that is not what was
