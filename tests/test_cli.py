@@ -206,7 +206,7 @@ def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
         patched.setattr("baldwinlab.console.progress", stopped_at_once)
         done = command("assay", "study", "--only", "reaction")
     assert done.code == 130
-    assert "stopped; assays done: 0 of 2; the same command carries on" in done.err
+    assert "stopped; 0 of 2 assays are stored and kept; an unfinished assay is not stored" in done.err
     assert "assays to do: 2" in command("assay", "study", "--only", "reaction").out
 
 
@@ -230,7 +230,7 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     assert process.returncode == 130
     stored = len(contents(tmp_path))
     assert 0 < stored < 24
-    assert f"stopped; runs stored in study: {stored}; the same command carries on from there" in err
+    assert f"stopped; {stored} of 24 runs are stored in study and kept; an unfinished run is not stored" in err
     assert "Traceback" not in err
     again = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
     assert f"runs: 24, stored already: {stored}" in again.stdout

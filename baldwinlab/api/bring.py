@@ -134,7 +134,10 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
 
     def standing() -> str:
         done = count - sum(map(len, missing_assays(study, names).values()))
-        return f"assays done: {done} of {count}; the same command carries on"
+        return (
+            f"{done} of {count} assays are stored and kept; an unfinished assay is not stored, and the "
+            "same command measures it from its beginning"
+        )
 
     with _saying_where_it_stands(study, standing):
         run_assays(study, missing, place.workers, console.progress, console.say, place)
@@ -156,4 +159,8 @@ def _saying_where_it_stands(study: Study, standing: Callable[[], str]) -> Iterat
 
 def _standing(study: Study, runs: int) -> str:
     stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
-    return f"runs stored in {study.directory}: {stored}; the same command carries on from there"
+    wanted = runs * len(study.experiments)
+    return (
+        f"{stored} of {wanted} runs are stored in {study.directory} and kept; an unfinished run is not "
+        "stored, and the same command simulates it from its first generation"
+    )

@@ -61,16 +61,21 @@ def agent_steps_of_run(experiment: Experiment) -> int:
 
 
 def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
-    """The runs that are still to do, by condition. A damaged record is named and set aside, so it is one of them."""
+    """Return the runs that are still to do, by condition.
+
+    Every stored record is checked. A damaged one is named and set aside, so that it is one of them,
+    unless its number is not below `runs`.
+    """
     missing: dict[str, list[int]] = {}
     for condition in study.experiments:
         stored = set(study.runs(condition))
-        for run in sorted(stored & set(range(runs))):
+        for run in sorted(stored):
             try:
                 study.record(condition, run)
             except DamagedRecordError as error:
                 aside = study.set_aside(condition, run)
-                tell(f"{error}; it is kept as {aside.name} and the run is done again")
+                what = "the run is done again" if run < runs else f"run {run} is not done again, as --runs is {runs}"
+                tell(f"{error}; it is kept as {aside.name} and {what}")
                 stored.discard(run)
         missing[condition] = [run for run in range(runs) if run not in stored]
     return missing

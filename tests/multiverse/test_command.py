@@ -53,7 +53,7 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
     with monkeypatch.context() as patched:
         patched.setattr(console, "progress", stopped_half_way)
         done = command(*MULTIVERSE)
-    assert done.code == 130 and "the same command carries on from there" in done.err
+    assert done.code == 130 and "simulates it from its first generation" in done.err
     assert 0 < len(contents(tmp_path)) < 36
     done = command(*MULTIVERSE)
     assert done.code == 0, done.err

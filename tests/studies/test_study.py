@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -105,6 +106,20 @@ def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) 
     assert path.with_name("0001.nc.damaged").exists()
     run_study(study, missing, 1, silent, ignore)
     assert contents(tmp_path) == sound
+
+
+def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_aside(tmp_path: Path) -> None:
+    study = small_study(tmp_path, [small("evo/A")], runs=2)
+    foreign = study.path("evo/A", 7)
+    shutil.copy(study.path("evo/A", 1), foreign)
+    told: list[str] = []
+    assert missing_runs(study, 2, told.append) == {"evo/A": []}
+    (sentence,) = told
+    assert sentence.startswith(f"{foreign} is damaged: it is run 1 of evo/A")
+    assert sentence.endswith("it is kept as 0007.nc.damaged and run 7 is not done again, as --runs is 2")
+    assert not foreign.exists()
+    assert foreign.with_name("0007.nc.damaged").exists()
+    open_study(tmp_path)
 
 
 def test_an_error_in_one_run_ends_the_study_and_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
