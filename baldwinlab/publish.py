@@ -20,7 +20,7 @@ from baldwinlab.multiverse import section as readings
 from baldwinlab.multiverse.analysis import STANDARD, read
 from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
-from baldwinlab.papers.verdicts import ClaimResult, evaluate, write
+from baldwinlab.papers.verdicts import ClaimResult, claim_records, evaluate, write
 from baldwinlab.papers.words import FIGURES
 from baldwinlab.report import InShort, Section, draw_report, emergence_generations, write_report
 from baldwinlab.report.content import reading, run_counts
@@ -29,6 +29,7 @@ from baldwinlab.runs.estimate import of_replay, of_tables
 from baldwinlab.runs.replay import replay
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.contrasts import Contrasts, compare_conditions
+from baldwinlab.studies.claims import write_claims
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_study
@@ -61,7 +62,8 @@ def publish(
     paper = paper or (of_study(study.directory, study.paper) if study.paper else None)
     results = evaluate(data, last, paper) if paper else []
     compared = compare_conditions(data, last, baseline)
-    write(results, data, study.directory, last, paper.name if paper else "", compared.rows)
+    write_claims(study, claim_records(results, paper.name if paper else ""))
+    write(results, data, study.directory, last, compared.rows)
     tell("drawing the figures")
     traces = _emergence(study, data, paper)
     looks, reproduced = _looks(study), bool(study.paper)

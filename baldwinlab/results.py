@@ -18,10 +18,10 @@ from baldwinlab.assays.stored import read
 from baldwinlab.assays.words import of_foragers
 from baldwinlab.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.files import RESULTS_FILE, text_of, write_atomically
-from baldwinlab.netcdf import claimed
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.contrasts import Contrasts, compare_finals, final_values
 from baldwinlab.statistics.tables import finite
+from baldwinlab.studies.claims import digest_records
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -30,7 +30,6 @@ from baldwinlab.sweeps.design import settings
 from baldwinlab.version import __version__
 
 FILE: Final = "results.json"
-HEAD: Final = 65536  # bytes of a record among which its checksum stands
 MOST: Final = 1000  # conditions, beyond which the file would be too large to be of use
 MOST_PLACES: Final = 1_000_000  # of the lines of a condition's runs: runs times generations
 
@@ -164,7 +163,7 @@ def _plain(values: xr.DataArray) -> list[float | None]:
 def keep(study: Study, data: xr.Dataset | None = None) -> None:
     """Write them beside the report; `data` as for `of_study`. Raises StudyError as that does, and OSError."""
     if len(study.experiments) <= MOST:
-        record = {"version": __version__, "records": _records(study), "results": of_study(study, data)}
+        record = {"version": __version__, "records": digest_records(study), "results": of_study(study, data)}
         write_atomically(study.directory / FILE, json.dumps({"checksum": _checksum(record), **record}).encode())
 
 
@@ -173,22 +172,11 @@ def kept(study: Study) -> dict[str, Any] | None:
     try:
         record = json.loads(text_of(study.directory / FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
-        if (record["version"], record["records"], checksum) == (__version__, _records(study), _checksum(record)):
+        if (record["version"], record["records"], checksum) == (__version__, digest_records(study), _checksum(record)):
             return dict(record["results"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):  # none, or none of ours
         pass
     return None
-
-
-def _records(study: Study) -> str:
-    """A hash of which records are stored: the name, the size and the own checksum of each."""
-    known = hashlib.sha256()
-    for name in study.experiments:
-        for run in study.runs(name):
-            path = study.path(name, run)
-            with path.open("rb") as file:
-                known.update(f"{name} {run} {path.stat().st_size} {claimed(file.read(HEAD))}\n".encode())
-    return known.hexdigest()
 
 
 def _checksum(record: dict[str, Any]) -> str:

@@ -99,7 +99,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
     assert "assays to do" not in first
     assert then.startswith("so far without assays: they follow, and then the report is written again, with them")
     assert "assays to do" in then and done.out.count("report: ") == 2
-    claims = json.loads((tmp_path / "small/claims.json").read_text())
+    claims = json.loads((tmp_path / "small/claims.json").read_text())["claims"]
     assert [claim["id"] for claim in claims] == [f"C{number}" for number in range(1, 10)]
     fields = {"id", "condition", "comparison", "effect", "interval", "p", "p_holm", "a12", "verdict", "paper"}
     assert all(fields <= set(claim) for claim in claims)

@@ -74,7 +74,7 @@ def _entry(study: Study, paper: Paper, last: int) -> Entry:
         wanted = [name for name in paper.about.compared if name in there]
         answered = tuple(systems(open_conditions(study, there), measured, study.experiments, wanted, last))
     why_not, mend = ("", ()) if answered else _why_not(study, there, bool(measured))
-    claims = {claim["id"]: claim["verdict"] for claim in claims_in(study.directory)}
+    claims = {claim["id"]: claim["verdict"] for claim in claims_in(study)}
     return Entry(paper, study.directory, most_runs(study), claims, answered, why_not, mend)
 
 

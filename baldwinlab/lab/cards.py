@@ -16,7 +16,7 @@ from baldwinlab.lab import Lab, MissingError, studies
 from baldwinlab.lab.query import text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD
-from baldwinlab.studies.claims import claims_in
+from baldwinlab.studies.claims import CLAIMS, claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.suggestions import suggest
@@ -89,7 +89,8 @@ def _card(lab: Lab, paper: Paper, found: Studies) -> dict[str, Any]:
 def _about(lab: Lab, name: str, study: Study) -> dict[str, Any]:
     """What came of a study of a paper, and whether there is something to watch in it."""
     watched = any(study.runs(one.name) and studies.can_be_shown(one) for one in study.experiments.values())
-    return {"study": name, "verdicts": _verdicts(lab, study), "watch": watched}
+    verdicts, problem = _verdicts(lab, study)
+    return {"study": name, "verdicts": verdicts, "problem": problem, "watch": watched}
 
 
 def _preset(paper: Paper) -> str | None:
@@ -102,13 +103,13 @@ def _preset(paper: Paper) -> str | None:
     return next((name for name in own if paper.experiment(name).learns), own[0] if own else None)
 
 
-def _verdicts(lab: Lab, study: Study) -> dict[str, int]:
-    """How many claims have each verdict, as the report of the study has it; of none where there is no report yet."""
+def _verdicts(lab: Lab, study: Study) -> tuple[dict[str, int], str | None]:
+    """Count the claims of each verdict in the report of a study; or say why its claims are not valid."""
     try:
-        studies.require_inside(lab.root, study.directory / "claims.json")
-        counted = Counter(claim["verdict"] for claim in claims_in(study.directory))
-    except StudyError:
-        return {}
+        studies.require_inside(lab.root, study.directory / CLAIMS)
+        counted = Counter(claim["verdict"] for claim in claims_in(study))
+    except StudyError as error:
+        return {}, str(error)
     from baldwinlab.statistics.rules import VERDICTS  # here, because to load SciPy's statistics takes a while
 
-    return {verdict: counted[verdict] for verdict in VERDICTS if counted[verdict]}
+    return {verdict: counted[verdict] for verdict in VERDICTS if counted[verdict]}, None

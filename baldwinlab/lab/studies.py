@@ -21,7 +21,7 @@ from baldwinlab.lab.query import text
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.lab.turns import InTurn
 from baldwinlab.parts import Model, View
-from baldwinlab.studies.claims import claims_in
+from baldwinlab.studies.claims import CLAIMS, claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import open_conditions
@@ -257,20 +257,28 @@ def typical_of(lab: Lab, name: str, label: str) -> bytes:
 def results_of(lab: Lab, name: str) -> bytes:
     """Curves, final values and claims of a study, as JSON: null where a number does not exist.
 
-    As they were kept beside its report, where they still fit. Raises StudyError as `find` does, and for a record or claims that
-    are damaged.
+    As they were kept beside its report, where they still fit. Where claims are not valid, `problem`
+    says why. Raises StudyError as `find` does, and for a record that is damaged.
     """
     from baldwinlab import results  # as above
 
     study = find(lab, name)
     stored = [study.path(name, run) for name in study.experiments for run in study.runs(name)]
-    claims = study.directory / "claims.json"
+    claims = study.directory / CLAIMS
     for path in (*stored, claims, study.directory / results.FILE, study.directory / sweeps.FILE):
         require_inside(lab.root, path)
     written = tuple((path, path.stat().st_mtime_ns) for path in (*stored, claims) if path.exists())
 
     def answer() -> bytes:
         found = results.kept(study) or results.of_study(study)
-        return json.dumps(found | {"claims": claims_in(study.directory)}).encode()
+        return json.dumps(found | _claims_of(study)).encode()
 
     return lab.answers.get(("results", study.directory, written), answer)
+
+
+def _claims_of(study: Study) -> dict[str, Any]:
+    """The claims of a study; none where they are not valid, and the problem."""
+    try:
+        return {"claims": claims_in(study), "problem": None}
+    except StudyError as error:
+        return {"claims": [], "problem": str(error)}

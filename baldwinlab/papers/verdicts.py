@@ -5,7 +5,6 @@ The claims are data of the paper. All p-values of all claims are one family, cor
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -254,6 +253,12 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
     return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan)
 
 
+def claim_records(results: Sequence[ClaimResult], paper: str = "") -> list[dict[str, Any]]:
+    """Return the claims for JSON, each with the name of the paper that made the study, if one did."""
+    belongs = {"publication": paper} if paper else {}
+    return [result.record() | belongs for result in results]
+
+
 STATISTICS_COLUMNS = ("claim", *COLUMNS)
 
 
@@ -262,18 +267,13 @@ def write(
     study: xr.Dataset,
     directory: Path,
     last: int = 10,
-    paper: str = "",
     contrasts: Sequence[Contrast] = (),
 ) -> None:
-    """Write `claims.json`, `statistics.csv` (a row per comparison) and `summary.csv` (a row per condition and measure).
+    """Write `statistics.csv` (a row per comparison) and `summary.csv` (a row per condition and measure).
 
-    `statistics.csv` has the comparisons of conditions first, without a claim, and then those of the claims. Where a paper made
-    the study, each claim has its name. Each file appears whole or not at all. Raises OSError.
+    `statistics.csv` has the comparisons of conditions first, without a claim, and then those of the
+    claims. Each file appears whole or not at all. Raises OSError.
     """
-    belongs = {"publication": paper} if paper else {}
-    claims = [result.record() | belongs for result in results]
-    records = json.dumps(claims, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(directory / "claims.json", f"{records}\n".encode())
     rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
     rows += [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,8 @@ from PIL import Image
 
 from baldwinlab import papers
 from baldwinlab.papers.paper import CARD, open_paper
-from baldwinlab.studies.store import create
+from baldwinlab.studies.claims import write_claims
+from baldwinlab.studies.store import Study, create
 from tests.lab.asking import LabServer, ask, data, refusal
 from tests.lab.conftest import serving
 from tests.small import small
@@ -34,7 +34,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     root = tmp_path_factory.mktemp("shelf")
     create(root / "mine" / "first", [small("evo/B")], 1, paper="le-2019")
     verdicts = ("holds", "does not hold", "holds", "of an older report")
-    (root / "mine" / "first" / "claims.json").write_text(json.dumps([{"id": "C", "verdict": one} for one in verdicts]))
+    write_claims(Study(root / "mine" / "first"), [{"id": "C", "verdict": one} for one in verdicts])
     create(root / "tiny", [small("evo/B")], 1, paper="tiny")
     (root / "tiny" / "paper").mkdir()
     (root / "tiny" / "paper" / "paper.toml").write_text(OWN)
@@ -55,9 +55,10 @@ def test_every_paper_has_a_card_with_a_small_picture(shelf: LabServer) -> None:
 
 def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(shelf: LabServer) -> None:
     cards = {card["name"]: card for card in data(shelf.address, "papers")["papers"]}
-    found = {"study": "mine/first", "verdicts": {"holds": 2, "does not hold": 1}, "watch": False}  # as no run is stored
+    verdicts = {"holds": 2, "does not hold": 1}
+    found = {"study": "mine/first", "verdicts": verdicts, "problem": None, "watch": False}  # as no run is stored
     assert cards["le-2019"]["studies"] == [found]
-    assert cards["tiny"]["studies"] == [{"study": "tiny", "verdicts": {}, "watch": False}]
+    assert cards["tiny"]["studies"] == [{"study": "tiny", "verdicts": {}, "problem": None, "watch": False}]
     assert cards["hinton-nowlan-1987"]["studies"] == []
 
 
@@ -88,7 +89,8 @@ def test_what_leads_out_of_the_folder_is_not_read_and_what_is_damaged_hides_no_c
     (study / "paper").symlink_to(elsewhere)
     with serving(tmp_path / "root") as server:
         assert [card["name"] for card in data(server.address, "papers")["papers"]] == [*papers.built_in()]
-        assert data(server.address, "papers")["papers"][0]["studies"][0]["verdicts"] == {}
+        (first,) = data(server.address, "papers")["papers"][0]["studies"]
+        assert first["verdicts"] == {} and "claims.json cannot be read" in first["problem"]
         (study / "paper").unlink()
         (study / "paper").mkdir()
         (study / "paper" / "paper.toml").write_text(OWN)

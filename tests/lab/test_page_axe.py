@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
@@ -11,6 +10,8 @@ from urllib.parse import urlencode
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from baldwinlab.studies.claims import write_claims
+from baldwinlab.studies.store import Study
 from tests.axe import barriers
 from tests.lab.asking import SMALL, LabServer, ask
 from tests.lab.conftest import serving
@@ -73,7 +74,7 @@ def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
 
 def test_the_results_tab_has_none_whatever_came_of_claims(shaded: Page, lab_server: LabServer) -> None:
     verdicts = ("holds", "undecided", "does not hold", "not evaluated")
-    (lab_server.root / "small" / "claims.json").write_text(json.dumps([CLAIM | {"id": one, "verdict": one} for one in verdicts]))
+    write_claims(Study(lab_server.root / "small"), [CLAIM | {"id": one, "verdict": one} for one in verdicts])
     shaded.goto("/#/results?study=small")
     shaded.get_by_test_id("curves").locator("canvas").wait_for()
     shaded.get_by_test_id("curves").get_by_role("button", name="evo/A").click()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 
@@ -11,7 +10,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab import papers
 from baldwinlab.presets import factors, load
-from baldwinlab.studies.store import create
+from baldwinlab.studies.claims import write_claims
+from baldwinlab.studies.store import Study, create
 from tests.axe import barriers
 from tests.lab.asking import WINDOWS, LabServer
 from tests.lab.conftest import serving
@@ -30,7 +30,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     create(root / "needle", [guessing], 5, factors=factors(), paper=NAME)
     small_study(root / "needle", [guessing], runs=2)
     verdicts = ("holds", "holds", "does not hold", "undecided")
-    (root / "needle" / "claims.json").write_text(json.dumps([CLAIM | {"verdict": verdict} for verdict in verdicts]))
+    write_claims(Study(root / "needle"), [CLAIM | {"verdict": verdict} for verdict in verdicts])
     with serving(root) as server:
         yield server
 

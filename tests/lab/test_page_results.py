@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from collections.abc import Iterator
@@ -15,7 +14,8 @@ from playwright.sync_api import Page, expect
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import create
+from baldwinlab.studies.claims import CLAIMS, write_claims
+from baldwinlab.studies.store import Study, create
 from tests.lab.asking import LabServer, data
 from tests.small import small
 
@@ -39,10 +39,10 @@ CLAIM = {
 
 @pytest.fixture
 def claims(lab_server: LabServer) -> Iterator[None]:
-    path = lab_server.root / "small" / "claims.json"
-    path.write_text(json.dumps([CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}]))
+    study = Study(lab_server.root / "small")
+    write_claims(study, [CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}])
     yield
-    path.unlink()
+    (study.directory / CLAIMS).unlink()
 
 
 def hash_of(page: Page) -> dict[str, str]:
@@ -169,12 +169,21 @@ def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_b
 
 
 def test_questions_of_a_study_s_own_are_held_against_no_paper(page: Page, lab_server: LabServer, claims: None) -> None:
-    (lab_server.root / "small" / "claims.json").write_text(json.dumps([CLAIM | {"paper": "", "figure": None}]))
+    write_claims(Study(lab_server.root / "small"), [CLAIM | {"paper": "", "figure": None}])
     open_results(page)
     shown = page.get_by_test_id("claims")
     expect(shown.get_by_role("heading")).to_have_text("The claims")
     expect(shown).to_contain_text("Watch")
     expect(shown).not_to_contain_text("The paper")
+
+
+def test_claims_that_were_changed_by_hand_are_not_shown(page: Page, lab_server: LabServer, claims: None) -> None:
+    path = lab_server.root / "small" / CLAIMS
+    path.write_text(path.read_text().replace('"undecided"', '"holds"'))
+    open_results(page)
+    shown = page.get_by_test_id("claims")
+    expect(shown.get_by_test_id("claims-problem")).to_contain_text("claims.json is not what a report has written")
+    expect(shown).not_to_contain_text("holds")
 
 
 def test_a_study_that_was_never_held_against_the_paper_says_how_it_is(page: Page) -> None:

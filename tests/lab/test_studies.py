@@ -16,10 +16,11 @@ from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.pages import STATIC
 from baldwinlab.papers import built_in
-from baldwinlab.papers.verdicts import evaluate, write
+from baldwinlab.papers.verdicts import claim_records, evaluate
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
-from baldwinlab.studies.store import create
+from baldwinlab.studies.claims import write_claims
+from baldwinlab.studies.store import Study, create
 from baldwinlab.studies.study import open_study
 from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
@@ -80,7 +81,8 @@ def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> N
         assert found["pipe"].endswith("study.toml cannot be read: it is no file")
         assert "0000.nc is no file" in found["record"]
         assert (found["claims"], found["paper"]) == (None, None)
-        assert "claims.json cannot be read: it is no file" in refusal(server.address, "results", 400, study="claims")
+        found = data(server.address, "results", study="claims")
+        assert found["claims"] == [] and "claims.json cannot be read: it is no file" in found["problem"]
 
 
 @pytest.mark.parametrize("file", ["study.toml", "runs/evo+self-taught/A/experiment.toml"])
@@ -189,7 +191,7 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
     assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; none is stored yet"
     assert found.pop("swept") is False
     names = ("factors", "curves", "final", "typical_run")
-    assert found == {"conditions": [], "generation": [], "claims": [], **{name: {} for name in names}}
+    assert found == {"conditions": [], "generation": [], "claims": [], "problem": None, **{name: {} for name in names}}
 
 
 def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(lab_server: LabServer, tmp_path: Path) -> None:
@@ -197,10 +199,11 @@ def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(lab_server
     study = open_study(tmp_path / "it")
     with serving(tmp_path) as server:
         assert data(server.address, "results", study="it")["claims"] == []
-        write(evaluate(study), study, tmp_path / "it")
-        written = json.loads((tmp_path / "it" / "claims.json").read_text())
+        written = claim_records(evaluate(study))
+        write_claims(Study(tmp_path / "it"), written)
         assert data(server.address, "results", study="it")["claims"] == written != []
         (tmp_path / "it" / "claims.json").write_text("[{")
-        sentence = refusal(server.address, "results", 400, study="it")
-        assert sentence.startswith(f"{tmp_path}/it/claims.json cannot be read: ")
-        assert sentence.endswith("; `baldwinlab report` makes it again")
+        found = data(server.address, "results", study="it")
+        assert found["claims"] == [] and found["curves"]
+        assert found["problem"].startswith(f"{tmp_path}/it/claims.json cannot be read: ")
+        assert found["problem"].endswith(f"; `baldwinlab report {tmp_path}/it` makes it again")

@@ -31,7 +31,7 @@ FOUND = {
 @pytest.mark.parametrize("name", FOUND)
 def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(command: Command, tmp_path: Path, name: str) -> None:
     assert command("reproduce", name, "--out", str(tmp_path / "study")).code == 0
-    claims = json.loads((tmp_path / "study" / "claims.json").read_text())
+    claims = json.loads((tmp_path / "study" / "claims.json").read_text())["claims"]
     assert {claim["id"]: claim["verdict"] for claim in claims} == FOUND[name]
     asked = "innate" in papers.load(name).about.assays
     assert (tmp_path / "study" / "baldwin.json").exists() == asked, "where anybody learns, whether it is the Baldwin effect"
@@ -43,7 +43,7 @@ def test_populations_that_are_followed_for_a_million_steps_have_the_verdicts_of_
 ) -> None:
     long = ("--reading", "million", "--runs", "100", "--out", str(tmp_path / "study"))
     assert command("reproduce", "ackley-littman-1991", *long).code == 0
-    claims = json.loads((tmp_path / "study" / "claims.json").read_text())
+    claims = json.loads((tmp_path / "study" / "claims.json").read_text())["claims"]
     assert {claim["id"]: claim["verdict"] for claim in claims} == {
         "A1": "holds",
         "A2": "holds",

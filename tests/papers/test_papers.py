@@ -275,7 +275,7 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     assert done.code == 0, done.err
     out = tmp_path / "results/tiny"
     assert Study(out).paper == "tiny" and Study(out).runs("taught/near") == [0, 1]
-    records = json.loads((out / "claims.json").read_text())
+    records = json.loads((out / "claims.json").read_text())["claims"]
     assert [(record["id"], record["publication"], record["verdict"]) for record in records][1][:2] == ("T2", "tiny")
     page = (out / "report.html").read_text()
     for words in (
@@ -309,7 +309,7 @@ def test_without_claims_the_report_compares_the_conditions(command: Command, tmp
     assert "<h1>On being tiny: a reproduction</h1>" in page and "<h2>The claims" not in page
     assert "Comparison of the conditions" in page
     assert page.index("Fitness in the last") < page.index("Fitness over generations") and "What an agent senses" not in page
-    assert json.loads((tmp_path / "mine/claims.json").read_text()) == []
+    assert json.loads((tmp_path / "mine/claims.json").read_text())["claims"] == []
 
 
 def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) -> None:

@@ -15,9 +15,14 @@ const MEASURES = { best: "best agent", mean: "average agent", share: "share that
  * @param {{id: string}} study
  * @param {(condition: string) => number} typicalRun
  * @param {(condition: string) => number} lastGeneration
+ * @param {string | null} problem why the claims are not valid
  */
-export function claimList(claims, study, typicalRun, lastGeneration) {
+export function claimList(claims, study, typicalRun, lastGeneration, problem) {
   const section = el("section", { class: "card", "data-testid": "claims" }, el("h2", {}, ofPaper(claims) ? "The paper's claims" : "The claims"));
+  if (problem) {
+    section.append(el("p", { role: "alert", "data-testid": "claims-problem" }, problem));
+    return section;
+  }
   if (!claims.length) {
     section.append(el("p", { class: "soft" }, "This study has not been held against the paper. ", el("code", {}, "baldwinlab report"), " does it."));
     return section;

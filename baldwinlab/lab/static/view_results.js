@@ -111,7 +111,7 @@ function draw(page, given, remember) {
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     runTable(results, runs, measures(results), (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
     norms.section,
-    claimList(results.claims, study, (condition) => results.typical_run[condition], last),
+    claimList(results.claims, study, (condition) => results.typical_run[condition], last, results.problem),
   );
   const drawn = [drawCurves(curves, given, remember), ...["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind)), norms];
   return () => drawn.forEach((chart) => chart.destroy());
