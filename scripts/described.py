@@ -120,13 +120,30 @@ def _annotation(of: Any) -> str:
 
 
 def prose(docstring: str | None) -> str:
-    """A docstring as Markdown: its examples, and lists whose second column is aligned, stay as they are written."""
+    """A docstring as Markdown: its examples, and lists whose second column is aligned, stay as they are written.
+
+    A section of numpydoc, such as "Parameters", becomes a list of its entries under a title in bold.
+    """
+    text, *sections = re.split(r"^(\w[\w ]*)\n-{3,}$", inspect.cleandoc(docstring or ""), flags=re.MULTILINE)
     told = []
-    for paragraph in re.split(r"\n\s*\n", inspect.cleandoc(docstring or "")):
+    for paragraph in re.split(r"\n\s*\n", text.strip()):
         aligned = re.search(r"^\w\S*(, \S+)?  +\S", paragraph, re.MULTILINE)
         fence = "pycon" if paragraph.startswith(">>>") else "text" if aligned else ""
         told.append(f"```{fence}\n{paragraph}\n```" if fence else paragraph)
+    told += [f"**{title}**\n\n{_entries(body)}" for title, body in zip(sections[::2], sections[1::2], strict=True)]
     return "\n\n".join(told)
+
+
+def _entries(section: str) -> str:
+    """The entries of a section of numpydoc, a line each: names, and the indented lines that describe them."""
+    listed: list[str] = []
+    for line in filter(str.strip, section.splitlines()):
+        if line.startswith(" ") and listed:
+            listed[-1] += f" {line.strip()}"
+        else:
+            names = ", ".join(f"`{name}`" for name in line.split(", "))
+            listed.append(f"- {names}:")
+    return "\n".join(listed)
 
 
 def capital(words: str) -> str:
