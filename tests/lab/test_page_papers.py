@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from baldwinlab import papers
 from baldwinlab.presets import factors, load
@@ -99,3 +99,21 @@ def test_axe_finds_no_barrier(browser: Browser, shelf: LabServer, scheme: str) -
         page.goto("/#/papers?guide=open")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
         assert barriers(page) == []
+
+
+def test_a_link_that_is_no_web_address_is_not_shown(shown: Page) -> None:
+    """Whatever a server says: the page of a paper that somebody else wrote runs no script of theirs."""
+    links = ["javascript:alert(1)", " javascript:alert(1)", "data:text/html,x", "//evil.org", "HTTPS://example.org/a"]
+
+    def answer(route: Route) -> None:
+        found = route.fetch().json()
+        for paper, link in zip(found["papers"], links, strict=False):
+            paper["link"] = link
+        route.fulfill(json=found)
+
+    shown.route("**/api/papers*", answer)
+    shown.reload()
+    cards = shown.locator(".paper-card")
+    expect(cards.nth(4).get_by_role("link", name="the paper")).to_have_attribute("href", "HTTPS://example.org/a")
+    for number in range(4):
+        expect(cards.nth(number).get_by_role("link", name="the paper")).to_have_count(0)

@@ -58,11 +58,16 @@ export class Guide {
   }
 
   close() {
+    this.hide();
+    this.opener.focus();
+  }
+
+  /** Give its place to what the reader has started; the focus stays where it is. */
+  hide() {
     this.open = false;
     rememberClosed(this.view);
     this.show();
     navigate({ guide: null });
-    this.opener.focus();
   }
 }
 

@@ -29,7 +29,7 @@ export function open(root, laboratory, code) {
   guide.begin("live", [...LIVE, ...about.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text }))]);
   guide.follow(followed().state);
   root.append(guide.root);
-  const view = mount(root, followed().state, navigate);
+  const view = mount(root, followed().state, navigate, guide);
   addEventListener("hashchange", () => {
     follow(asked(["live"], "live"));
     guide.follow(followed().state);

@@ -80,13 +80,13 @@ export class Setup {
     };
     this.heading = el("h1", { tabindex: -1 }, "Live run");
     const element = el("form", { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
-      this.heading,
+      this.heading, el("div", { class: "row live-begin" }, start, this.sweep), fault,
       el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
       el("div", { class: "live-numbers" },
         counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
         counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
         pacePicker(given.pace, remember("pace"))),
-      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body, el("div", { class: "row live-begin" }, start, this.sweep), fault);
+      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body);
     element.addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();

@@ -10,7 +10,7 @@ import { WorldView } from "./world.js";
 const NOTHING = { id: null, sweep: null, fields: null, run: null, generation: null, step: null, agent: null }; // of what was shown or planned before
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
-export function mount(root, state, navigate) {
+export function mount(root, state, navigate, guide) {
   const stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
   const side = el("div", { class: "live-side" });
   const both = el("div", { class: "live" }, side, stage);
@@ -37,20 +37,19 @@ export function mount(root, state, navigate) {
     both.classList.toggle("shown", shown !== "");
     leave();
     if (sweep) return void (panel = sweepPanel(stage, sweep, () => empty(stage, "This sweep is over", "What it has stored is in Results.", aborted.signal)));
-    if (!id) return empty(stage, "Watch evolution happen", "Choose a preset, change what you like, and start.", aborted.signal);
+    if (!id) return empty(stage, "Watch evolution happen", "Choose a preset, change parameters if you like, and press Start.", aborted.signal);
     feed = feedOf(id);
     [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
     hear();
   };
+  const begin = (place) => {
+    guide.hide(); // what runs takes its place on the first screen
+    navigate({ ...NOTHING, ...place }, false);
+    root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
+  };
   const listener = {
-    started(id) {
-      navigate({ ...NOTHING, id }, false);
-      root.scrollTo({ top: 0 }); // where there is one column, what runs comes first
-    },
-    swept(sweep) {
-      navigate({ ...NOTHING, sweep }, false);
-      root.scrollTo({ top: 0 });
-    },
+    started: (id) => begin({ id }),
+    swept: (sweep) => begin({ sweep }),
     paced: (seconds) => feed && !feed.ended && feed.send({ do: "pace", seconds }),
     valid: (shown) => preview(stage, shown),
   };

@@ -28,11 +28,12 @@ export function mount(root, state) {
 function card(paper) {
   const { name, title, authors, year, published, description, link, picture } = paper;
   const image = picture && el("img", { src: `api/papers/picture?${new URLSearchParams({ paper: name })}`, alt: "", width: 640, height: 320, loading: "lazy" });
+  const isAddress = /^https?:\/\//i.test(link); // a paper of somebody else may name a script
   const source = [`${authors.join(", ")}, ${year}`, published].filter(Boolean).join(" · ");
   return el("li", { class: "card paper-card", "data-paper": name, tabindex: -1, "data-testid": `paper-${name}` },
     image ?? "",
     el("h2", {}, title),
-    el("p", { class: "soft" }, source, ...(link ? [" · ", el("a", { href: link, target: "_blank", rel: "noopener" }, "the paper")] : [])),
+    el("p", { class: "soft" }, source, ...(isAddress ? [" · ", el("a", { href: link, target: "_blank", rel: "noopener" }, "the paper")] : [])),
     el("p", { class: "paper-sentence" }, capital(description), "."),
     el("p", { class: "soft" }, size(paper)),
     ...paper.studies.map(made),
