@@ -46,12 +46,31 @@ _BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "ever
 class Comparison(Declared):
     """What is held against what. Without `b`, `a` is held against `bound`."""
 
-    a: str
+    a: str = Field(min_length=1)
     measure: str  # one of `OF_ALL`, or of the measures of the condition's model
     rule: Rule
     b: str = ""
     paired: bool = False  # whether runs of the same number are held against each other: where they share a landscape, say
     bound: float | tuple[float, float] | None = None
+
+    @field_validator("a")
+    @classmethod
+    def _names_a_condition(cls, name: str) -> str:
+        if name == FIRST:
+            raise ValueError("'first' is allowed for b only; a must name a condition")
+        return name
+
+    @model_validator(mode="after")
+    def _has_no_idle_key(self) -> Self:
+        with_bound = (*_BETWEEN, *_BOUNDED, "close")
+        if self.bound is not None and self.rule not in with_bound:
+            rules = ", ".join(with_bound)
+            raise ValueError(f"the rule {self.rule!r} uses no bound; leave bound out, or take one of {rules}")
+        if self.a == self.b:
+            raise ValueError(
+                f"a and b are the same condition, {self.a!r}; b must be another, or 'first' for its first generations"
+            )
+        return self
 
     @model_validator(mode="after")
     def _can_be_decided(self) -> Self:

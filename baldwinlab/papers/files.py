@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, field_validator
 
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.files import PAPER_FILE, text_of, toml_of
@@ -20,6 +20,16 @@ class Declared(BaseModel):
     """What a file may say: these fields and no others."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _truth_values_where_allowed(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse true and false for other keys, where pydantic would read them as the numbers 1 and 0."""
+        values = value if isinstance(value, list) else [value]
+        is_flag = cls.model_fields[str(info.field_name)].annotation is bool
+        if not is_flag and any(isinstance(one, bool) for one in values):
+            raise ValueError("true and false are not allowed here")
+        return value
 
 
 M = TypeVar("M", bound=BaseModel)

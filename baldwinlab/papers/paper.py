@@ -12,6 +12,7 @@ out. Nothing in the folder is code.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,18 +20,19 @@ from itertools import product
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.factors import Factors
-from baldwinlab.papers.claims import OF_ALL, Claim, read_claims
+from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, read_claims
 from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
 from baldwinlab.suggestions import list_names, suggest
 
 KINDS = ("conditions", "controls", "maps", "readings")
 CARD = "card.png"
+MOST_RUNS = 2**31  # as many as a study can hold
 STANDARD = "standard"  # the reading taken unless another is named
 
 
@@ -40,18 +42,32 @@ class About(Declared):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     title: str
     authors: tuple[str, ...] = Field(min_length=1)
-    year: int
+    year: int = Field(ge=1, le=9999)
     published: str = ""  # where, such as "AISB 2019"
     citation: str
-    link: str = ""
+    link: str = ""  # of http or https
     description: str
     conditions: tuple[str, ...] = ()  # that it runs, in order; all that there are unless given
     maps: tuple[str, ...] = ()
-    runs: int = Field(30, ge=1)  # of each condition
+    runs: int = Field(30, ge=1, le=MOST_RUNS)  # of each condition
     figures: tuple[Figure, ...] = FIGURES
     assays: tuple[Assay, ...] = get_args(Assay)  # that are done when it is reproduced
     emergence: str = ""  # the experiment whose lives the figure of that name shows; the first unless given
     compared: tuple[str, ...] = ()  # experiments that stand for it beside other papers; all that learn unless given
+
+    @field_validator("link")
+    @classmethod
+    def _is_web_address(cls, link: str) -> str:
+        if link and not re.fullmatch(r"https?://\S+", link, re.IGNORECASE):
+            raise ValueError(f"{link!r} must be an address that begins with http:// or https://")
+        return link
+
+    @field_validator("conditions", "maps", "figures", "assays", "compared")
+    @classmethod
+    def _lists_each_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        if repeated := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f"{repeated[0]!r} is listed twice; list each name once")
+        return names
 
     @property
     def source(self) -> str:
@@ -179,6 +195,7 @@ def check(paper: Paper) -> Paper:
     """Read all that is in the folder, and give it back. Raises PaperError with the first fault."""
     if not paper.names("conditions"):
         raise PaperError(f"{paper.folder / 'conditions'} holds no condition: a TOML file laid over an experiment's defaults")
+    _require_distinct_names(paper)
     for kind, listed in (("conditions", paper.about.conditions), ("maps", paper.about.maps)):
         _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
     known = paper.experiment_names()
@@ -193,6 +210,19 @@ def check(paper: Paper) -> Paper:
             _require_field(choice.field, experiments, f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}")
     paper.words  # noqa: B018 (reading them is the check)
     return paper
+
+
+def _require_distinct_names(paper: Paper) -> None:
+    """Raise PaperError where a name in claims or on the command line would mean two things."""
+    for name in sorted({*paper.names("conditions")} & {*paper.names("controls")}):
+        raise PaperError(
+            f"{paper.folder / 'controls' / name}.toml: {name!r} is the name of a condition, too; "
+            "a control must have a name of its own"
+        )
+    if FIRST in paper.experiment_names():
+        raise PaperError(
+            f"{paper.folder}: no condition can be named {FIRST!r}, because claims call the first generations so; rename its file"
+        )
 
 
 def require_known(claims: Sequence[Claim], path: Path, known: list[str], measures: Callable[[str], Mapping[str, Any]]) -> None:

@@ -198,6 +198,66 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         ((), {"claims": CLAIMS.replace('"T2"', '"T1"')}, "claims.toml: two claims have the id 'T1'"),
         ((), {"claims": "claims = 3\n"}, "claims.toml: claims = 3: input should be a valid tuple"),
         ((), {"words": "[captions]\npie = 'x'\n"}, "words.toml: captions.pie"),
+        (
+            (),
+            {"paper": PAPER + 'conditions = ["plain", "plain"]\n'},
+            "{}/paper.toml: conditions: 'plain' is listed twice; list each name once",
+        ),
+        (
+            (),
+            {"paper": PAPER.replace("2026\ncitation", "true\ncitation")},
+            "{}/paper.toml: year: true and false are not allowed here",
+        ),
+        (
+            (),
+            {"paper": PAPER.replace("runs = 2", "runs = true")},
+            "{}/paper.toml: runs: true and false are not allowed here",
+        ),
+        (
+            (),
+            {"paper": PAPER.replace("runs = 2", "runs = 99999999999999999999")},
+            "{}/paper.toml: runs = 99999999999999999999: input should be less than or equal to 2147483648",
+        ),
+        (
+            (),
+            {"paper": PAPER.replace("2026\ncitation", "20260\ncitation")},
+            "{}/paper.toml: year = 20260: input should be less than or equal to 9999",
+        ),
+        (
+            (),
+            {"paper": PAPER + 'link = "javascript:alert(1)"\n'},
+            "{}/paper.toml: link: 'javascript:alert(1)' must be an address that begins with http:// or https://",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace("bound = 0.01", "bound = true")},
+            "claims.toml: claims.1.comparisons.0.bound: true and false are not allowed here",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace("bound = 0.01", "bound = [0.1, true]")},
+            "claims.toml: claims.1.comparisons.0.bound: true and false are not allowed here",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace('measure = "mean" }', 'measure = "mean", bound = 3.0 }')},
+            "claims.toml: claims.0.comparisons.0: the rule 'greater' uses no bound; leave bound out, or take one of within",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace('b = "plain/near"', 'b = "taught/near"')},
+            "claims.toml: claims.0.comparisons.0: a and b are the same condition, 'taught/near'; b must be another",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace('a = "taught/near", b = "plain/near"', 'a = "first", b = "plain/near"')},
+            "claims.toml: claims.0.comparisons.0.a: 'first' is allowed for b only; a must name a condition",
+        ),
+        (
+            (),
+            {"claims": CLAIMS.replace('a = "taught/near", b = "plain/near"', 'a = "", b = "plain/near"')},
+            "claims.toml: claims.0.comparisons.0.a = '': string should have at least 1 character",
+        ),
     ],
 )
 def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
@@ -208,6 +268,27 @@ def test_a_folder_that_is_no_paper_is_refused_in_a_sentence(
     with pytest.raises(PaperError, match=re.escape(message.format(place))) as refusal:
         papers.load(place)
     assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_a_control_cannot_take_the_place_of_a_condition(tmp_path: Path) -> None:
+    place = folder(tmp_path / "tiny")
+    (place / "controls").mkdir()
+    (place / "controls" / "plain.toml").write_text(TAUGHT)
+    message = f"{place}/controls/plain.toml: 'plain' is the name of a condition, too; a control must have a name of its own"
+    with pytest.raises(PaperError, match=re.escape(message)):
+        papers.load(place)
+
+
+def test_no_condition_has_the_name_of_the_first_generations(tmp_path: Path) -> None:
+    place = folder(tmp_path / "tiny", "maps", "claims")
+    (place / "conditions" / "first.toml").write_text(PLAIN)
+    with pytest.raises(PaperError, match="no condition can be named 'first', because claims call the first generations so"):
+        papers.load(place)
+
+
+def test_a_link_may_have_either_scheme(tmp_path: Path) -> None:
+    for link in ("http://example.org/a", "https://example.org/?q=1", "HTTPS://EXAMPLE.ORG"):
+        assert papers.load(folder(tmp_path, paper=f'{PAPER}link = "{link}"\n')).about.link == link
 
 
 def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Path) -> None:
