@@ -26,10 +26,13 @@ class Own:
     claims: tuple[Claim, ...]
     study: Study
 
-    def measures(self, name: str) -> Mapping[str, Any]:
-        """Those of the condition's model, which must be here unless it is that of the foragers."""
+    def measures(self, name: str) -> Mapping[str, Any] | None:
+        """The measures of the condition's model; None where it is not loaded."""
         experiment = self.study.experiments[name]
-        return {} if isinstance(experiment, Experiment) else experiment.of_model.measures
+        if isinstance(experiment, Experiment):
+            return {}
+        model = experiment.loaded_model
+        return None if model is None else model.measures
 
 
 def claims(study: Study, file: Path | None = None, *, paper: str = "", last: int = 10) -> list[ClaimResult]:

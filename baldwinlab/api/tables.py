@@ -79,7 +79,7 @@ def claims_table(results: Sequence[ClaimResult], title: str = "") -> Table:
 
 def _measured(record: dict[str, Any]) -> str:
     """For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`."""
-    parts = [f"{record['effect']:.4g}" if record["effect"] is not None else "not measured"]
+    parts = [f"{record['effect']:.4g}" if record["effect"] is not None else record["why_not"] or "not measured"]
     if record["interval"]:
         parts[0] += " [{:.4g}, {:.4g}]".format(*record["interval"])
     if record["p_holm"] is not None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.cli.common import Directory, Force
+from baldwinlab.cli.common import Directory, Force, Parts, load_parts
 from baldwinlab.exchange.crate import write_crate
 from baldwinlab.studies.store import Study
 
@@ -20,7 +20,9 @@ def crate(
         list[str] | None, Parameter(negative="", help="a name, which the address of an ORCID may follow; repeatable")
     ] = None,
     license: Annotated[str, Parameter(help="how it may be used: an address, or a name of SPDX such as CC-BY-4.0")] = "",
+    part: Parts = None,
     force: Force = False,
 ) -> None:
     """Write an RO-Crate's metadata into a study's directory: who made it, what it holds, how it came about, by which versions."""
+    load_parts(part)
     console.say(f"RO-Crate: {write_crate(Study(directory), author or (), license, force=force)}")

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab import console
-from baldwinlab.cli.common import Directory, Force, PerhapsWhole
+from baldwinlab.cli.common import Directory, Force, Parts, PerhapsWhole, load_parts
 from baldwinlab.exchange.written import write_phylogeny
 from baldwinlab.studies.store import Study
 
@@ -20,8 +20,10 @@ def phylogeny(
     out: Annotated[Path, Parameter(help="the CSV file")],
     condition: Annotated[str | None, Parameter(help="all conditions unless given")] = None,
     run: Annotated[PerhapsWhole, Parameter(help="all runs unless given")] = None,
+    part: Parts = None,
     force: Force = False,
 ) -> None:
     """Write who begot whom as CSV in the ALife data standard for phylogenies: of a run, a condition, or a whole study."""
+    load_parts(part)
     count = write_phylogeny(Study(directory), out, condition, run, force=force)
     console.say(f"{out}: {count:,} agents")

@@ -118,6 +118,13 @@ class BaseExperiment(Fields):
         return self.part("model")
 
     @property
+    def loaded_model(self) -> Any | None:
+        """The model that is a part, or None: of foragers, and where the part is not loaded."""
+        with suppress(ExperimentError):
+            return None if self.model == "miniworld" else self.of_model
+        return None
+
+    @property
     def learns(self) -> bool:
         """Whether agents learn in life."""
         return bool(self.of_model.learns)

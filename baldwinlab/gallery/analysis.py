@@ -111,7 +111,7 @@ class System:
     phases: tuple[Verdict, Verdict]
     answers: dict[str, Answer]  # by criterion, in the order of `QUESTIONS`
     seen: Size | None  # rank correlation of innate fitness with fitness among those alive: low where learning hides
-    clock: Clock | None  # None where there is no rival
+    clock: Clock | None  # None where there is no rival, or the model that counts evaluations is not loaded
 
 
 def systems(study: xr.Dataset, stored: Assays, experiments: Mapping[str, Any], wanted: Sequence[str], last: int) -> list[System]:
@@ -167,14 +167,16 @@ def _seen(innate: xr.Dataset, last: int) -> xr.DataArray:
 
 def _clock(study: xr.Dataset, average: xr.DataArray, subject: Subject, experiment: BaseExperiment, last: int) -> Clock | None:
     learner, rival = (average.sel(condition=name).dropna("generation", how="all") for name in (subject.condition, subject.rival))
-    if not (learner.size and rival.size):
+    model = experiment.loaded_model
+    is_unknown = model is None and not isinstance(experiment, Experiment)
+    if is_unknown or not (learner.size and rival.size):
         return None
     at_last = [float(one.isel(generation=slice(-last, None)).mean("generation").median("run")) for one in (learner, rival)]
     level = (float(rival.isel(generation=0).median("run")) + max(at_last)) / 2
-    counter = "" if isinstance(experiment, Experiment) else experiment.of_model.clock
+    counter = model.clock if model else ""
     times = [_reached(one, study, name, counter, level) for one, name in ((learner, subject.condition), (rival, subject.rival))]
     (generations, evaluations), (without, evaluations_without) = times
-    counted = experiment.of_model.records[counter].unit if counter else "lives"
+    counted = model.records[counter].unit if model and counter else "lives"
     return Clock(level, generations, without, evaluations, evaluations_without, counted)
 
 

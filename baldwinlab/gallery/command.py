@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.gallery import compare_papers
-from baldwinlab.cli.common import Force, Last
+from baldwinlab.cli.common import Force, Last, Parts, load_parts
 
 
 def gallery(
@@ -17,7 +17,9 @@ def gallery(
     *,
     out: Annotated[Path | None, Parameter(help="the page; gallery.html in the folder unless given")] = None,
     last: Last = 10,
+    part: Parts = None,
     force: Force = False,
 ) -> None:
     """Ask of all papers whose studies are stored: is it the Baldwin effect? One page, one table, one figure."""
+    load_parts(part)
     compare_papers(folder, out, last=last, force=force)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from baldwinlab.assays import stored
 from baldwinlab.errors import RefusedError
+from baldwinlab.experiment import ExperimentError
 from baldwinlab.factors import CONDITIONS
 from baldwinlab.gallery.analysis import System, systems
 from baldwinlab.outputs import is_study
@@ -80,7 +81,10 @@ def _entry(study: Study, paper: Paper, last: int) -> Entry:
 
 def _why_not(study: Study, there: Sequence[str], measured: bool) -> tuple[str, tuple[str, ...]]:
     """Why nothing can be asked of a study with runs of these conditions, in words, and the commands that change it."""
-    learning = [study.experiments[name] for name in there if study.experiments[name].learns]
+    try:
+        learning = [study.experiments[name] for name in there if study.experiments[name].learns]
+    except ExperimentError as error:  # a part is not loaded
+        return str(error), ()
     if not learning:
         return "nobody learns there", ()
     if all(one.evolution.generations == 1 for one in learning):

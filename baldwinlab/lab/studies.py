@@ -14,13 +14,13 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers, presets
-from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, choices
+from baldwinlab.experiment import BaseExperiment, Experiment, choices
 from baldwinlab.factors import Factors
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.query import text
 from baldwinlab.lab.schema import schema_of
 from baldwinlab.lab.turns import InTurn
-from baldwinlab.parts import Model, View
+from baldwinlab.parts import View
 from baldwinlab.studies.claims import CLAIMS, claims_in
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
@@ -147,27 +147,19 @@ def _summary(study: Study, name: str) -> dict[str, Any]:
 
 def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
     """The alleles of a condition's genomes, as its model declares them: none where it does not, or is not here."""
-    model = _model_of(experiment)
+    model = experiment.loaded_model
     return model.alleles if model else {}
 
 
 def views_of(experiment: BaseExperiment) -> Mapping[str, View]:
     """The views that a condition's model declares: none where it does not, or is not here."""
-    model = _model_of(experiment)
+    model = experiment.loaded_model
     return model.views if model else {}
 
 
 def about(experiment: BaseExperiment) -> str:
     """What a model without a world says of itself."""
     return " ".join((type(experiment.of_model).__doc__ or "").split())
-
-
-def _model_of(experiment: BaseExperiment) -> Model | None:
-    """None of foragers, which have a world, and where the model is not here."""
-    try:
-        return None if isinstance(experiment, Experiment) else experiment.of_model
-    except ExperimentError:
-        return None
 
 
 def can_be_shown(experiment: BaseExperiment) -> bool:

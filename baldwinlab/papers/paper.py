@@ -166,13 +166,13 @@ class Paper:
         maps = self.about.maps or self.names("maps")
         return ExperimentError(f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}")
 
-    def measures(self, name: str) -> Mapping[str, Any]:
-        """What claims can be about beside `OF_ALL`, by the model of one of its experiments; nothing where that is not here."""
+    def measures(self, name: str) -> Mapping[str, Any] | None:
+        """The measures of the model of one of its experiments, next to `OF_ALL`; None where its parts are not loaded."""
         try:
-            experiment = self.experiment(name)
+            model = self.experiment(name).loaded_model
         except (ExperimentError, PaperError):
-            return {}
-        return {} if experiment.model == "miniworld" else experiment.of_model.measures
+            return None
+        return {} if model is None else model.measures
 
     def own(self) -> list[str]:
         """Of the experiments it can name, those that it runs, in its order."""
@@ -225,16 +225,23 @@ def _require_distinct_names(paper: Paper) -> None:
         )
 
 
-def require_known(claims: Sequence[Claim], path: Path, known: list[str], measures: Callable[[str], Mapping[str, Any]]) -> None:
-    """Raises PaperError where claims in a file are about a condition that is not known, or about what it does not measure.
+def require_known(
+    claims: Sequence[Claim],
+    path: Path,
+    known: list[str],
+    measures: Callable[[str], Mapping[str, Any] | None],
+) -> None:
+    """Raise PaperError where claims in a file are about a condition that is not known, or about what it does not measure.
 
-    `measures` gives those that a condition has beside `OF_ALL`, by name.
+    `measures` gives those that a condition has next to `OF_ALL`, by name; None where its model is not loaded.
     """
     for claim in claims:
         _require(sorted(claim.conditions), known, f"{path}: {claim.id} names a condition")
         for comparison in claim.comparisons:
             for name in sorted(comparison.conditions):
                 own = measures(name)
+                if own is None:
+                    continue
                 _require([comparison.measure], [*OF_ALL, *own], f"{path}: {claim.id}: a measure of {name}")
                 if comparison.rule == "survives_longer" and not own[comparison.measure].censored:
                     raise PaperError(

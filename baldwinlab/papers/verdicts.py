@@ -67,6 +67,7 @@ class ClaimResult:
     claim: Claim
     findings: tuple[Finding, ...]
     missing: tuple[str, ...]  # conditions that the study has no run of
+    unmeasured: tuple[str, ...] = ()  # measures of models that are not loaded
 
     @property
     def verdict(self) -> Verdict:
@@ -81,6 +82,15 @@ class ClaimResult:
     def label(self) -> str:
         """The verdict as a report shows it."""
         return TOO_FEW if self.has_too_few_runs else self.verdict
+
+    @property
+    def why_not(self) -> str:
+        """Why it is not evaluated, in words; "" where it is."""
+        if self.missing:
+            return f"no run of {', '.join(self.missing)}"
+        if self.unmeasured:
+            return f"{', '.join(map(repr, self.unmeasured))} needs a model that is not loaded: give it by --part FILE"
+        return ""
 
     @property
     def deciding(self) -> Finding | None:
@@ -111,6 +121,7 @@ class ClaimResult:
             "figure": claim.figure,
             "from_figure": self.from_paper,
             "missing": list(self.missing),
+            "why_not": self.why_not,
             "comparisons": [finding.record() for finding in self.findings],
         }
 
@@ -121,23 +132,23 @@ class Claiming(Protocol):
     @property
     def claims(self) -> tuple[Claim, ...]: ...
 
-    def measures(self, name: str, /) -> Mapping[str, Any]:
-        """The models' own measures that a condition of that name has, by name."""
+    def measures(self, name: str, /) -> Mapping[str, Any] | None:
+        """The models' own measures that a condition of that name has, by name; None where its model is not loaded."""
         ...
 
 
 def evaluate(study: xr.Dataset, last: int = 10, paper: Claiming | None = None) -> list[ClaimResult]:
     """Every claim of a paper (the default unless given), decided on averages over the last `last` generations of each run.
 
-    `study` has the dimensions (condition, run, generation, agent). A claim about a condition of which there is no run is not
-    evaluated and says what is missing. Raises ValueError unless `last` is at least 1.
+    `study` has the dimensions (condition, run, generation, agent). A claim is not evaluated, and says why, where the study has
+    no run of a condition, or where the model of a measure is not loaded. Raises ValueError unless `last` is at least 1.
     """
     paper = paper or load()
     claims, samples = paper.claims, _Samples(study, last, paper)
     missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
-    numbers = {
-        comparison: _measure(comparison, samples) for claim in claims if not missing[claim] for comparison in claim.comparisons
-    }
+    unmeasured = {claim: sorted(samples.unmeasured(claim)) for claim in claims}
+    decided = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
+    numbers = {comparison: _measure(comparison, samples) for claim in decided for comparison in claim.comparisons}
     tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
     corrected = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
     smallest = smallest_corrected([_design(comparison, *numbers[comparison][:2]) for comparison in tested]).tolist()
@@ -149,7 +160,12 @@ def evaluate(study: xr.Dataset, last: int = 10, paper: Claiming | None = None) -
         return Finding(comparison, found, p_holm, verdict, samples.meaning(comparison), smallest_p)
 
     return [
-        ClaimResult(claim, () if missing[claim] else tuple(map(decide, claim.comparisons)), tuple(missing[claim]))
+        ClaimResult(
+            claim,
+            tuple(map(decide, claim.comparisons)) if claim in decided else (),
+            tuple(missing[claim]),
+            tuple(unmeasured[claim]),
+        )
         for claim in claims
     ]
 
@@ -199,12 +215,20 @@ class _Samples:
         runs = self._last["best"].notnull().any("run")
         self.present = {str(name) for name in study["condition"].values[runs.values]}
 
+    def unmeasured(self, claim: Claim) -> set[str]:
+        """The measures of a claim whose model is not loaded."""
+        return {
+            comparison.measure
+            for comparison in claim.comparisons
+            if comparison.measure not in OF_ALL and any(self._paper.measures(name) is None for name in comparison.conditions)
+        }
+
     def meaning(self, comparison: Comparison) -> str:
-        own = {} if comparison.measure in OF_ALL else self._paper.measures(comparison.a)
+        own = {} if comparison.measure in OF_ALL else self._paper.measures(comparison.a) or {}
         return own[comparison.measure].meaning if comparison.measure in own else ""
 
     def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
-        """By run; of none where the measure is that of a model which is not here."""
+        """By run; of none where the measure is that of a model which is not loaded."""
         if measure not in OF_ALL:
             if (condition, measure) not in self._own:
                 self._own[condition, measure] = self._ask(condition, measure)
@@ -214,12 +238,13 @@ class _Samples:
 
     def survival(self, condition: str, measure: str) -> Survival:
         """By run; which are censored says the measure."""
-        times, tells = self.get(condition, measure), self._paper.measures(condition)[measure].censored
+        own = self._paper.measures(condition) or {}
+        times, tells = self.get(condition, measure), own[measure].censored
         runs = self._study.sel(condition=condition, run=times["run"].values)
         return Survival(times.values, tells(_without_gaps(runs)).values)
 
     def _ask(self, condition: str, measure: str) -> xr.DataArray:
-        own = self._paper.measures(condition)
+        own = self._paper.measures(condition) or {}
         if measure not in own:
             return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
         found: xr.DataArray = own[measure].of(_without_gaps(self._study.sel(condition=condition)))

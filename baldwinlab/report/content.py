@@ -59,11 +59,9 @@ def clock(conditions: Mapping[str, BaseExperiment]) -> str:
 
 
 def _other_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
-    """Those that are not MiniWorld, as far as they are here: a report needs no part."""
-    for experiment in conditions.values():
-        if not isinstance(experiment, Experiment):
-            with suppress(ExperimentError):
-                yield experiment.of_model
+    """The models that are not MiniWorld and are loaded: a report needs no part."""
+    models = (experiment.loaded_model for experiment in conditions.values())
+    return (model for model in models if model is not None)
 
 
 def run_counts(study: xr.Dataset) -> dict[str, int]:

@@ -60,7 +60,7 @@ function fact(name, ...values) {
 }
 
 function measured(claim) {
-  if (claim.effect === null) return `not evaluated: there is no run of ${claim.missing.join(", ")}`;
+  if (claim.effect === null) return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
   const against = claim.p === null ? claim.condition : `${claim.condition} less ${claim.comparison}`;
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval ? ` (95 % interval ${claim.interval.map(format).join(" to ")})` : "";

@@ -1,0 +1,135 @@
+"""A paper whose model is a user's part: every command that reads its study works without the part."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.experiment import choices
+from tests.commands import Command
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
+MEASURE = """
+    measures = {
+        "unknown": Measure("loci that hold a ? at last", lambda runs: runs["unknown"].isel(generation=-1).mean("agent"))
+    }
+    learns = property"""
+PAPER = """
+name = "strings"
+title = "On strings"
+authors = ["A. Reader"]
+year = 2026
+citation = "A. Reader, On strings, 2026"
+description = "strings that guess, and strings that do not"
+runs = 2
+figures = ["fitness", "measures", "clocks"]
+assays = ["innate"]
+"""
+CONDITION = """
+description = "strings"
+model = "bit-strings"
+[bit_strings]
+loci = 6
+guesses = 50
+guessing = {}
+[population]
+size = 30
+[evolution]
+generations = 3
+"""
+CLAIMS = """
+[[claims]]
+id = "S1"
+title = "Strings that guess are fitter"
+claim = "Strings that guess are fitter."
+rule = "greater"
+comparisons = [{ a = "guessing", b = "plain", measure = "mean" }]
+[[claims]]
+id = "S2"
+title = "Strings that guess keep less open"
+claim = "Strings that guess hold fewer ? at last."
+rule = "lower"
+comparisons = [{ a = "guessing", b = "plain", measure = "unknown" }]
+"""
+LACKING = "'unknown' needs a model that is not loaded: give it by --part FILE"
+
+
+def forget() -> None:
+    for kind, name in (("model", "bit-strings"), ("variation", "one-point")):
+        choices.forget(kind, name)
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    text = EXAMPLE.read_text().replace("import FOUNDER, LIFE, Field", "import FOUNDER, LIFE, Measure, Field")
+    (tmp_path / "strings.py").write_text(text.replace("\n    learns = property", MEASURE))
+    return tmp_path / "strings.py"
+
+
+@pytest.fixture
+def results(part: Path, tmp_path: Path, command: Command) -> Path:
+    """A folder with the study of the paper, its part forgotten."""
+    folder = tmp_path / "paper"
+    (folder / "conditions").mkdir(parents=True)
+    (folder / "paper.toml").write_text(PAPER)
+    (folder / "claims.toml").write_text(CLAIMS)
+    for name, guesses in (("guessing", "true"), ("plain", "false")):
+        (folder / "conditions" / f"{name}.toml").write_text(CONDITION.format(guesses))
+    made = command("reproduce", str(folder), "--part", str(part), "--out", str(tmp_path / "results" / "strings"))
+    assert made.code == 0, made.err
+    forget()
+    return tmp_path / "results"
+
+
+def test_every_command_that_reads_works_without_the_part(results: Path, tmp_path: Path, command: Command) -> None:
+    study = str(results / "strings")
+    for words in (
+        ("report", study),
+        ("claims", study),
+        ("gallery", str(results)),
+        ("phylogeny", study, "--out", str(tmp_path / "lineages.csv")),
+        ("crate", study),
+        ("export", study, "--out", str(tmp_path / "table.csv")),
+    ):
+        done = command(*words)
+        assert (done.code, done.err) == (0, ""), words
+
+
+def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(results: Path, command: Command) -> None:
+    verdicts = results / "strings" / "claims.json"
+    before = {claim["id"]: claim for claim in json.loads(verdicts.read_text())}
+    assert command("report", str(results / "strings")).code == 0
+    after = {claim["id"]: claim for claim in json.loads(verdicts.read_text())}
+    assert after["S1"]["effect"] == before["S1"]["effect"]
+    assert (before["S2"]["why_not"], before["S2"]["verdict"]) == ("", "undecided")
+    assert (after["S2"]["why_not"], after["S2"]["verdict"]) == (LACKING, "not evaluated")
+    assert LACKING in (results / "strings" / "report.html").read_text().replace("&#39;", "'")
+    assert "needs a model that is not" in command("claims", str(results / "strings")).out
+
+
+def test_with_the_part_nothing_is_missing(results: Path, part: Path, tmp_path: Path, command: Command) -> None:
+    given = ("--part", str(part))
+    assert command("gallery", str(results), *given).code == 0
+    assert command("phylogeny", str(results / "strings"), "--out", str(tmp_path / "x.csv"), *given).code == 0
+    assert command("crate", str(results / "strings"), *given).code == 0
+    assert "not evaluated" not in command("claims", str(results / "strings"), *given).out
+    systems = json.loads((results / "gallery.json").read_text())["papers"][0]["systems"]
+    assert [(system["condition"], system["rival"]) for system in systems] == [("guessing", "plain")]
+
+
+def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Path) -> None:
+    study = bl.open(results / "strings")
+    assert study.data().sizes["condition"] == 2
+    assert study.assay("innate").sizes["run"] == 2
+    assert len(study.to_pandas()) == 2 * 2 * 3 * 30
+    assert study.report(tmp_path / "page.html").exists()
+    assert "guessing" in repr(study) and "guessing" in study._repr_html_()
+
+
+def test_a_file_of_claims_about_fitness_needs_no_part(results: Path, tmp_path: Path, command: Command) -> None:
+    (tmp_path / "mine.toml").write_text(CLAIMS)
+    done = command("claims", str(results / "strings"), "--claims", str(tmp_path / "mine.toml"))
+    assert done.code == 0 and "S1" in done.out and "not evaluated" in done.out
