@@ -243,7 +243,7 @@ def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: P
     of_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0', guessing=SPREAD)
     (tmp_path / "strings" / "conditions" / "guessing.toml").write_text('description = "gone"\nmodel = "gone"\n')
     (result,) = evaluate(strings(guessing=SPREAD), paper=open_paper(tmp_path / "strings"))
-    assert result.verdict == "undecided"
+    assert result.verdict == "not evaluated" and result.unmeasured == ("ones",)
 
 
 @pytest.mark.parametrize(("shared", "verdict"), [(0.01, "holds"), (0.0, "undecided")])
