@@ -36,6 +36,7 @@ def export(
             raise RefusedError(f"--part, --set and --seed are for pages, which end in .html, and not for {out}")
         _write_results(location(source), out, force=force)
         return
+    from baldwinlab.engine.wasm import find_linker
     from baldwinlab.lab.export import live_page  # here, because to load the engine takes a while
     from baldwinlab.models.miniworld.modules import is_ready
 
@@ -43,6 +44,7 @@ def export(
     load_parts(part)
     experiments, own_seed = _given(source, assignments or [])
     if any(not is_ready(each) for each in experiments if isinstance(each, Experiment)):
+        find_linker()
         console.say("compiling for browsers, which takes about a minute …")
     page = live_page(experiments, own_seed if seed is None else seed)
     write_atomically(out, page)

@@ -135,7 +135,9 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_
     assert "not made by this command" in command("export", "evo/A", "--out", "mine.html").err
 
 
-def test_without_a_linker_a_part_of_one_s_own_is_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_compiled(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, command: Command
+) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr(wasm, "find_spec", lambda name: None)
     monkeypatch.setattr("baldwinlab.models.miniworld.modules.cache.place", lambda: tmp_path)
@@ -143,6 +145,9 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_in_a_sentence(monkeypat
     social = assign(load("evo/A"), ["learning.rule=social"])
     with pytest.raises(ValueError, match=re.escape(installation_command("wasm"))):
         live_page([social])
+    given = ("--part", str(EXAMPLES / "social.py"), "--set", "learning.rule=social")
+    done = command("export", "evo/A", *given, "--out", str(tmp_path / "page.html"))
+    assert done.code == 2 and "compiling" not in done.out and installation_command("wasm") in done.err
 
 
 def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
