@@ -44,6 +44,7 @@ def _having(kind: str, name: str) -> Paper:
     return next((one for one in papers.built_in().values() if name in one.names(kind)), papers.load())
 
 
+MOST_BASES: Final = 20  # files that are based on each other
 ALL_NAMES: Final = "`baldwinlab presets` lists all; an experiment file ends in .toml"
 
 
@@ -100,10 +101,12 @@ def _unknown(name: str) -> ExperimentError:
             return one.missing_map(name)
     known = factors()
     learner, slash, place = name.rpartition("/")
-    for half, asked in (("condition", learner), ("map", place)):
-        there = sorted({of.learner if half == "condition" else of.map for of in known.values() if of.map})
-        if slash and asked not in there:
-            return ExperimentError(f"there is no {half} {asked!r}{suggest(asked, there)}; {ALL_NAMES}")
+    maps = sorted({of.map for of in known.values() if of.map and of.learner == learner})
+    if slash and maps:
+        return ExperimentError(f"there is no map {place!r} of {learner}{suggest(place, maps)}")
+    if slash:
+        learners = sorted({of.learner for of in known.values() if of.map})
+        return ExperimentError(f"there is no condition {learner!r}{suggest(learner, learners)}; {ALL_NAMES}")
     return ExperimentError(f"there is no preset {name!r}{suggest(name, known)}; {ALL_NAMES}")
 
 
@@ -155,6 +158,8 @@ def _load_base(base: Any, path: Path, files: tuple[Path, ...]) -> Experiment:
     if below.resolve() in [file.resolve() for file in files]:
         chain = " -> ".join(str(file) for file in (*files, below))
         raise ExperimentError(f"{where}: the bases form a cycle: {chain}")
+    if len(files) > MOST_BASES:
+        raise ExperimentError(f"{where}: more than {MOST_BASES} files are based on each other")
     with faults_in(where):
         origin: Experiment = _load_file(below, files).experiment
     return origin

@@ -60,7 +60,7 @@ def test_several_experiments_are_run_as_one_study(command: Command) -> None:
     study = open_study("results/evo-B-evo+drift-B-evo+self-taught-B")
     assert study.condition.values.tolist() == ["evo/B", "evo+drift/B", "evo+self-taught/B"]
     assert command("run", "evo/B", "evo/B", *cut).err == (
-        "baldwinlab: two conditions have the same name, 'evo/B': set name to another one in one of them\n"
+        "baldwinlab: two conditions have the same name, 'evo/B': change name in one of them\n"
     )
 
 

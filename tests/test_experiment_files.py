@@ -64,7 +64,7 @@ def test_a_base_may_be_a_preset_of_a_paper_in_a_folder(write: Write, monkeypatch
     ("base", "refusal"),
     [
         ('"none.toml"', r"a.toml: base = 'none.toml': cannot read .*none.toml: No such file"),
-        ('"evo/Q"', r"a.toml: base = 'evo/Q': there is no map 'Q'"),
+        ('"evo/Q"', r"a.toml: base = 'evo/Q': there is no map 'Q' of evo; there are A, B"),
         ("3", r"a.toml: base = 3: must be the name of a preset or of a TOML file"),
         ('"a.toml"', r"a.toml: base = 'a.toml': the bases form a cycle: .*a.toml -> .*a.toml"),
         ('"b.toml"', r"b.toml: base = 'c.toml': .*c.toml: base = 'b.toml': the bases form a cycle"),
@@ -79,6 +79,13 @@ def test_a_base_that_cannot_be_is_refused(write: Write, base: str, refusal: str)
     write("c.toml", 'base = "b.toml"')
     with pytest.raises(bl.ExperimentError, match=refusal):
         bl.load(write("a.toml", f"base = {base}"))
+
+
+def test_a_long_chain_of_bases_is_refused(write: Write) -> None:
+    for number in range(30):
+        write(f"{number}.toml", f'base = "{number + 1}.toml"')
+    with pytest.raises(bl.ExperimentError, match=r"20\.toml: base = '21\.toml': more than 20 files are based on each other"):
+        bl.load(write("start.toml", 'base = "1.toml"'))
 
 
 def test_a_cycle_through_a_link_is_refused(write: Write, tmp_path: Path) -> None:

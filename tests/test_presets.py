@@ -83,7 +83,7 @@ def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("evo/Z", "there is no map 'Z'; the nearest of "),
+        ("evo/Z", "there is no map 'Z' of evo; there are A, B, C, D"),
         ("evolution/A", "there is no condition 'evolution'"),
         ("evo+selftaught/B", "did you mean 'evo+self-taught'?"),
         ("evo", "evo names no map; there are A, B: write evo/A"),

@@ -207,7 +207,7 @@ def create(
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
         name = next(name for name in names if names.count(name) > 1)
-        raise StudyError(f"two conditions have the same name, {name!r}: set name to another one in one of them")
+        raise StudyError(f"two conditions have the same name, {name!r}: change name in one of them")
     for name in names:
         if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
             raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")
