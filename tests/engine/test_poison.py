@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from baldwinlab.engine import poison
+from baldwinlab.parts import load_file
+from baldwinlab.runs.replay import replay
+from tests.worlds import small
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64", "int8", "int32", "int64", "uint8", "uint32", "bool"])
@@ -44,3 +48,35 @@ def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
     environment = os.environ | {poison.VARIABLE: value}
     ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert printed in ended.stdout + ended.stderr
+
+
+READS_UNSET = """
+from baldwinlab.parts import LearningRule, get, per_agent, put
+
+
+class ReadsUnset(LearningRule, name="reads-unset"):
+    arrays = {{"trace": per_agent("weights")}}
+
+    @staticmethod
+    def hatch(part, model, state, world, agent):
+        for weight in range({first}, state.weights.shape[0]):
+            part.trace[weight, world * model.agents + agent] = 0
+
+    @staticmethod
+    def learn(part, model, state, step, lane):
+        put(state.weights, 0, lane, get(state.weights, 0, lane) + get(part.trace, 0, lane))
+"""
+
+
+@pytest.mark.parametrize(("first", "is_same"), [(0, True), (1, False)])
+def test_a_rule_that_reads_an_array_before_it_sets_it_gives_other_results(
+    first: int, is_same: bool, tmp_path: Path, in_plain_python: None
+) -> None:
+    (tmp_path / "part.py").write_text(READS_UNSET.format(first=first))
+    load_file(tmp_path / "part.py")
+    weights = []
+    for number in poison.PATTERNS:
+        with poison.use_pattern(number):
+            rule = small("evo", learning={"rule": "reads-unset"}, lifetime={"steps": 3})
+            weights.append(replay(rule, seed=1, generation=0)["weight_death"].values.tobytes())
+    assert (weights[0] == weights[1]) is is_same

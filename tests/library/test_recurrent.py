@@ -17,10 +17,12 @@ import baldwinlab as bl
 from baldwinlab.check import REQUIREMENTS
 from baldwinlab.check.naive import Naive
 from baldwinlab.experiment import Experiment, ExperimentError, choices
+from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.networks import Rows
 from baldwinlab.parts.kinds import compiled_values
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
+from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
 
 INPUTS, ACTIONS = 3, 3
@@ -249,3 +251,17 @@ def test_the_parts_keep_the_whole_contract() -> None:
     parts = [choices.find("network", name) for name in NAMES]
     found = bl.check_part(parts, only=[name for name in REQUIREMENTS if name != "speed"])
     assert all(each.holds for each in found), "\n".join(map(str, found))
+
+
+@pytest.mark.parametrize("kind", NAMES)
+def test_under_drift_a_newborn_of_any_generation_remembers_nothing(kind: str, in_plain_python: None) -> None:
+    """The shadow of a newborn has no memory, although the memory of the machine holds that of an earlier generation."""
+    drifting = small("evo+self-taught", learning={"rule": "drift", "rate": 0.5}, network={"kind": kind}, lifetime={"steps": 9})
+    run = simulate(drifting, seed=2)
+    weights = replay(drifting, seed=2, generation=2)["weight_death"].values
+    batch = Batch(drifting, 2, [0])
+    for generation in range(3):
+        batch.begin(generation, run["genome"].values[generation][None])
+        batch.live(0, 9)
+    np.testing.assert_array_equal(batch.weights()[0], weights[:, 0])
+    assert np.isfinite(weights).all(), "as an unwritten memory is not a number in these tests"

@@ -18,7 +18,7 @@ from baldwinlab.engine.rng import DRIFT, philox
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.kinds import LearningRule, backward, forward
 
-ONE = np.float32(1)
+ZERO, ONE = np.float32(0), np.float32(1)
 FASTEST: Final = 10.0  # the highest rate that an evolved gene can give
 
 
@@ -76,6 +76,8 @@ class Drift(LearningRule, name="drift"):
             part.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE
             part.newborn[weight, lane] = state.weights[weight, lane]
             part.shadow[weight, lane] = state.weights[weight, lane]
+        for unit in range(state.activations.shape[0]):
+            part.shadow_activations[unit, lane] = ZERO  # a network with a memory reads them
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:

@@ -1,0 +1,80 @@
+"""Run one combination of parts: it is refused in a known sentence, or gives the same bits whatever memory held before."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import xarray as xr
+
+from baldwinlab.engine import poison
+from baldwinlab.errors import BaldwinLabError
+from baldwinlab.evolution import Moment, fitness
+from baldwinlab.models import living
+from baldwinlab.runs.replay import genome_at
+from baldwinlab.runs.simulate import simulate_batch
+from tests.combinations.draw import Settings, accepted
+from tests.library.plain import compile_nothing
+
+SEED: Final = 8
+REFUSALS: Final = re.compile("|".join([
+    r"senses\.kinds = \[\]: tuple should have at least 1 item after validation, not 0",
+    r"senses\.kinds: 'last-action' tells of 3 actions, and there are 4 of motor\.body = '[a-z-]+'",
+    r"network\.kind = 'growing' does not learn: learning\.rule = '[a-z-]+' must be 'none'",
+    r"network\.kind = 'growing' is bred by evolution\.variation = 'neat', and not '[a-z-]+'",
+    r"network\.kind = 'growing' begins with \d+ links, and there is room for \d+: network\.hidden must be one number.*",
+    r"network\.kind = 'growing' has its bias as a node: network\.biases must be false",
+    r"learning\.rule = '[a-z-]+' (asks .*): it must have no memory",
+    r"learning\.rule = '[a-z-]+' is for the first sense '[a-z-]+' and the body '[a-z-]+'",
+    r"learning\.rule = '[a-z-]+' keeps strengths in \[0, 1\]: learning\.rate cannot be a gene \(learning\.evolved_rate\)",
+    r"world\.features: births-and-deaths needs a variation that makes one child by itself, and '[a-z-]+' does not",
+    r"world\.features: [a-z-]+ and [a-z-]+ both put items away, so only one of them can be",
+    r"evolution\.(variation|selection) = '[a-z-]+' needs genomes that are graphs: those of .*",
+    r"evolution\.variation = 'one-point-of-units' is for the model 'cue-learners' alone",
+]))  # fmt: skip
+
+
+def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run lifetimes and reproduction as the Python that they are, which is compiled for no combination of parts."""
+    compile_nothing(monkeypatch)
+    for name in ("breeding", "fitness", "inheritance", "selection"):
+        module = import_module(f"baldwinlab.evolution.{name}")  # a function of the package hides one of these
+        monkeypatch.setattr(module, "kept", lambda function, phases, **_: function)
+
+
+def simulate_poisoned(experiment: Any, pattern: int) -> xr.Dataset:
+    with poison.use_pattern(pattern), np.errstate(all="ignore"):
+        return simulate_batch(experiment, SEED, [0])[0]
+
+
+def live_again(experiment: Any, record: xr.Dataset, generation: int, pattern: int) -> dict[str, npt.NDArray[Any]]:
+    """Return what one generation of a record comes to, in memory that no generation has used before."""
+    with poison.use_pattern(pattern), np.errstate(all="ignore"):
+        genome = genome_at(experiment, Moment(SEED, 0, generation), record["energy"])
+        lives = living(experiment, SEED, [0]).live(generation, genome[None])
+        found = {name: values[0] for name, values in lives.records.items()}
+        return found | {"genome": genome, "energy": fitness(experiment, lives.energy[0], lives.cost[0])}
+
+
+def check(row: Settings) -> str:
+    """Check a row, and return what is wrong with it in words; nothing if all is well."""
+    experiment, refusals = accepted(row)
+    unknown = [refusal for refusal in refusals if not REFUSALS.fullmatch(refusal)]
+    if unknown:
+        return f"refused in an unknown sentence: {unknown[0]}"
+    try:
+        one, other = (simulate_poisoned(experiment, pattern) for pattern in poison.PATTERNS)
+    except BaldwinLabError as refused:
+        return "" if REFUSALS.fullmatch(str(refused)) else f"refused in an unknown sentence: {refused}"
+    for name in one.variables:
+        if one[name].values.tobytes() != other[name].values.tobytes():
+            return f"{name} depends on unwritten memory"
+    generation = experiment.evolution.generations - 1
+    for name, values in live_again(experiment, one, generation, 2).items():
+        if values.tobytes() != one[name].sel(generation=generation).values.tobytes():
+            return f"{name} of generation {generation} is another when that generation is replayed"
+    return ""
