@@ -84,8 +84,9 @@ def _notebook_bar() -> Callable[[str, float], None]:
     return lambda sentence, share: shown.update(HTML(f'<progress value="{share:.3f}"></progress> {escape(sentence)}'))
 
 
-def say(message: str) -> None:
-    console.print(message, markup=False)
+def say(message: str, *, has_address: bool = False) -> None:
+    """Print a message. The terminal wraps a message with an address, so that the address stays in one piece."""
+    console.print(message, markup=False, soft_wrap=has_address or None)
 
 
 def say_if_any(message: str) -> None:

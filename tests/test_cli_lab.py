@@ -10,13 +10,15 @@ import time
 import webbrowser
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from io import StringIO
 from pathlib import Path
 
 import httpx
 import psutil
 import pytest
+from rich.console import Console
 
-from baldwinlab import cli
+from baldwinlab import cli, console
 from baldwinlab.cli import lab
 from baldwinlab.extras import missing_extra
 from baldwinlab.lab.access import Access
@@ -76,6 +78,14 @@ def test_the_browser_is_opened_unless_told_otherwise(monkeypatch: pytest.MonkeyP
     token = httpx.URL(opened[0]).params["token"]
     assert opened[0].startswith("http://127.0.0.1:") and token != served[1].token
     assert served[1].admits(token) and not served[1].admits(token)  # others may read the browser's command line
+
+
+def test_the_printed_address_stays_in_one_piece_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    served, printed = list[Access](), StringIO()
+    monkeypatch.setattr(lab, "_serve", lambda directory, listener, access: served.append(access))
+    monkeypatch.setattr(console, "console", Console(width=40, file=printed, force_terminal=True, highlight=False))
+    lab.lab(tmp_path, port=0, browser=False)
+    assert f"/?token={served[0].token} and shows" in printed.getvalue()
 
 
 @contextmanager

@@ -50,7 +50,8 @@ def lab(
     load_parts(part)
     with listening(port) as listener:
         access, address = Access(), f"http://{HOST}:{listener.getsockname()[1]}/?token="
-        console.say(f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it")
+        sentence = f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it"
+        console.say(sentence, has_address=True)
         if browser:
             target = f"{address}{access.issue_ticket()}"
             threading.Thread(target=webbrowser.open, args=[target], daemon=True).start()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -40,6 +41,14 @@ def test_every_answer_but_the_page_s_own_files_needs_the_token(stranger: httpx.C
             answer = stranger.request(method, route.path)
             assert answer.status_code == 401, (method, route.path)
             assert method == "HEAD" or answer.json() == {"error": REFUSAL}
+
+
+@pytest.mark.parametrize("path", ["/%61pi/studies", "//api/studies", "/./api/studies", "/x/../api/studies", "/API/studies"])
+def test_no_other_way_to_write_its_path_leads_past_the_token(lab_server: LabServer, path: str) -> None:
+    with socket.create_connection(("127.0.0.1", lab_server.port), timeout=10) as connection:  # which writes it as it is
+        connection.sendall(lab_server.request(f"GET {path} HTTP/1.1\nHost: 127.0.0.1:PORT\nConnection: close\n\n"))
+        status = connection.makefile("rb").readline().split()[1]
+    assert status in (b"401", b"404")
 
 
 def test_a_stranger_starts_no_run_and_writes_no_study(stranger: httpx.Client, lab_server: LabServer) -> None:
