@@ -100,9 +100,9 @@ def test_every_command_that_reads_works_without_the_part(results: Path, tmp_path
 
 def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(results: Path, command: Command) -> None:
     verdicts = results / "strings" / "claims.json"
-    before = {claim["id"]: claim for claim in json.loads(verdicts.read_text())}
+    before = {claim["id"]: claim for claim in json.loads(verdicts.read_text())["claims"]}
     assert command("report", str(results / "strings")).code == 0
-    after = {claim["id"]: claim for claim in json.loads(verdicts.read_text())}
+    after = {claim["id"]: claim for claim in json.loads(verdicts.read_text())["claims"]}
     assert after["S1"]["effect"] == before["S1"]["effect"]
     assert (before["S2"]["why_not"], before["S2"]["verdict"]) == ("", "undecided")
     assert (after["S2"]["why_not"], after["S2"]["verdict"]) == (LACKING, "not evaluated")
