@@ -52,6 +52,23 @@ for (let generation = 0; generation < run.generations; generation++) {
 console.log(JSON.stringify(found));
 """
 
+NOT_FINITE = """
+import { readFileSync } from "node:fs";
+import { load } from "./engine.js";
+import { Run } from "./lives.js";
+const { plan, experiment, module } = JSON.parse(readFileSync("given.json"));
+const run = new Run(await load(readFileSync(module), plan), experiment, 5, 1);
+const genome = run.begin();
+run.engine.array("state.genome").fill(NaN); // as a rule that diverges leaves it
+let said = "";
+try {
+  run.end(genome);
+} catch (error) {
+  said = error.message;
+}
+console.log(JSON.stringify({ said }));
+"""
+
 
 def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> dict[str, Any]:
     """What a script says of a run as the page's own modules have it in Node."""
@@ -76,6 +93,11 @@ def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) 
     for variable in ("food_eaten", "energy", "parents", "genome"):
         values = here[variable].values
         assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), variable
+
+
+def test_in_node_a_gene_that_is_not_finite_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
+    said = in_node(tmp_path, small(), SHIPPED / "self-taught-simultaneous.wasm", NOT_FINITE)["said"]
+    assert said.startswith("Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller learning.rate")
 
 
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])

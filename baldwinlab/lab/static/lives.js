@@ -52,6 +52,7 @@ export class Run {
     if (this.lived < this.generations) {
       engine.call("breed");
       this.check();
+      this.requireFinite();
       this.parents = engine.array("population.parents").slice();
       this.elders = this.eldersOf(this.parents);
     }
@@ -82,6 +83,16 @@ export class Run {
   check() {
     const fault = FAULTS[this.engine.array("population.fault")[0]];
     if (fault) throw new Error(fault((path) => lookUp(this.experiment, path)));
+  }
+
+  /** As evolution/finite.py, but minus infinity is allowed: genomes that are graphs have it. */
+  requireFinite() {
+    const at = this.engine.array("population.genome").findIndex((gene) => !(gene < Infinity));
+    if (at < 0) return;
+    const [, modules, genes] = this.engine.arrays["population.genome"].shape;
+    const [agent, module, gene] = [Math.floor(at / (modules * genes)), Math.floor(at / genes) % modules, at % genes];
+    throw new Error(`Gene ${gene} of module ${module} of agent ${agent} in generation ${this.lived} is not a finite number: `
+      + "choose a smaller learning.rate, evolution.lamarckian_share or evolution.mutation_size.");
   }
 }
 
