@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from baldwinlab.api.problem import problem
     from baldwinlab.api.records import experiment_of
     from baldwinlab.api.reproduce import reproduce
-    from baldwinlab.api.study import Study, open, run
+    from baldwinlab.api.run import run
+    from baldwinlab.api.study import Study, open
     from baldwinlab.api.sweep import sweep
     from baldwinlab.assays import open_assay
     from baldwinlab.check import check_part
@@ -91,7 +92,7 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "replay": "runs.replay",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
-    "run": "api.study",
+    "run": "api.run",
     "simulate": "runs.simulate",
     "single_env": "api.environments",
     "sweep": "api.sweep",

@@ -7,35 +7,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import tomlkit
 import xarray as xr
 
-from baldwinlab import console, papers
+from baldwinlab import papers
 from baldwinlab.api.agents import AgentNetwork, make_network, only_condition, read_genomes
-from baldwinlab.api.bring import How, assay, bring
+from baldwinlab.api.bring import How, assay
 from baldwinlab.api.installed import load_installed
 from baldwinlab.assays.run import ASSAYS, is_stored, misfits, missing_assays, open_assay
-from baldwinlab.errors import RefusedError, require_positive
+from baldwinlab.errors import require_positive
 from baldwinlab.exchange import frames, written
 from baldwinlab.exchange.crate import write_crate
 from baldwinlab.exchange.stores import write_zarr
 from baldwinlab.exchange.table import Table
-from baldwinlab.experiment import BaseExperiment, Experiment, assign
-from baldwinlab.experiment.idle import require_effect
-from baldwinlab.factors import SWEEP, Factors
+from baldwinlab.experiment import Experiment
+from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
-from baldwinlab.presets import Loaded, factors, load_with_origin
 from baldwinlab.resources import require
 from baldwinlab.runs.estimate import of_tables
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies import store
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.study import open_study
-from baldwinlab.suggestions import suggest
 from baldwinlab.sweeps.design import open_sweep
 
 if TYPE_CHECKING:
@@ -366,106 +362,3 @@ def open(directory: str | Path) -> Study:
     """The study in a directory, or at any location that fsspec reaches. Raises StudyError where there is none."""
     load_installed()
     return Study(store.Study(location(directory)))
-
-
-def run(
-    experiments: str | Path | BaseExperiment | Sequence[str | Path | BaseExperiment],
-    *,
-    runs: int = 30,
-    seed: int = 0,
-    out: str | Path | None = None,
-    workers: int | None = None,
-    backend: str = "auto",
-    executor: str = "threads",
-    set: Mapping[str, Any] | None = None,
-    force: bool = False,
-) -> Study:
-    """Run one or several experiments as one study. The same call again runs only the runs that are missing.
-
-    Parameters
-    ----------
-    experiments
-        Presets such as "evo/A", experiment files that end in .toml, or experiments from `load`.
-    runs
-        Independent runs of each experiment.
-    seed
-        The seed of all randomness.
-    out
-        The directory of the study, results/NAME by default; NAME joins the names of the experiments by "-".
-    workers
-        Threads, by default all cores.
-    backend
-        "auto", "cpu" or "cuda".
-    executor
-        "threads", "dask:tcp://HOST:PORT" or "slurm".
-    set
-        Changes of fields in all experiments: {"lifetime.steps": 100}.
-    force
-        Run with less free memory or disk than the estimate.
-
-    Returns
-    -------
-    Study
-        The study, on disk.
-
-    Raises
-    ------
-    ExperimentError
-        For an experiment that does not exist or is not valid, and a setting without effect.
-    ArgumentError
-        For a number of runs, a seed or a number of workers out of range.
-    StudyError
-        Where the directory holds another study. These three are raised before anything is written.
-    RefusedError
-        For a backend that cannot be used here, and for too little free memory or disk.
-    InterruptedStudyError
-        Where the study stops before its end. The stored runs stay.
-    """
-    given = [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
-    if not given:
-        raise RefusedError("a study needs at least one experiment")
-    load_installed()
-    loaded = [Loaded(each) if isinstance(each, BaseExperiment) else load_with_origin(each) for each in given]
-    how = How(workers, backend, executor, force)
-    return run_loaded(loaded, list(_assignments(set or {})), how, runs=runs, seed=seed, out=out)
-
-
-def run_loaded(
-    loaded: Sequence[Loaded],
-    assignments: Sequence[str],
-    how: How,
-    *,
-    runs: int,
-    seed: int,
-    out: str | Path | None,
-    baseline: str = "",
-) -> Study:
-    """Run experiments, changed by assignments, as one study. `run` and its command call this.
-
-    It says before the runs whether they are too few for a comparison of the conditions with each other or with `baseline`.
-    """
-    experiments = [assign(each.experiment, assignments) for each in loaded]
-    require_effect(experiments, [each.origin for each in loaded])
-    names = [each.name for each in experiments]
-    if baseline and baseline not in names:
-        raise RefusedError(f"baseline {baseline!r} is not a condition of the study{suggest(baseline, names)}")
-    console.say_if_any(_describe_too_few(names, runs, baseline))
-    directory = Path("results") / "-".join(name.replace("/", "-") for name in names) if out is None else location(out)
-    return Study(bring(experiments, directory, how, runs=runs, seed=seed))
-
-
-def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
-    from baldwinlab.statistics.contrasts import planned_designs  # here, because SciPy's statistics take a while to load
-    from baldwinlab.statistics.sample_sizes import describe_too_few
-
-    known = factors()
-    return describe_too_few(planned_designs({name: known.get(name, Factors(name)) for name in names}, runs, baseline))
-
-
-def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:
-    """`{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` are both lifetime.steps=5."""
-    for key, value in tables.items():
-        if isinstance(value, Mapping):
-            yield from _assignments(value, f"{path}{key}.")
-        else:
-            yield f"{path}{key}={tomlkit.item(value).as_string()}"

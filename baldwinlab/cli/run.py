@@ -7,8 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab import console, results
-from baldwinlab.api import study as studies
 from baldwinlab.api.bring import How
+from baldwinlab.api.run import run_loaded
 from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.common import (
     LOCATION,
@@ -50,6 +50,6 @@ def run(
     load_parts(part)
     loaded = [load_with_origin(name, reading) for name in (experiment, *others)]
     how = How(workers, backend, executor, force)
-    study = studies.run_loaded(loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline)
+    study = run_loaded(loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline)
     show_contrasts(results.compare(Study(study.directory), baseline=baseline))
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
