@@ -79,21 +79,22 @@ def report(
             console.say(f"- {sentence}")
     else:
         published = publish(study, out, last, console.say, baseline, paper)
-        _show(published, out)
+        _show(study, published, out)
         if then:
             then()
             published.write()
-            _show(published, out)
+            _show(study, published, out)
         return out
     console.say(f"report: {out}")
     return out
 
 
-def _show(published: Published, out: Path) -> None:
-    """Show the claims that were decided, or else the comparisons of the conditions."""
-    if any(claim.verdict in VERDICT_STYLE for claim in published.claims):
+def _show(study: Study, published: Published, out: Path) -> None:
+    """Show the comparisons of the conditions, and the claims that were decided; of a study by a paper the claims alone."""
+    decided = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
+    if not (study.paper and decided):
+        show_contrasts(published.contrasts)
+    if decided:
         console.console.print(claims_table(published.claims))
         console.say_if_any(describe_claims_too_few(published.claims))
-    else:
-        show_contrasts(published.contrasts)
     console.say(f"report: {out}")

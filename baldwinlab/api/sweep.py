@@ -8,6 +8,7 @@ from typing import Any
 
 import tomlkit
 
+from baldwinlab import console
 from baldwinlab.api.bring import How, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.study import Study
@@ -15,6 +16,7 @@ from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
 from baldwinlab.runs.estimate import of_tables
+from baldwinlab.sweeps.comparison import describe_too_few_runs
 from baldwinlab.sweeps.design import FILE, experiments, require_as_many
 from baldwinlab.sweeps.plan import read, validate
 
@@ -48,6 +50,7 @@ def sweep(
     directory = Path("results") / path.stem if out is None else location(out)
     points = experiments(design, path)
     require_as_many(directory, points)
+    console.say_if_any(describe_too_few_runs(design, len(points)))
     how, need = How(workers, backend, executor, force), of_tables([(point, design.runs) for point in points])
     return Study(
         bring(points, directory, how, runs=design.runs, seed=design.seed, kind=SWEEP, beside={FILE: content}, afterwards=need)

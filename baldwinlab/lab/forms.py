@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
+from baldwinlab.factors import Factors
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live_size import check_size
 from baldwinlab.lab.query import body, whole
@@ -23,7 +25,8 @@ UNKNOWN = ": there is no such field"  # how the sentence about one goes on after
 def routes(lab: Lab) -> list[BaseRoute]:
     async def check(request: Request) -> JSONResponse:
         order = await body(request)
-        return JSONResponse({"errors": faults(order.get("experiment")) or _beyond(order)})
+        errors = faults(order.get("experiment")) or _beyond(order)
+        return JSONResponse({"errors": errors, "note": "" if errors else await run_in_threadpool(_note, order)})
 
     async def schema(request: Request) -> JSONResponse:
         return JSONResponse(form_of((await body(request)).get("experiment")))
@@ -107,6 +110,17 @@ def _beyond(order: dict[str, Any]) -> list[dict[str, str]]:
     except ValueError as error:
         return [{"path": _path_in(str(error), order), "message": str(error)}]
     return []
+
+
+def _note(order: dict[str, Any]) -> str:
+    """Whether the runs of a live run are too few to compare it with another one; "" where they are not."""
+    from baldwinlab.statistics.contrasts import planned_designs  # here, because SciPy's statistics take a while to load
+    from baldwinlab.statistics.sample_sizes import describe_too_few
+
+    if "runs" not in order:
+        return ""
+    sentence = describe_too_few(planned_designs({"this": Factors(), "another": Factors()}, whole(order, "runs", 1)))
+    return f"To compare two conditions: {sentence[0].lower()}{sentence[1:]}" if sentence else ""
 
 
 def _path_in(sentence: str, tree: Any) -> str:

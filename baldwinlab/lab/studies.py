@@ -142,7 +142,7 @@ def _summary(study: Study, name: str) -> dict[str, Any]:
         for experiment in study.experiments.values()
     ]
     report = (study.directory / "report.html").is_file()
-    return {"id": name, "seed": study.seed, "conditions": conditions, "report": report, "problem": None}
+    return {"id": name, "seed": study.seed, "paper": study.paper, "conditions": conditions, "report": report, "problem": None}
 
 
 def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:

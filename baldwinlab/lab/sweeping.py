@@ -114,7 +114,10 @@ def routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
             return JSONResponse({"problem": str(error)})
         seconds = await run_in_threadpool(plan.seconds)
         facts = {"points": len(plan.points), "runs": plan.runs, "workers": min(WORKERS, plan.runs), "disk": plan.disk}
-        return JSONResponse(facts | {"seconds": seconds, "toml": plan.toml})
+        from baldwinlab.sweeps.comparison import describe_too_few_runs  # here, because it takes a while to load
+
+        note = await run_in_threadpool(describe_too_few_runs, plan.sweep, len(plan.points))
+        return JSONResponse(facts | {"seconds": seconds, "toml": plan.toml, "note": note})
 
     async def start(request: Request) -> JSONResponse:
         order = await body(request)

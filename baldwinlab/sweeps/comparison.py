@@ -7,18 +7,30 @@ from typing import Final
 import xarray as xr
 
 from baldwinlab.factors import Factors
-from baldwinlab.statistics.contrasts import Contrasts, compare_finals
+from baldwinlab.statistics.contrasts import Contrasts, compare_finals, planned_designs
+from baldwinlab.statistics.sample_sizes import describe_too_few
 from baldwinlab.studies.store import Study
 from baldwinlab.sweeps.design import FILE, settings_by_path
-from baldwinlab.sweeps.plan import read
+from baldwinlab.sweeps.plan import Sweep, read
 
 MOST_COMPARED: Final = 100  # points; the correction for more tests would leave little
 
 
-def has_comparisons(study: Study) -> bool:
+def are_compared(sweep: Sweep, points: int) -> bool:
     """Whether the report of a sweep compares its points: few points, of a grid or a list."""
+    return points <= MOST_COMPARED and sweep.samples is None
+
+
+def describe_too_few_runs(sweep: Sweep, points: int) -> str:
+    """Say before the runs whether they are too few to compare the points; "" where they are not."""
+    factors = {str(point): Factors() for point in range(points)}
+    return describe_too_few(planned_designs(factors, sweep.runs)) if are_compared(sweep, points) else ""
+
+
+def has_comparisons(study: Study) -> bool:
+    """Whether the report of a stored sweep compares its points."""
     path = study.directory / FILE
-    return len(study.experiments) <= MOST_COMPARED and path.exists() and read(path).samples is None
+    return path.exists() and are_compared(read(path), len(study.experiments))
 
 
 def compare_points(study: Study, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:

@@ -12,7 +12,7 @@ const MEASURES = { best: "best agent", mean: "average agent", share: "share that
 
 /**
  * @param {object[]} claims records of claims.json
- * @param {{id: string}} study
+ * @param {{id: string, paper: string}} study
  * @param {(condition: string) => number} typicalRun
  * @param {(condition: string) => number} lastGeneration
  * @param {string | null} problem why the claims are not valid
@@ -24,7 +24,8 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
     return section;
   }
   if (!claims.length) {
-    section.append(el("p", { class: "soft" }, "This study has not been held against the paper. ", el("code", {}, "baldwinlab report"), " does it."));
+    if (!study.paper) return "";
+    section.append(el("p", { class: "soft" }, "The claims of this study's paper are not decided yet. ", el("code", {}, `baldwinlab report ${study.id}`), " decides them."));
     return section;
   }
   section.append(el("p", { class: "soft" }, counted(claims)));
@@ -48,7 +49,7 @@ function counted(claims) {
 
 function claimEntry(claim, lives) {
   return el("article", { class: "claim", "data-testid": `claim-${claim.id}` },
-    el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
+    el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.too_few_runs ? "too few runs" : claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
     el("dl", { class: "claim-facts" },
       ...fact("Measured", measured(claim)),
       ...(claim.paper ? fact("The paper", claim.paper) : []),

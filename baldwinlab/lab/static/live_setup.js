@@ -28,6 +28,7 @@ export class Setup {
     this.body = el("div", { class: "live-form" });
     this.description = el("p", { class: "hint" });
     this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
+    this.note = el("p", { class: "hint", role: "status", "data-testid": "setup-note" }); // runs that are too few for a verdict
     this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
     this.sweep = el("button", { type: "button", "data-testid": "sweep", hidden: serverless(), onclick: () => this.plan({}) }, "Sweep a field …");
     this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
@@ -149,12 +150,13 @@ export class Setup {
     const mine = ++this.turn;
     this.waiting = setTimeout(async () => {
       const [form, order] = [this.form, structuredClone(this.order())]; // which stays, though more is written meanwhile
-      const { errors } = await postJSON("/api/validate", order, this.signal);
+      const { errors, note } = await postJSON("/api/validate", order, this.signal);
       if (mine !== this.turn) return;
       form.show(errors.filter(({ path }) => !(path in this.given)));
       for (const name of ["runs", "seed"]) this.root.querySelector(`#setup-${name}`)?.setAttribute("aria-invalid", errors.some(({ path }) => path === name));
       this.start.disabled = errors.length > 0;
       this.explain(errors);
+      this.note.textContent = note ?? "";
       if (errors.length) return;
       const shown = await postJSON("/api/look", { experiment: order.experiment }, this.signal);
       if (mine === this.turn) this.listener.valid(shown);

@@ -127,8 +127,9 @@ function listed(text) {
   }
 }
 
-function inWords({ points, runs, seconds, workers, disk }) {
-  return `${format(points)} points, ${format(runs)} runs in all: ${duration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB on the disk.`;
+function inWords({ points, runs, seconds, workers, disk, note }) {
+  const sentence = note ? ` ${note}` : "";
+  return `${format(points)} points, ${format(runs)} runs in all: ${duration(seconds)} on ${workers === 1 ? "1 core" : `${workers} cores`}, ${format(disk / 1e6)} MB on the disk.${sentence}`;
 }
 
 /** So many seconds in words: "about 40 s". */

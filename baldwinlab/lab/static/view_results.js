@@ -2,6 +2,7 @@
 
 import { boxChart, lineChart, look, runSwitch } from "./charts.js";
 import { claimList } from "./claims.js";
+import { comparisonTable } from "./comparison.js";
 import { el, getJSON, message } from "./common.js";
 import { reactionNorms } from "./reaction_norms.js";
 import { arranged, factorChoices, forgotten, together } from "./results_factors.js";
@@ -107,6 +108,7 @@ function draw(page, given, remember) {
     heading(given),
     factorChoices(results, given, choose) ?? "",
     el("div", { class: "row" }, measureSwitch(results, measure, choose), eachRun, el("span", { class: "soft" }, explained(given))),
+    comparisonTable(results.comparison),
     curves,
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
     runTable(results, runs, measures(results), (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
