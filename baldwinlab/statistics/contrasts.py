@@ -120,7 +120,11 @@ def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -
     if len(used) < 2:
         return "".join(f"Each condition is compared with {name}." for name in used)
     alone = [name for name, other in pairs.items() if factors[name].map != factors[other].map]
-    others = f" A condition that is alone on its map is compared with {pairs[alone[0]]}: {', '.join(alone)}." if alone else ""
+    others = (
+        f" A condition that is alone on its map, or has no map, is compared with {pairs[alone[0]]}: {', '.join(alone)}."
+        if alone
+        else ""
+    )
     return f"Each condition is compared with the first condition on its map.{others}"
 
 

@@ -56,7 +56,7 @@ def test_all_conditions_are_compared_with_a_baseline_that_is_named() -> None:
 
 def test_the_sentence_names_the_conditions_that_are_compared_across_maps() -> None:
     found = compare_conditions(study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH}))
-    assert found.pairing.endswith(" A condition that is alone on its map is compared with evo/A: evo/C.")
+    assert found.pairing.endswith(" A condition that is alone on its map, or has no map, is compared with evo/A: evo/C.")
 
 
 def test_a_verdict_needs_a_significant_difference() -> None:

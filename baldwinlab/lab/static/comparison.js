@@ -5,7 +5,7 @@ import { el, format } from "./common.js";
 const MEASURES = { mean: "average agent", best: "best agent" };
 const TONES = { higher: "good", lower: "warm" };
 const HEADINGS = ["Condition", "Verdict", "Effect [95 % interval]", "p corrected", "A12", "Runs"];
-const MOST_OPEN = 8; // rows; a longer table is folded
+const MOST_OPEN = 4; // rows; a longer table is folded
 
 /** @param {{pairing: string, too_few: string, rows: object[]}|undefined} comparison of the study's results */
 export function comparisonTable(comparison) {

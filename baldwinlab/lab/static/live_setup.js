@@ -28,7 +28,7 @@ export class Setup {
     this.body = el("div", { class: "live-form" });
     this.description = el("p", { class: "hint" });
     this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
-    this.note = el("p", { class: "hint", role: "status", "data-testid": "setup-note" }); // runs that are too few for a verdict
+    this.note = el("p", { class: "hint", role: "status", hidden: true, "data-testid": "setup-note" }); // runs that are too few for a verdict
     this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
     this.sweep = el("button", { type: "button", "data-testid": "sweep", hidden: serverless(), onclick: () => this.plan({}) }, "Sweep a field …");
     this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
@@ -87,6 +87,7 @@ export class Setup {
         counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
         counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
         pacePicker(given.pace, remember("pace"))),
+      this.note,
       el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body);
     element.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -157,6 +158,7 @@ export class Setup {
       this.start.disabled = errors.length > 0;
       this.explain(errors);
       this.note.textContent = note ?? "";
+      this.note.hidden = !note;
       if (errors.length) return;
       const shown = await postJSON("/api/look", { experiment: order.experiment }, this.signal);
       if (mine === this.turn) this.listener.valid(shown);
