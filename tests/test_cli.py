@@ -14,10 +14,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from PIL import Image
 
+import baldwinlab as bl
 from baldwinlab.assays import open_assay
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.presets import KINDS, load, names
@@ -74,6 +76,39 @@ def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(comma
     page = (tmp_path / "mine/report.html").read_text()
     assert "Evolution and lifetime learning: rank/A, biases/A" in page and "Comparison of the conditions" in page
     assert not (tmp_path / "mine/multiverse.json").exists()
+
+
+def test_a_preset_and_an_experiment_of_ones_own_are_compared(command: Command, tmp_path: Path) -> None:
+    """In the terminal, the report, the table and Python alike."""
+    cut = ("--set", "lifetime.steps=60", "evolution.generations=2", "world.start.x=400", "world.start.y=160")
+    (tmp_path / "short.toml").write_text(command("show", "evo/A", "--set", "senses.visual_radius=20").out)
+    done = command("run", "evo/A", "short.toml", *cut, "--runs", "4", "--out", "pair")
+    assert done.code == 0, done.err
+    needed = "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+    before, after = done.out.split("Comparison of the conditions")
+    assert needed in before and needed in after
+    assert "short against evo/A, average agent" in after and "Each condition is compared with evo/A." in after
+    reported = command("report", "pair", "--baseline", "short")
+    assert "evo/A against short, best agent" in reported.out and needed in reported.out
+    rows = pd.read_csv(tmp_path / "pair/statistics.csv", keep_default_na=False)
+    expected = bl.open(tmp_path / "pair").compare("short")
+    pd.testing.assert_frame_equal(rows.drop(columns="claim"), expected[rows.columns[1:]], check_dtype=False)
+    assert "too few runs" in (tmp_path / "pair/report.html").read_text()
+    assert json.loads((tmp_path / "pair/claims.json").read_text()) == []
+    claimed = command("report", "pair", "--paper", "le-2019")
+    assert claimed.code == 0 and len(json.loads((tmp_path / "pair/claims.json").read_text())) == 9
+
+
+def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(command: Command, tmp_path: Path) -> None:
+    done = command("run", "evo/A", "evo+drift/A", "--baseline", "evo+drft/A", "--out", "pair")
+    assert done.code == 2 and "baseline 'evo+drft/A' is not a condition of the study (did you mean 'evo+drift/A'?)" in done.err
+    assert not (tmp_path / "pair").exists()
+
+
+def test_claims_need_a_paper_or_a_file(command: Command, tmp_path: Path) -> None:
+    small_study(tmp_path / "study", runs=1)
+    assert "study was made by no paper: give claims by --claims FILE or --paper NAME" in command("claims", "study").err
+    assert "The claims of le-2019" in command("claims", "study", "--paper", "le-2019").out
 
 
 def test_set_may_be_given_once_for_all_or_once_for_each(command: Command) -> None:

@@ -262,7 +262,7 @@ def _design(runs: int) -> Design:
     return Design(runs, runs, "Wilcoxon")
 
 
-def planned_designs(experiments: Mapping[str, BaseExperiment], assays: Mapping[str, Collection[str]], runs: int) -> list[Design]:
+def planned_designs(experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int) -> list[Design]:
     """Return the tests that these assays of each condition will allow, at most, of so many runs."""
     asked = [
         (name, one)

@@ -56,6 +56,25 @@ def test_opened_it_has_its_data_and_any_life_of_it(study: Study) -> None:
     assert "evo/A: runs: " in repr(opened)
 
 
+def test_its_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study) -> None:
+    table = study.compare()
+    assert table[["condition_a", "condition_b", "measure"]].values.tolist() == [
+        ["evo+self-taught/A", "evo/A", "mean"],
+        ["evo+self-taught/A", "evo/A", "best"],
+    ]
+    means = study.data().energy.mean(["agent", "generation"]).median("run")  # of three generations, all are the last ten
+    difference = means.sel(condition="evo+self-taught/A") - means.sel(condition="evo/A")
+    np.testing.assert_allclose(table["effect"][0], difference, rtol=1e-6)
+    assert set(table["verdict"]) == {"too few runs"} and table.attrs["too_few"].endswith("At least 5 runs are needed.")
+    turned = study.compare("evo+self-taught/A")
+    assert set(turned["condition_b"]) == {"evo+self-taught/A"}
+    np.testing.assert_allclose(turned["effect"], -table["effect"])
+    with pytest.raises(bl.StudyError, match="has no condition 'evo/C'"):
+        study.compare("evo/C")
+    with pytest.raises(BaldwinLabError, match="last = 0"):
+        study.compare(last=0)
+
+
 def test_an_assay_is_measured_when_it_is_first_asked_for(study: Study, capsys: pytest.CaptureFixture[str]) -> None:
     innate = study.assay("innate", "evo+self-taught/A", workers=1)
     xr.testing.assert_identical(innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A"))

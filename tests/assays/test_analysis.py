@@ -105,6 +105,14 @@ def test_one_run_decides_nothing() -> None:
     assert numbers is not None and math.isnan(numbers.low)
 
 
+def test_what_so_few_runs_cannot_decide_is_told_from_what_is_undecided() -> None:
+    """The largest gain that there can be, in every run: of 3 runs p is 0.25 before it is corrected."""
+    few, enough = (asked(innate(A, off=constant(1), on=constant(50), runs=runs)) for runs in (3, 12))
+    assert few.answer("gain").label == "too few runs" and few.answer("gain").verdict == "undecided"
+    assert few.answer("gain").p_holm == few.answer("gain").smallest_p_holm >= 0.25
+    assert enough.answer("gain").label == "yes" and not enough.answer("gain").has_too_few_runs
+
+
 @pytest.mark.parametrize("assay", ["neutral", "within-life", "modules", "reaction", "descent"])
 def test_a_single_assay_answers_what_it_can(assay: str) -> None:
     found = evaluate({assay: whole()[assay]})
@@ -145,6 +153,8 @@ def test_a_phase_is_as_weak_as_its_weakest_part_that_was_measured(parts: list[An
 def test_the_questions_name_only_what_there_is() -> None:
     known = set(quantities(whole(), A, 10)) | {("rival", "last")}
     assert {quantity for one in criteria() for quantity in (one.a, one.b)} <= known
+    for one in criteria():
+        assert {one.a, one.b} <= {*quantities({one.assay: whole()[one.assay]}, A, 10), ("rival", "last")}
     assert len({one.id for one in criteria()}) == len(criteria())
 
 

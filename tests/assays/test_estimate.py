@@ -6,12 +6,15 @@ import pytest
 
 from baldwinlab.api.bring import How, assay
 from baldwinlab.assays import ASSAYS
+from baldwinlab.assays.analysis import evaluate
 from baldwinlab.assays.estimate import Planned, need
 from baldwinlab.assays.run import misfit
+from baldwinlab.assays.stored import read as open_assays
 from baldwinlab.errors import RefusedError
 from baldwinlab.presets import load
 from baldwinlab.resources import NOTHING
 from baldwinlab.runs.estimate import ENGINE
+from baldwinlab.statistics.sample_sizes import Design
 from baldwinlab.studies.store import Study
 from tests.assays.studies import conditions
 
@@ -23,6 +26,15 @@ def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: Study) -> 
     estimated = need(study, FITTING, dict.fromkeys(FITTING, 3), workers=2)
     assert estimated.disk == pytest.approx(stored, rel=0.1)
     assert Planned(study.experiments, study.factors).need(3, workers=2) == estimated
+
+
+def test_the_tests_of_the_questions_are_counted_before_the_runs(study: Study) -> None:
+    """At most: a question whose quantities are undefined in every run is not tested."""
+    planned = Planned(study.experiments, study.factors).designs(3, tuple(ASSAYS))
+    found = evaluate(open_assays(study))
+    tested = sum(answer.numbers is not None for subject in found.subjects for answer in subject.answers)
+    assert tested <= len(planned) <= tested + len(found.subjects)
+    assert set(planned) == {Design(3, 3, "Wilcoxon")}
 
 
 def test_nothing_is_needed_where_nothing_is_missing(study: Study) -> None:

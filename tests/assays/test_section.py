@@ -91,9 +91,18 @@ def test_what_was_not_measured_is_named_and_not_guessed() -> None:
     assert alone.startswith("not known") and "only the reinforcement module is known to carry something" in alone
 
 
-def test_one_run_is_undecided() -> None:
+def test_one_run_allows_no_verdict() -> None:
     said = words(innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1))
-    assert said.startswith("undecided")
+    assert said.startswith("too few runs: no verdict on whether learning guides selection is possible")
+
+
+def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
+    few = section({"innate": {A: innate(A, off=constant(1), on=constant(50), runs=5)}}, tmp_path)
+    sentence = "With 5 runs and 5 tests, the smallest corrected p-value is 0.31. At least 8 runs are needed."
+    assert sentence in few.body and few.short.endswith(sentence)
+    assert "</span> too few runs</span>" in few.body and "that so few runs cannot establish" in few.body
+    enough = section({"innate": {A: innate(A, off=constant(1), on=constant(50), runs=8)}}, tmp_path)
+    assert "too few runs" not in enough.body and "smallest corrected" not in enough.short
 
 
 @pytest.fixture(scope="module")

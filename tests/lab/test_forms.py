@@ -101,6 +101,17 @@ def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(page: Page,
     expect(page.get_by_test_id("start")).to_be_enabled()
 
 
+def test_too_few_runs_are_noted_and_not_refused(lab_server: LabServer) -> None:
+    order = {"experiment": small().to_dict(), "seed": 0}
+    few, enough, wrong = (
+        CLIENT.post(f"{lab_server.address}/api/validate", json=order | {"runs": runs}).json() for runs in (3, 5, 0)
+    )
+    needed = "with 3 runs and 2 tests, the smallest corrected p-value is 0.2. At least 5 runs are needed."
+    assert few == {"errors": [], "note": f"To compare two conditions: {needed}"}
+    assert enough == {"errors": [], "note": ""}
+    assert wrong["errors"] and wrong["note"] == ""
+
+
 def test_what_a_form_does_not_know_is_shown_as_it_is(page: Page) -> None:
     page.goto("/")
     page.evaluate(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+import baldwinlab as bl
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors
 from baldwinlab.runs.simulate import simulate
@@ -186,10 +187,21 @@ def test_claims_that_were_changed_by_hand_are_not_shown(page: Page, lab_server: 
     expect(shown).not_to_contain_text("holds")
 
 
-def test_a_study_that_was_never_held_against_the_paper_says_how_it_is(page: Page) -> None:
+def test_a_study_of_no_paper_has_no_section_of_claims(page: Page) -> None:
     open_results(page)
-    expect(page.get_by_test_id("claims")).to_contain_text("baldwinlab report")
+    expect(page.get_by_test_id("claims")).to_have_count(0)
     expect(page.get_by_test_id("report-link")).to_have_count(0)
+
+
+def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: LabServer) -> None:
+    open_results(page)
+    shown = page.get_by_test_id("comparison")
+    expect(shown.locator("tbody tr")).to_have_count(2)
+    expect(shown).to_contain_text("With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed.")
+    expect(shown.locator("tbody .badge").first).to_have_text("too few runs")
+    rows = data(lab_server.address, "results", study="small")["comparison"]["rows"]
+    expected = bl.open(lab_server.root / "small").compare()
+    assert [row["effect"] for row in rows] == expected["effect"].tolist()
 
 
 def test_an_unknown_study_is_a_sentence_with_a_way_out(page: Page) -> None:
