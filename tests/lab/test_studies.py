@@ -32,7 +32,7 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
     sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300, "alleles": [], "views": []}
     learners = ("evo", "evo+self-taught")
     conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", "shown": False, **sizes} for name in learners]
-    assert found == {"id": "small", "seed": 5, "conditions": conditions, "problem": None, "report": False}
+    assert found == {"id": "small", "seed": 5, "paper": "", "conditions": conditions, "problem": None, "report": False}
 
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
