@@ -12,7 +12,6 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
-from starlette.websockets import WebSocket
 
 from baldwinlab.lab.access import REFUSAL, Access, cookie_name
 
@@ -29,8 +28,7 @@ HEADERS = {
 class Guard:
     """Middleware that refuses requests and websockets of others, and puts the headers on every answer.
 
-    A foreign page gets status 403, a request without the token 401. A refused websocket is closed before it is accepted, so
-    its handshake is answered with 403.
+    A foreign page gets status 403, a request without the token 401. The handshake of a websocket is answered in the same way.
     """
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
@@ -43,8 +41,6 @@ class Guard:
         response = self._answer(scope)
         if response is None:
             await self.app(scope, receive, _with_headers(scope, send))
-        elif scope["type"] == "websocket":
-            await WebSocket(scope, receive, send).close()
         else:
             await response(scope, receive, _with_headers(scope, send))
 

@@ -66,7 +66,7 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
     return Starlette(
         routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), files],
         lifespan=lifespan,
-        middleware=[Middleware(InPieces), Middleware(Guard, access)],
+        middleware=[Middleware(InPieces), Middleware(Guard, access=access)],
         exception_handlers={
             ClientDisconnect: _gone,
             MissingError: _not_there,

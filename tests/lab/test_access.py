@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -65,7 +66,8 @@ def test_a_websocket_without_the_token_is_refused(lab_server: LabServer, path: s
     for cookie in ("", f"{cookie_name(lab_server.port)}=wrong"):
         with pytest.raises(InvalidStatus) as refused:
             connect(f"ws://127.0.0.1:{lab_server.port}{path}", additional_headers={"Cookie": cookie})
-        assert refused.value.response.status_code == 403
+        answer = refused.value.response
+        assert (answer.status_code, json.loads(answer.body)) == (401, {"error": REFUSAL})
 
 
 def test_every_websocket_lies_where_the_token_is_asked_for() -> None:
