@@ -15,6 +15,7 @@ from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
 from baldwinlab.errors import PartError
 from baldwinlab.experiment.fields import Fields
+from baldwinlab.experiment.file import File
 from baldwinlab.parts.evolution import Fitness, Inheritance, Selection, Variation
 from baldwinlab.parts.foreign import Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.kinds import (
@@ -40,6 +41,7 @@ __all__ = [
     "Cells",
     "Field",
     "Fields",
+    "File",
     "Fitness",
     "Inheritance",
     "ItemRegion",

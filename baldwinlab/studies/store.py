@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.file import require_files
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.factors import CONDITIONS, Factors, Kind
 from baldwinlab.files import (
@@ -216,6 +217,8 @@ def create(
     is_new = False
     if not is_study(directory):
         sources = trust.sources(experiments)
+        for experiment in experiments:
+            require_files(experiment, "")
         text = sealed(text_of_study(names, seed, kind, factors, paper, sources))
         try:
             is_new = _write_study(directory, experiments, sources, text)

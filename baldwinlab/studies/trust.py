@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from baldwinlab.errors import PartError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.base import foreign_choices
+from baldwinlab.experiment.file import require_files
 from baldwinlab.files import require_inside_study, write_exclusively
 
 if TYPE_CHECKING:  # to load it takes a while, and where there is no foreign part nobody needs it
@@ -64,8 +65,14 @@ def lines(sources: Sequence[Source]) -> list[str]:
 
 
 def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExperiment]) -> None:
-    """Raises PartError, with a sentence, where a part that experiments of a study choose is not here, or is another."""
-    chosen = {choice for experiment in experiments for choice in foreign_choices(experiment)}
+    """Raise PartError where a part or a data file of experiments of a study is not here, or is another."""
+    known = list(experiments)
+    _require_parts(where, stored, {choice for experiment in known for choice in foreign_choices(experiment)})
+    for experiment in known:
+        require_files(experiment, f" in {where}")
+
+
+def _require_parts(where: Path, stored: Sequence[Stored], chosen: set[tuple[str, str]]) -> None:
     if not chosen:
         return
     from baldwinlab.parts.foreign import source_of

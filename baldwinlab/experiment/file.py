@@ -1,0 +1,83 @@
+"""A data file as a field of a part. The SHA-256 of its content is a part of the experiment, as all that decides a result."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import BaseModel, Field, model_validator
+
+from baldwinlab.errors import PartError
+from baldwinlab.experiment.fields import Fields
+from baldwinlab.files import DATA_FILE, read_bytes
+
+DIGITS: Final = 12  # of a hash, in sentences
+
+
+class File(Fields):
+    """A data file that a part reads, such as a map or weights.
+
+    In TOML, in `--set` and in Python, a text is the path of the file. The hash is filled in when the
+    experiment is made, and is stored and compared with the other fields. `File()` is no file.
+    """
+
+    path: str = Field("", max_length=1000, description="path of a data file; a relative one begins at the working directory")
+    sha256: str = Field("", pattern="^([0-9a-f]{64})?$", description="SHA-256 of its content, filled in by baldwinlab")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_in_hash(cls, value: Any, info: Any) -> Any:
+        tree = {"path": str(value)} if isinstance(value, str | Path) else value
+        is_reading = (info.context or {}).get("reading")
+        if is_reading or not isinstance(tree, dict) or tree.get("sha256") or not tree.get("path"):
+            return tree
+        return {**tree, "sha256": hashlib.sha256(_content(str(tree["path"]))).hexdigest()}
+
+    def read(self) -> bytes:
+        """Read the file.
+
+        Raises
+        ------
+        PartError
+            If the file cannot be read, or its content is not that of the experiment.
+        """
+        try:
+            content = _content(self.path)
+        except ValueError as error:
+            raise PartError(str(error)) from None
+        found = hashlib.sha256(content).hexdigest()
+        if found != self.sha256:
+            raise PartError(
+                f"the file {self.path} has the SHA-256 {found[:DIGITS]}..., and the experiment was made "
+                f"with a file with {self.sha256[:DIGITS]}...: give that file again, or make another experiment"
+            )
+        return content
+
+
+def files_of(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
+    """Find the data files of an experiment, each with the dotted path of its field."""
+    for name, value in table:
+        for entry in value if isinstance(value, tuple) else (value,):
+            if isinstance(entry, File) and entry.path:
+                yield f"{path}{name}", entry
+            elif isinstance(entry, BaseModel):
+                yield from files_of(entry, f"{path}{name}.")
+
+
+def require_files(experiment: Any, where: str) -> None:
+    """Raise PartError, naming the field, where a data file of an experiment is not here, or is another."""
+    for path, file in files_of(experiment):
+        try:
+            file.read()
+        except PartError as error:
+            raise PartError(f"{path} of {experiment.name}{where}: {error}") from None
+
+
+def _content(path: str) -> bytes:
+    try:
+        return read_bytes(Path(path), DATA_FILE)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"the file {path} cannot be read: {reason}") from None
