@@ -9,6 +9,7 @@ import json
 import subprocess
 import sys
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -74,5 +75,6 @@ def validate_phylogeny(path: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    kinds: dict[str, Callable[..., object]]
     kinds = {"crate": validate_crate, "phylogeny": validate_phylogeny}
     print(json.dumps(kinds[sys.argv[1]](*sys.argv[2:])))
