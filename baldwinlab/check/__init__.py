@@ -1,70 +1,57 @@
-"""The contract of a part as a test that anyone can run on her own: `baldwinlab check FILE`, `bl.check_part`.
+"""The contract of a part as a test that anyone can run: `baldwinlab check FILE`, `bl.check_part`.
 
-A requirement is a function of a `Subject`, parts that are checked together in a small world. It returns a remark, or raises
-`FailsError`, with what is wrong, or `NotCheckedError`, with why it could not be tried.
+A requirement is a function of a `Subject`, parts that are checked together in small worlds. It returns a remark, or raises
+`FailsError`, with what is wrong, or `NotCheckedError`, with why it could not be tried. Whatever runs a hook does so in another
+process: in plain Python first, where an error has a name and a line, and then, if there was none, compiled.
 """
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from baldwinlab.check.columns import nobody_looks_at_others
-from baldwinlab.check.declared import fields_are_declared, limits_are_refused
-from baldwinlab.check.findings import FailsError, Finding, NotCheckedError
-from baldwinlab.check.lives import (
-    a_second_time,
-    alone_and_in_a_bundle,
-    in_any_batch,
-    in_plain_python,
-    in_the_simulator,
-    it_compiles,
-    replayed,
-    resumed,
-)
-from baldwinlab.check.machine_code import arithmetic_is_portable
-from baldwinlab.check.oracles import the_oracle_agrees
-from baldwinlab.check.seen import views_are_sound
-from baldwinlab.check.speed import speed
-from baldwinlab.check.subject import SEED, Subject, subjects
+from baldwinlab.check import plain
+from baldwinlab.check.findings import Finding
+from baldwinlab.check.processes import Process, ProcessEndError
+from baldwinlab.check.requirements import COMPILED, DECLARED, findings_of
+from baldwinlab.check.subject import SEED, Subject, label, subjects
 from baldwinlab.errors import ArgumentError, BaldwinLabError
 from baldwinlab.parts.foreign import load_file, parts_in
 from baldwinlab.parts.kinds import Part
 from baldwinlab.runs.simulate import check_seed
 
 Given = str | Path | type[Part] | Sequence[type[Part]]
-REQUIREMENTS: Final[Mapping[str, tuple[str, Callable[[Subject], str]]]] = {
-    "fields": ("its fields have limits and a meaning", fields_are_declared),
-    "limits": ("what is beyond a limit is refused with a sentence", limits_are_refused),
-    "compiles": ("it compiles", it_compiles),
-    "arithmetic": ("arithmetic stays float32 and away from libm", arithmetic_is_portable),
-    "others": ("nobody looks at others from a phase per agent", nobody_looks_at_others),
-    "again": ("the same bits a second time, under both updates", a_second_time),
-    "bundle": ("the same bits alone and in a bundle", alone_and_in_a_bundle),
-    "batch": ("the same bits in any batch, under both updates", in_any_batch),
-    "resumed": ("the same bits resumed, under both updates", resumed),
-    "replayed": ("the same bits replayed, under both updates", replayed),
-    "python": ("the same bits in plain Python, under both updates", in_plain_python),
-    "simulator": ("the same bits in the simulator of a GPU", in_the_simulator),
-    "oracle": ("the oracle agrees, step by step", the_oracle_agrees),
-    "views": ("its views show data that fits together", views_are_sound),
-    "speed": ("its speed", speed),
-}
+REQUIREMENTS: Final[Sequence[str]] = (*DECLARED, *plain.WORDS, *COMPILED)
 
 
 def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> list[Finding]:
-    """What holds of a part: a file with one or more, or a class, or several. `only` names some of `REQUIREMENTS`.
+    """Check a part against the contract of parts.
 
-    It is tried in random worlds that follow from `seed`. A part is sound where no finding's `holds` is False. Raises
-    ArgumentError for a requirement that there is not, and for a seed beyond its limits.
+    Parameters
+    ----------
+    part
+        A file with one or more parts, or a class, or several. A class must be in a module that another process can import.
+    only
+        Names of `REQUIREMENTS` to try; all, unless given.
+    seed
+        Of the random worlds in which the part is tried.
+
+    Returns
+    -------
+    list of Finding
+        The part keeps the contract where no finding's `holds` is False.
+
+    Raises
+    ------
+    ArgumentError
+        For an unknown requirement, for a seed beyond its limits, and for a class that no other process can import.
     """
     return list(findings(part, only, seed))
 
 
 def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterator[Finding]:
-    """As `check_part`, each as soon as it is there. Where it does not load or compile, nothing else is tried."""
+    """As `check_part`, each as soon as it is there. Where the part does not load or compile, nothing else is tried."""
     if unknown := [name for name in only if name not in REQUIREMENTS]:
         raise ArgumentError("only", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
     check_seed(seed)
@@ -72,42 +59,53 @@ def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterato
         parts = _parts(part)
         together = list(subjects(parts, seed))
     except BaldwinLabError as error:
-        yield Finding("it loads", False, _sentence(error), _again(part, "", SEED))
+        yield Finding("it loads", False, " ".join(str(error).split()), _again(part, "", SEED))
         return
-    yield Finding("it loads", True, ", ".join(f"{each.kind} {each.name!r}" for each in parts), "")
-    for name, (words, requirement) in REQUIREMENTS.items():
-        if not only or name in only:
-            found = _found(words, requirement, together, _again(part, name, seed))
-            yield found
-            if name == "compiles" and not found.holds:
+    yield Finding("it loads", True, ", ".join(map(label, parts)), "")
+    again = {name: _again(part, name, seed) for name in REQUIREMENTS if not only or name in only}
+    for name in filter(again.get, DECLARED):
+        yield from findings_of(name, together, again[name])
+    tried: list[list[plain.Outcome]] = []
+    if any(name in again for name in plain.WORDS):
+        tried = plain.try_all(together, seed)
+        found = list(plain.findings_of(together, tried, {name: _again(part, name, seed) for name in plain.WORDS}))
+        yield from found
+        if not all(one.holds for one in found):
+            words = "the rest, as compiled code could end the process or calculate with what was never written"
+            yield Finding(words, None, "correct this first", "")
+            return
+    yield from _compiled(parts, together, {name: words for name, words in again.items() if name in COMPILED}, tried, seed)
+
+
+def _compiled(
+    parts: Sequence[type[Part]],
+    together: Sequence[Subject],
+    again: Mapping[str, str],
+    tried: Sequence[Sequence[plain.Outcome]],
+    seed: int,
+) -> Iterator[Finding]:
+    """What is found by another process, which may end by a signal. Where the parts do not compile, nothing else is tried."""
+    if not again:
+        return
+    bits: list[Any] = [one["bits"] for one in tried[0]] if tried else [{} for _ in together]
+    process = Process("requirements", parts, {}, again=again, plain_bits=bits, seed=seed)
+    names = iter(again)
+    try:
+        for answer in process.answers():
+            name = next(names)
+            found = [Finding(*one) for one in answer]
+            yield from found
+            if name == "compiles" and found[0].holds is False:
                 return
+    except ProcessEndError as error:
+        name = next(names)
+        yield Finding(COMPILED[name][0], False, f"{' and '.join(map(label, parts))}: {error}", again[name])
 
 
 def _parts(part: Given) -> Sequence[type[Part]]:
     if isinstance(part, str | Path):
         return parts_in(load_file(part))
     return [part] if isinstance(part, type) else part
-
-
-def _found(words: str, requirement: Callable[[Subject], str], together: Sequence[Subject], again: str) -> Finding:
-    remarks, skipped = [], []
-    for subject in together:
-        try:
-            remarks.append(requirement(subject))
-        except NotCheckedError as error:
-            skipped.append(str(error))
-        except (FailsError, BaldwinLabError, ValueError) as error:
-            return Finding(words, False, _sentence(error), again)
-        except Exception as error:  # whatever a part, or its oracle, raises
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            return Finding(words, False, f"{type(error).__name__}: {_sentence(error)} ({place.filename}:{place.lineno})", again)
-    if skipped and not remarks:
-        return Finding(words, None, skipped[0], again)
-    return Finding(words, True, "; ".join(dict.fromkeys(filter(None, remarks))), again)
-
-
-def _sentence(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 def _again(part: Given, name: str, seed: int) -> str:

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import os
-import subprocess
-import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-import baldwinlab
+from baldwinlab.check.cases import Case, cases
 from baldwinlab.check.findings import FailsError, NotCheckedError
+from baldwinlab.check.processes import PLAIN, SIMULATOR, Process
 from baldwinlab.check.subject import Subject, is_of_miniworld
+from baldwinlab.engine import poison
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backend import CPU, choose
-from baldwinlab.parts.foreign import PREFIX
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate_batch
 from baldwinlab.runs.warm_up import warm_up
 
+SIMULATED: Final = (2, 17)  # agents, in the slow simulator of a GPU: a case under each update
 UPDATES: Final = ("simultaneous", "sequential")
 Bits = list[str]  # of each run
 
@@ -89,9 +86,13 @@ def in_any_batch(subject: Subject) -> str:
 
 
 def a_second_time(subject: Subject) -> str:
+    """Under two patterns of poison, so that compiled code that reads unwritten memory is found too."""
     for experiment in both_updates(subject):
-        first, second = (lived(experiment, subject.seed, range(2)) for _ in range(2))
-        if first != second:
+        bits = []
+        for pattern in poison.PATTERNS:
+            with poison.use_pattern(pattern):
+                bits.append(lived(experiment, subject.seed, range(2)))
+        if bits[0] != bits[1]:
             raise FailsError(f"{named(experiment)}the same runs (0 and 1 of seed {subject.seed}) have other bits a second time")
     return ""
 
@@ -123,45 +124,35 @@ def replayed(subject: Subject) -> str:
 
 
 def in_plain_python(subject: Subject) -> str:
-    _require_the_same_elsewhere(subject, "cpu", "NUMBA_DISABLE_JIT")
+    compared = [case for case in cases(subject) if case.is_same_code]
+    plain = subject.plain_bits or _simulate_elsewhere(subject, compared, "cpu", PLAIN)
+    for case in compared:
+        if case.words in plain and lived(case.experiment, subject.seed, [0]) != plain[case.words]:
+            raise FailsError(f"compiled lives have other bits than in plain Python (with {case.words})")
     return ""
 
 
 def in_the_simulator(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("such a model lives on the CPU alone")
-    _require_the_same_elsewhere(subject, "cuda", "NUMBA_DISABLE_JIT", "NUMBA_ENABLE_CUDASIM")
+    compared = [case for case in cases(subject) if case.is_same_code and not case.has_items and case.agents in SIMULATED]
+    found = _simulate_elsewhere(subject, compared, "cuda", SIMULATOR)
+    for case in compared:
+        if lived(case.experiment, subject.seed, [0]) != found[case.words]:
+            raise FailsError(f"compiled lives have other bits than in the simulator of a GPU (with {case.words})")
     return ""
 
 
-def _require_the_same_elsewhere(subject: Subject, backend: str, *switches: str) -> None:
-    experiments = both_updates(subject)
-    for experiment, found in zip(experiments, _elsewhere(subject, experiments, backend, switches), strict=True):
-        if found != lived(experiment, subject.seed, range(2)):
-            raise FailsError(f"{named(experiment)}lives have other bits with {' and '.join(f'{each}=1' for each in switches)}")
-
-
-def _elsewhere(subject: Subject, experiments: Sequence[Any], backend: str, switches: Sequence[str]) -> list[Bits]:
-    """As `lived`, of runs 0 and 1, in another process. Raises NotCheckedError where there is no such backend."""
-    modules = {part.__module__ for part in subject.parts}
-    request = {
-        "files": [str(sys.modules[each].__file__) for each in modules if each.startswith(PREFIX)],
-        "imports": [each for each in modules if not each.startswith(PREFIX)],
-        "experiments": [each.to_dict() for each in experiments],
-        "seed": subject.seed,
-        "backend": backend,
-    }
-    paths = os.pathsep.join([str(Path(baldwinlab.__file__).parents[1]), *filter(None, sys.path)])
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-m", "baldwinlab.check.elsewhere"], input=json.dumps(request), text=True,
-        env={**os.environ, **dict.fromkeys(switches, "1"), "PYTHONPATH": paths}, capture_output=True,
-    )  # fmt: skip
-    if done.returncode:
-        raise FailsError(f"lives cannot be lived with {backend} so: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
-    answer = json.loads(done.stdout.splitlines()[-1])
-    if "problem" in answer:
-        raise NotCheckedError(answer["problem"])
-    return list(answer["bits"])
+def _simulate_elsewhere(
+    subject: Subject, compared: Sequence[Case], backend: str, environment: Mapping[str, str]
+) -> dict[str, Bits]:
+    """As `lived`, of run 0, in another process. Raises NotCheckedError where there is no such backend."""
+    experiments = [case.experiment.to_dict() for case in compared]
+    request = {"experiments": experiments, "seed": subject.seed, "backend": backend}
+    answers = list(Process("simulate", subject.parts, environment, **request).answers())
+    if isinstance(answers[0], dict):
+        raise NotCheckedError(answers[0]["problem"])
+    return dict(zip((case.words for case in compared), answers, strict=True))
 
 
 def backend_of(name: str) -> Any:

@@ -25,6 +25,7 @@ from baldwinlab.parts.kinds import Part, own_phases
 
 DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 DOUBLE: Final = re.compile(r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b")
+OF_INTEGER: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
 HARMLESS: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
 EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")  # which are rounded alike everywhere
 LIBM: Final = re.compile(r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\.")
@@ -44,9 +45,15 @@ def arithmetic_is_portable(subject: Subject) -> str:
             if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
                 raise FailsError(f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic")
         breeds = part.kind in BREEDS or getattr(part, "bears", False)
-        if not breeds and (found := DOUBLE.search(code)):
-            raise FailsError(f"{where} calculates in float64 ({found[1]}); constants must be float32, such as np.float32(0.5)")
+        if not breeds and DOUBLE.search(code):
+            raise FailsError(f"{where} calculates in float64: {_reason_of_float64(code)}")
     return ""
+
+
+def _reason_of_float64(code: str) -> str:
+    if OF_INTEGER.search(code):
+        return "an integer and a float32 make a float64; write np.float32(n) for an integer n"
+    return "constants must be float32, such as np.float32(0.5)"
 
 
 def _code(subject: Subject, part: type[Part], name: str) -> str:

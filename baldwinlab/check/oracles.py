@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from typing import Any, Final, NamedTuple
@@ -12,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.check.breeding import compare_breeding
-from baldwinlab.check.findings import FailsError
+from baldwinlab.check.findings import FailsError, NotCheckedError
 from baldwinlab.check.naive import Agent, Item, Naive
-from baldwinlab.check.subject import BREEDS, Subject, values_of
+from baldwinlab.check.signatures import require_signature, verified_hooks
+from baldwinlab.check.subject import BREEDS, Subject, label, values_of
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.make import item_kinds, item_regions
@@ -37,16 +39,26 @@ class Step(NamedTuple):
 
 
 def the_oracle_agrees(subject: Subject) -> str:
-    asked, remarks = 0, []
+    """Compare each part with its oracle. Raises NotCheckedError where no part has one; the remark names the hooks compared."""
+    remarks = []
     for part in subject.parts:
-        if not own_phases(part) or set(own_phases(part)) <= {"build", "advance"}:
+        if not (hooks := verified_hooks(part)):
             continue
-        if not hasattr(part, "oracle"):
-            raise FailsError(f"{part.__name__} has no static method `oracle`, the same in plain Python")
-        asked += 1
+        require_signature(part)
         compare = _compare_breeding if part.kind in BREEDS else COMPARISONS[part.kind]
-        remarks.append(compare(subject, part))
-    return "; ".join(filter(None, remarks)) if asked else "it has no phases of its own to hold one against"
+        named = f"{label(part)}: {', '.join(hooks)}"
+        try:
+            remark = compare(subject, part)
+        except FailsError as error:
+            raise FailsError(f"{named}: {error}") from None
+        except Exception as error:  # whatever an oracle raises
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{place.filename}:{place.lineno}"
+            raise FailsError(f"{label(part)}: its oracle fails: {type(error).__name__}: {error} ({where})") from None
+        remarks.append(f"{named}, {remark}" if remark else named)
+    if not remarks:
+        raise NotCheckedError("no hook has an oracle")
+    return "; ".join(remarks)
 
 
 def naive_of(experiment: Any, seed: int = 0) -> Naive:

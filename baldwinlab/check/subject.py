@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any, Final, NamedTuple
 
@@ -40,6 +40,16 @@ class Subject(NamedTuple):
     parts: tuple[type[Part], ...]
     experiment: Any
     seed: int = SEED
+    plain_bits: Mapping[str, Sequence[str]] = {}  # of lives in plain Python, by the words of their case, where known
+
+    @property
+    def label(self) -> str:
+        return " and ".join(map(label, self.parts))
+
+
+def label(part: type[Part]) -> str:
+    """The part in messages: its kind and name."""
+    return f"{part.kind} {part.name!r}"
 
 
 def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]:

@@ -14,20 +14,21 @@ from baldwinlab.cli.common import Whole
 
 
 def check(
-    file: Annotated[Path, Parameter(help="a file with one or more parts")],
+    file: Annotated[Path, Parameter(help="A file with one or more parts.")],
     /,
     *,
     only: Annotated[
-        list[str] | None, Parameter(help=f"try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True)
+        list[str] | None, Parameter(help=f"Try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True)
     ] = None,
-    seed: Annotated[Whole, Parameter(help="of the random worlds in which it is tried; another seed tries others")] = SEED,
+    seed: Annotated[Whole, Parameter(help="Seed of the random worlds in which the parts are tried.")] = SEED,
 ) -> None:
-    """Check a part of your own: does it keep the contract? One line a requirement, and how to try it again where it fails.
+    """Check whether the parts of a file keep the contract of parts.
 
-    A part must have the same bits alone and in a bundle, in any batch, under both updates, resumed, replayed, in plain Python
-    and on a GPU; agree with its own oracle, the same in plain Python; look at no other agent where it acts for one; calculate
-    in float32 and without libm; and refuse what is beyond its limits. Its speed is told beside that of the built-in part of
-    its kind.
+    Each requirement is a line; one that does not hold says how to try it again. First the hooks of a part
+    run in plain Python, in other processes: they must stay within their arrays, write their outputs and
+    read nothing that was never written. Then they are compiled: they must give the same bits alone and in
+    a SIMD block, in any batch, under both updates, resumed, replayed, in plain Python and in the simulator
+    of a GPU, and agree with their oracle. Hooks without an oracle are listed as not verified.
     """
     failed = False
     for finding in findings(file, only or (), seed):

@@ -63,10 +63,13 @@ def built_in_parts() -> list[Any]:
     return [choices.find(kind, name) for kind in kinds for name in sorted(BUILT_IN[kind], reverse=True)]
 
 
-@pytest.mark.parametrize("requirement", TRIED)
-def test_the_built_in_parts_keep_the_contract(requirement: str) -> None:
-    found = bl.check_part(built_in_parts(), only=[requirement])
-    assert all(each.holds for each in found), "\n".join(map(str, found))
+def test_the_built_in_parts_keep_the_contract() -> None:
+    found = bl.check_part(built_in_parts(), only=TRIED)
+    assert [str(each) for each in found if not each.holds and not each.is_unverified] == []
+    unverified = {each.sentence for each in found if each.is_unverified}
+    assert unverified == {
+        "network 'feed-forward', backward", "learning rule 'drift', hatch", "selection 'neutral', keep",
+    }  # fmt: skip
 
 
 @pytest.mark.nightly  # a combination of parts takes ten seconds and more to compile, and each example has its own
@@ -76,8 +79,8 @@ def test_the_examples_keep_the_contract(example: Path) -> None:
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 
 
-def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any, in_plain_python: None) -> None:
-    assert failures(write(), "fields", "limits", "arithmetic", "others", "oracle") == ""
+def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any, without_compilation: None) -> None:
+    assert failures(write(), "fields", "limits", "signature", "others", "oracle") == ""
 
 
 @pytest.mark.parametrize(
@@ -107,7 +110,7 @@ def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:
         load_file(write(fields=inherits.format("get(genes, 0, lane + 1)")))
 
 
-def test_a_look_at_a_neighbour_that_the_source_hides_is_found(write: Any, in_plain_python: None) -> None:
+def test_a_look_at_a_neighbour_that_the_source_hides_is_found(write: Any, without_compilation: None) -> None:
     peek = "peek = compiled(lambda rows: rows[0, 3])"
     path = write("put(state.weights, 0, lane, peek(state.weights))", above=peek)
     assert "Liar.learn makes weights of an agent depend on other agents" in failures(path, "others")
@@ -119,38 +122,43 @@ def test_a_call_of_the_mathematical_library_is_found(write: Any) -> None:
     assert "has other bits elsewhere" in failures(path, "arithmetic")
 
 
-def test_arithmetic_in_float64_is_found(write: Any) -> None:
-    path = write("put(state.rate, 0, lane, np.float32(part.share * (0.3 + step)))", fields="share: float = 0.1")
-    assert "Liar.learn calculates in float64" in failures(path, "arithmetic")
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [
+        ("np.float32(part.share * 0.3)", "constants must be float32, such as np.float32(0.5)"),
+        ("get(state.rate, 0, lane) * part.count", "an integer and a float32 make a float64; write np.float32(n)"),
+    ],
+)
+def test_arithmetic_in_float64_is_found_with_its_reason(write: Any, value: str, reason: str) -> None:
+    path = write(f"put(state.rate, 0, lane, {value})", fields="share: float = 0.1; count: int = 2")
+    assert f"Liar.learn calculates in float64: {reason}" in failures(path, "arithmetic")
 
 
-def test_random_numbers_that_no_seed_decides_are_found(write: Any, in_plain_python: None) -> None:
+def test_random_numbers_that_no_seed_decides_are_found(write: Any) -> None:
     path = write("put(state.weights, 0, lane, np.float32(np.random.random()))")
     assert "Liar.learn draws random numbers that no seed decides" in failures(path, "arithmetic")
-    assert "have other bits a second time" in failures(path, "again")
 
 
-def test_an_oracle_that_disagrees_is_found(write: Any, in_plain_python: None) -> None:
+def test_so_are_their_lives_which_have_other_bits_a_second_time(write: Any, without_compilation: None) -> None:
+    path = write("put(state.weights, 0, lane, np.float32(np.random.random()))")
+    assert "learning rule 'liar' (learn): under the simultaneous update, the same runs" in failures(path, "again")
+
+
+def test_an_oracle_that_disagrees_is_found(write: Any, without_compilation: None) -> None:
     found = failures(write(oracle="agent.action_module[0][0][0] += 0.25"), "oracle")
-    assert "after step 0, agent 0: weight 0 is" in found
+    assert "learning rule 'liar': learn: after step 0, agent 0: weight 0 is" in found
     assert "again: baldwinlab check" in found
     assert "--only oracle" in found
 
 
-def test_another_seed_tries_other_worlds(write: Any, in_plain_python: None) -> None:
+def test_another_seed_tries_other_worlds(write: Any, without_compilation: None) -> None:
     path = write(oracle="agent.action_module[0][0][0] += 0.25")
     found = {seed: str(bl.check_part(path, only=["oracle"], seed=seed)[-1]) for seed in (11, 12)}
-    assert found[11] == str(bl.check_part(path, only=["oracle"])[-1])
+    assert found[11].endswith("--only oracle")
     assert found[11].partition("weight 0 is")[2] != found[12].partition("weight 0 is")[2]
     assert found[12].endswith(f"again: baldwinlab check {path} --only oracle --seed 12")
     with pytest.raises(ArgumentError, match="seed = -1 must be at least 0"):
         bl.check_part(path, seed=-1)
-
-
-def test_a_missing_oracle_is_found(write: Any) -> None:
-    path = write()
-    path.write_text(path.read_text().replace("def oracle", "def something_else"))
-    assert "Liar has no static method `oracle`" in failures(path, "oracle")
 
 
 @pytest.mark.parametrize(
@@ -172,7 +180,7 @@ def test_what_does_not_compile_is_told_in_one_sentence(write: Any, learn: str, r
 
 def test_where_lives_are_lived_that_is_a_sentence_too(write: Any) -> None:
     path = write("put(state.weights, 0, lane, part.nothing)")
-    found = bl.check_part(path)
+    found = bl.check_part(path, only=["compiles", "again"])
     assert "does not hold: it compiles: Liar.learn cannot be compiled (" in str(found[-1])
     experiment = bl.load("evo/A").replace(learning={"rule": "liar"}, lifetime={"steps": 1}, evolution={"generations": 1})
     with pytest.raises(PartError, match=r"Liar.learn cannot be compiled \(.*liar.py:\d+\): Unknown attribute 'nothing'"):

@@ -35,7 +35,7 @@ HONEST = "state.places[1, lane] / model.height"
 
 
 @pytest.fixture(autouse=True)
-def _forgotten(in_plain_python: None) -> Iterator[None]:
+def _forgotten(without_compilation: None) -> Iterator[None]:
     yield
     choices.forget("sense", "height")
 

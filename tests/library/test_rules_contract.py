@@ -17,4 +17,4 @@ PARTS = [(kind, name) for kind in ("learning rule", "inheritance") for name in L
 @pytest.mark.parametrize(("kind", "name"), PARTS)
 def test_a_part_keeps_the_contract(kind: str, name: str) -> None:
     found = bl.check_part(choices.find(kind, name), only=TRIED)
-    assert all(each.holds for each in found), "\n".join(map(str, found))
+    assert all(each.holds is not False for each in found), "\n".join(map(str, found))

@@ -211,4 +211,4 @@ def test_what_cannot_be_is_refused_in_a_sentence() -> None:
 
 @pytest.mark.nightly
 def test_every_requirement_of_a_part_holds() -> None:
-    assert [str(found) for found in bl.check_part(BirthsAndDeaths) if not found.holds] == []
+    assert [str(found) for found in bl.check_part(BirthsAndDeaths) if found.holds is False] == []

@@ -15,4 +15,4 @@ TOGETHER: list[type[Part]] = [Walls, Patches, DriftingFood, SlowRegrowth, PatchS
 @pytest.mark.nightly
 @pytest.mark.parametrize("parts", [TOGETHER, [RegionsInTurn]], ids=["together", "in turn"])
 def test_every_requirement_of_a_part_holds(parts: list[type[Part]]) -> None:
-    assert [str(found) for found in check_part(parts) if not found.holds] == []
+    assert [str(found) for found in check_part(parts) if found.holds is False] == []

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
-from baldwinlab.check import check_part
+from baldwinlab.check.findings import FailsError
+from baldwinlab.check.seen import views_are_sound
+from baldwinlab.check.subject import subjects
 from baldwinlab.library.models.landscapes import NKClimbers
 from baldwinlab.parts import Cells, Matrix, View, Walk
 from baldwinlab.parts.views import Seen, arrays_of
@@ -58,11 +61,11 @@ def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
     ],
 )
 def test_a_check_finds_views_that_are_not_as_they_should_be(monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str) -> None:
-    _, sound = check_part(NKClimbers, only=["views"])
-    assert sound.holds and sound.sentence == "climb"
+    (subject,) = subjects([NKClimbers])
+    assert views_are_sound(subject) == "climb"
     monkeypatch.setattr(NKClimbers, "views", {"look": View("", of)})
-    _, found = check_part(NKClimbers, only=["views"])
-    assert found.holds is False and found.sentence == sentence
+    with pytest.raises(FailsError, match=f"^{re.escape(sentence)}$"):
+        views_are_sound(subject)
 
 
 @pytest.mark.parametrize(

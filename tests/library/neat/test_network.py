@@ -82,13 +82,13 @@ def test_it_keeps_the_contract_of_a_part() -> None:
     assert [
         str(found)
         for found in check_part(Growing, only=["compiles", "arithmetic", "bundle", "resumed", "oracle"])
-        if not found.holds
+        if found.holds is False
     ] == []
 
 
 @pytest.mark.nightly
 def test_it_keeps_all_of_the_contract() -> None:
-    assert [str(found) for found in check_part(Growing) if not found.holds] == []
+    assert [str(found) for found in check_part(Growing) if found.holds is False] == []
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,67 @@
+"""The other end of `processes.Process`: a request on standard input, its answers on standard output."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+
+def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
+    """Yield the outcome of each subject, in plain Python with watched hooks."""
+    from baldwinlab.check.plain import try_out
+    from baldwinlab.check.subject import subjects
+    from baldwinlab.check.watch import Watch
+
+    watch = Watch(parts)
+    for subject in subjects(parts, request["seed"]):
+        yield try_out(subject, watch)
+
+
+def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
+    """Yield the findings of each requirement."""
+    from baldwinlab.check.requirements import findings_of
+    from baldwinlab.check.subject import subjects
+
+    known = zip(subjects(parts, request["seed"]), request["plain_bits"], strict=True)
+    together = [subject._replace(plain_bits=bits) for subject, bits in known]
+    for name, again in request["again"].items():
+        yield findings_of(name, together, again)
+
+
+def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
+    """Yield the bits of run 0 of each experiment, or why the backend cannot be used."""
+    from baldwinlab.check.lives import backend_of, lived
+    from baldwinlab.experiment import validate
+
+    try:
+        backend = backend_of(request["backend"])
+    except ValueError as error:
+        yield {"problem": str(error)}
+        return
+    for experiment in request["experiments"]:
+        yield lived(validate(experiment), request["seed"], [0], backend=backend)
+
+
+TASKS: Final[dict[str, Callable[[dict[str, Any], list[Any]], Iterator[Any]]]] = {
+    "hooks": try_hooks,
+    "requirements": try_requirements,
+    "simulate": simulate,
+}
+
+
+def main() -> None:
+    """Answer the request. What parts print goes to standard error."""
+    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    from baldwinlab.check.processes import load_parts
+
+    request = json.load(sys.stdin)
+    for answer in TASKS[request["task"]](request, load_parts(request["parts"])):
+        print(json.dumps(answer), file=channel, flush=True)
+
+
+if __name__ == "__main__":
+    main()
