@@ -162,6 +162,23 @@ def require_inside_study(path: Path, folder: Path | None = None) -> None:
             )
 
 
+def require_place(path: Path) -> None:
+    """Refuse a file that could not be written later, before anything is computed for it.
+
+    Raises RefusedError as `require_inside_study` does, and where the file or the folder that it
+    would lie in is read-only.
+    """
+    if not is_local(path):
+        return
+    require_inside_study(path)
+    there = next(each for each in (path, *path.absolute().parents) if each.exists())
+    if not os.access(there if there.is_dir() else there.parent, os.W_OK) or not os.access(there, os.W_OK):
+        raise RefusedError(
+            f"{path} cannot be written: {there} is read-only here; copy the study to a folder that can "
+            "be written, and use the copy"
+        )
+
+
 def _studies_above(place: Path) -> Iterator[Path]:
     """The folders with a study in which a path lies as it is written, its links not followed."""
     for folder in place.parents:

@@ -270,3 +270,22 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     again = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
     assert f"runs: 24, stored already: {stored}" in again.stdout
     assert len(contents(tmp_path)) == 24
+
+
+def test_settings_of_matplotlib_in_the_working_directory_are_not_read(tmp_path: Path) -> None:
+    (tmp_path / "matplotlibrc").write_bytes(b"lines.linewidth: 77\nnonsense: \xff\n")
+    code = """
+import sys
+from baldwinlab.cli import main
+sys.argv = ["baldwinlab", "--version"]
+try:
+    main()
+except SystemExit:
+    pass
+import os, matplotlib
+print(matplotlib.rcParams["lines.linewidth"], os.getcwd())
+"""
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == f"1.5 {tmp_path}"
+    assert done.stderr == ""

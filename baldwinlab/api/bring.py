@@ -11,6 +11,7 @@ from typing import NamedTuple
 from baldwinlab import console, presets, variables
 from baldwinlab.assays import agent_steps, misfits, missing_assays, run_assays
 from baldwinlab.assays.estimate import need as of_assays
+from baldwinlab.assays.stored import assay_path
 from baldwinlab.errors import ArgumentError, InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, Factors, Kind
@@ -86,6 +87,7 @@ def bring(
     if not total:
         console.say(f"{directory}: runs: {wanted}, all of them stored already")
         return study
+    study.require_writable(study.path(condition, lacking[0]) for condition, lacking in missing.items() if lacking)
     stored = wanted - sum(map(len, missing.values()))
     console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
     with _saying_where_it_stands(study, lambda: _standing(study, runs)):
@@ -128,6 +130,9 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
     if not count:
         console.say(f"{study.directory}: all of these assays are stored already")
         return
+    study.require_writable(
+        assay_path(study.directory, name, condition) for condition, lacking in missing.items() for name in lacking
+    )
     need = of_assays(study, missing, {condition: len(study.runs(condition)) for condition in missing}, place.workers)
     require(f"assays: {count}", _here(need, place), study.directory, force=how.force)
     console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")

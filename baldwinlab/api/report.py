@@ -9,7 +9,7 @@ from baldwinlab import console, results
 from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table, show_contrasts
 from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.factors import CONDITIONS, MULTIVERSE
-from baldwinlab.files import is_local
+from baldwinlab.files import is_local, require_place
 from baldwinlab.multiverse.publish import publish as publish_multiverse
 from baldwinlab.multiverse.section import combinations, verdict
 from baldwinlab.outputs import REPORT, require_writable
@@ -17,6 +17,7 @@ from baldwinlab.papers import Paper
 from baldwinlab.papers.verdicts import describe_claims_too_few
 from baldwinlab.publish import Published, need, publish
 from baldwinlab.resources import require
+from baldwinlab.studies.claims import CLAIMS
 from baldwinlab.studies.store import Study
 
 
@@ -70,6 +71,8 @@ def report(
         out = study.directory / "report.html"
     elif is_local(out):
         require_writable("--out", out, REPORT.encode(), force=force)
+    for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
+        require_place(path)  # each for all files of its folder
     require(f"the report of {study.directory}", need(study), force=force)
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.say)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import sys
 import warnings
+from contextlib import chdir
 from pathlib import Path
 
 from baldwinlab import console
@@ -47,6 +48,7 @@ for _name, (_module, _function) in COMMANDS.items():
 
 def main() -> None:
     """Run the command line; every fault is one clear sentence and a non-zero exit."""
+    _pass_over_matplotlibrc()
     warnings.showwarning = lambda message, *_: console.complain(str(message))
     try:
         app(sys.argv[1:])
@@ -60,6 +62,13 @@ def main() -> None:
         _fail(str(error) or "stopped", 130)
     except OSError as error:
         _fail(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else error.strerror or str(error), 1)
+
+
+def _pass_over_matplotlibrc() -> None:
+    """Load Matplotlib from another folder where the working directory has settings that it would read."""
+    if Path("matplotlibrc").exists():
+        with chdir(Path(__file__).parent):
+            import matplotlib  # noqa: F401
 
 
 def _fail(sentence: str, code: int) -> None:

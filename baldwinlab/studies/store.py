@@ -18,13 +18,14 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import require_files
 from baldwinlab.experiment.toml import from_toml, to_toml
@@ -39,6 +40,7 @@ from baldwinlab.files import (
     is_local,
     read_bytes,
     require_inside_study,
+    require_place,
     toml_of,
     write_atomically,
     write_exclusively,
@@ -167,6 +169,14 @@ class Study:
         for leftover in self.directory.rglob(f".*{PARTIAL}") if is_local(self.directory) else ():
             if time.time() - leftover.stat().st_mtime > 60:
                 leftover.unlink(missing_ok=True)
+
+    def require_writable(self, paths: Iterable[Path]) -> None:
+        """Raise RefusedError, naming the file, where one of these files of the study could not be written."""
+        sessions = self.directory / SESSIONS
+        if is_local(sessions) and sessions.is_symlink():
+            raise RefusedError(f"{sessions} cannot be written: it is a link; remove it")
+        for path in (*paths, sessions):
+            require_place(path)
 
     def add_session(self, facts: dict[str, Any]) -> None:
         append_line(self.directory / SESSIONS, json.dumps(facts), SESSIONS_FILE)

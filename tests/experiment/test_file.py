@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.experiment import Experiment, ExperimentError, assign, choices
+from baldwinlab.experiment import Experiment, ExperimentError, assign, choices, look_up
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import File, PartError, load_file
 from baldwinlab.studies.store import Study
@@ -48,7 +48,7 @@ def digest(path: Path) -> str:
 
 def test_the_hash_of_the_content_is_a_part_of_the_experiment(table: Path) -> None:
     one = tabled()
-    assert one.evolution.tabled.table == File(path="worth.txt", sha256=digest(table))
+    assert look_up(one, FIELD)[0] == File(path="worth.txt", sha256=digest(table))
     assert from_toml(to_toml(one), where="again") == one
     table.write_bytes(b"1\n")
     assert tabled() != one
@@ -64,7 +64,7 @@ def test_a_part_reads_what_the_file_holds_and_never_an_older_content(table: Path
 
 
 def test_a_changed_file_is_refused_where_it_is_read(table: Path) -> None:
-    given = tabled().evolution.tabled.table
+    given = look_up(tabled(), FIELD)[0]
     before = digest(table)
     table.write_bytes(b"1\n")
     with pytest.raises(PartError, match=f"worth.txt has the SHA-256 {digest(table)[:12]}..., .* {before[:12]}"):

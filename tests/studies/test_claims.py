@@ -15,7 +15,10 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
 from tests.small import small, small_study
 
-WRITTEN = [{"id": "C1", "verdict": "undecided", "effect": 1.5}, {"id": "C2", "verdict": "holds", "effect": None}]
+WRITTEN: list[dict[str, Any]] = [
+    {"id": "C1", "verdict": "undecided", "effect": 1.5},
+    {"id": "C2", "verdict": "holds", "effect": None},
+]
 
 
 @pytest.fixture

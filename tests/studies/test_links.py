@@ -120,7 +120,25 @@ def test_a_report_does_not_write_through_a_link(command: Command, tmp_path: Path
     small_study(tmp_path / "study", [small("evo/A")], runs=1)
     (tmp_path / "study" / "figures").symlink_to(elsewhere)
     before = snapshot(elsewhere)
+    own = snapshot(tmp_path / "study")
     done = command("report", "study")
     assert done.code == 2
     assert "figures is a link that leads out of the study in" in done.err
     assert snapshot(elsewhere) == before
+    assert snapshot(tmp_path / "study") == own
+
+
+@pytest.mark.parametrize("link", ["sessions.jsonl", "assays"])
+def test_a_link_is_refused_before_anything_is_computed(command: Command, tmp_path: Path, elsewhere: Path, link: str) -> None:
+    small_study(tmp_path / "study", [small("evo/A")], runs=1)
+    path = tmp_path / "study" / link
+    path.unlink(missing_ok=True)
+    path.symlink_to(elsewhere / link if link == "sessions.jsonl" else elsewhere)
+    before, own = snapshot(elsewhere), contents(tmp_path / "study")
+    settings = "evolution.generations=3", "lifetime.steps=300", "world.start.x=400", "world.start.y=160"
+    again = ("run", "evo/A", "--set", *settings, "--seed", "5", "--runs", "2", "--out", "study")
+    done = command(*(("assay", "study", "--only", "innate") if link == "assays" else again))
+    assert done.code == 2
+    assert f"{path.relative_to(tmp_path)}" in done.err and "is a link" in done.err
+    assert snapshot(elsewhere) == before
+    assert contents(tmp_path / "study") == own
