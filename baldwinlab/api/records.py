@@ -8,6 +8,7 @@ from baldwinlab.api.installed import load_installed
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.suggestions import list_names
 
 
 def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experiment:
@@ -24,6 +25,7 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
     if condition is not None and "condition" in texts.coords:
         texts = texts.sel(condition=condition) if condition in texts.condition.values else texts.isel(condition=[])
     if texts.size != 1:
-        names = ", ".join(map(str, record.condition.values.ravel())) if "condition" in record.coords else "select a point of it"
-        raise RefusedError(f"condition = {condition!r} does not pick one experiment of this dataset; there are: {names}")
+        names = [str(name) for name in record.condition.values.ravel()] if "condition" in record.coords else []
+        known = list_names(str(condition), names) if names else "select one point of it"
+        raise RefusedError(f"condition = {condition!r} does not pick one experiment of this dataset; {known}")
     return from_toml(str(texts.item()), where="the record's experiment", reading=True)
