@@ -121,6 +121,6 @@ def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
     id = begin(server)
     assert id in [run["id"] for run in data(server.address, "live")["runs"]]
-    assert post(server, "validate", {"experiment": small().to_dict()}) == (200, {"errors": []})
+    assert post(server, "validate", {"experiment": small().to_dict()}) == (200, {"errors": [], "note": ""})
     _, answer = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
     assert [error["path"] for error in answer["errors"]] == ["motor.noise"]
