@@ -95,6 +95,16 @@ def test_a_value_out_of_range_shows_the_configs_sentence_beside_its_field(page: 
     expect(why).to_be_empty()
 
 
+def test_runs_that_are_too_few_are_noted_below_their_number(page: Page) -> None:
+    page.goto(address({}))
+    runs, note = page.get_by_test_id("setup-runs"), page.get_by_test_id("setup-note")
+    runs.fill("4")
+    expect(note).to_contain_text("At least 5 runs are needed.")
+    expect(page.get_by_test_id("start")).to_be_enabled()
+    runs.fill("5")
+    expect(note).to_be_hidden()
+
+
 def test_a_fault_of_a_whole_part_opens_its_group(page: Page) -> None:
     page.goto(address({"world.start.x": 700}))
     group = page.get_by_test_id("group-world").first

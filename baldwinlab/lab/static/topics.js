@@ -42,5 +42,5 @@ export const PAPERS = [
 export const RESULTS = [
   { title: "The curves", text: "Each condition's mean over its runs, generation by generation; the shaded band is where the true mean lies with 95 % confidence. Each run can be shown as a thin line beside it. A click on a line shows the life behind it." },
   { title: "The boxes", text: "Each run is a point: its mean over the last generations. The line in a box is the median, half of the runs lie in the box." },
-  { title: "What to look for", text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The claims below say what follows from all of them." },
+  { title: "What to look for", text: "Bands that do not overlap tell conditions apart. Where points scatter widely, a single run says little. The comparison says which differences the runs establish." },
 ];
