@@ -1,15 +1,16 @@
 """The contract of a part as a test that anyone can run: `baldwinlab check FILE`, `bl.check_part`.
 
-A requirement is a function of a `Subject`, parts that are checked together in small worlds. It returns a remark, or raises
-`FailsError`, with what is wrong, or `NotCheckedError`, with why it could not be tried. Whatever runs a hook does so in another
-process: in plain Python first, where an error has a name and a line, and then, if there was none, compiled.
+A requirement is a function of a `Subject`: parts that are checked together in small worlds. It
+returns a remark, or raises `FailsError` with what is wrong, or `NotCheckedError` with why it could
+not be tried. Hooks run in other processes: in plain Python first, where an error has a name and a
+line, and compiled only if there was none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from baldwinlab.check import plain
 from baldwinlab.check.findings import Finding
@@ -22,6 +23,7 @@ from baldwinlab.parts.kinds import Part
 from baldwinlab.runs.simulate import check_seed
 
 Given = str | Path | type[Part] | Sequence[type[Part]]
+AFTER_PLAIN: Final = "the rest, as compiled code could end its process or read unwritten memory"
 REQUIREMENTS: Final[Sequence[str]] = (*DECLARED, *plain.WORDS, *COMPILED)
 
 
@@ -31,7 +33,8 @@ def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> li
     Parameters
     ----------
     part
-        A file with one or more parts, or a class, or several. A class must be in a module that another process can import.
+        A file with one or more parts, or a class, or several classes. Another process must be able
+        to import the module of a class.
     only
         Names of `REQUIREMENTS` to try; all, unless given.
     seed
@@ -45,13 +48,16 @@ def check_part(part: Given, *, only: Sequence[str] = (), seed: int = SEED) -> li
     Raises
     ------
     ArgumentError
-        For an unknown requirement, for a seed beyond its limits, and for a class that no other process can import.
+        For an unknown requirement, a seed beyond its limits, or a class that cannot be imported.
     """
     return list(findings(part, only, seed))
 
 
 def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterator[Finding]:
-    """As `check_part`, each as soon as it is there. Where the part does not load or compile, nothing else is tried."""
+    """Yield what `check_part` returns, each finding as soon as it is there.
+
+    Where the part does not load, run in plain Python or compile, nothing else is tried.
+    """
     if unknown := [name for name in only if name not in REQUIREMENTS]:
         raise ArgumentError("only", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
     check_seed(seed)
@@ -65,41 +71,42 @@ def findings(part: Given, only: Sequence[str] = (), seed: int = SEED) -> Iterato
     again = {name: _again(part, name, seed) for name in REQUIREMENTS if not only or name in only}
     for name in filter(again.get, DECLARED):
         yield from findings_of(name, together, again[name])
-    tried: list[list[plain.Outcome]] = []
+    outcomes: list[list[plain.Outcome]] = []
     if any(name in again for name in plain.WORDS):
-        tried = plain.try_all(together, seed)
-        found = list(plain.findings_of(together, tried, {name: _again(part, name, seed) for name in plain.WORDS}))
-        yield from found
-        if not all(one.holds for one in found):
-            words = "the rest, as compiled code could end the process or calculate with what was never written"
-            yield Finding(words, None, "correct this first", "")
+        outcomes = plain.try_all(together, seed)
+        commands = {name: _again(part, name, seed) for name in plain.WORDS}
+        in_plain_python = list(plain.findings_of(together, outcomes, commands))
+        yield from in_plain_python
+        if not all(finding.holds for finding in in_plain_python):
+            yield Finding(AFTER_PLAIN, None, "correct this first", "")
             return
-    yield from _compiled(parts, together, {name: words for name, words in again.items() if name in COMPILED}, tried, seed)
+    compiled = {name: command for name, command in again.items() if name in COMPILED}
+    yield from _compiled(parts, together, compiled, outcomes, seed)
 
 
 def _compiled(
     parts: Sequence[type[Part]],
     together: Sequence[Subject],
     again: Mapping[str, str],
-    tried: Sequence[Sequence[plain.Outcome]],
+    outcomes: Sequence[Sequence[plain.Outcome]],
     seed: int,
 ) -> Iterator[Finding]:
-    """What is found by another process, which may end by a signal. Where the parts do not compile, nothing else is tried."""
+    """Yield the findings of another process, which may end by a signal."""
     if not again:
         return
-    bits: list[Any] = [one["bits"] for one in tried[0]] if tried else [{} for _ in together]
+    bits = [outcome["bits"] for outcome in outcomes[0]] if outcomes else [{} for _ in together]
     process = Process("requirements", parts, {}, again=again, plain_bits=bits, seed=seed)
     names = iter(again)
     try:
         for answer in process.answers():
             name = next(names)
-            found = [Finding(*one) for one in answer]
-            yield from found
-            if name == "compiles" and found[0].holds is False:
+            of_requirement = [Finding(*values) for values in answer]
+            yield from of_requirement
+            if name == "compiles" and of_requirement[0].holds is False:
                 return
     except ProcessEndError as error:
-        name = next(names)
-        yield Finding(COMPILED[name][0], False, f"{' and '.join(map(label, parts))}: {error}", again[name])
+        name, labels = next(names), " and ".join(map(label, parts))
+        yield Finding(COMPILED[name][0], False, f"{labels}: {error}", again[name])
 
 
 def _parts(part: Given) -> Sequence[type[Part]]:
@@ -109,7 +116,7 @@ def _parts(part: Given) -> Sequence[type[Part]]:
 
 
 def _again(part: Given, name: str, seed: int) -> str:
-    """How to try a requirement again; the seed is said where it is another than ever."""
+    """Return how to try a requirement again, with the seed unless it is the usual one."""
     if isinstance(part, str | Path):
         options = [f"--only {name}"] * bool(name) + [f"--seed {seed}"] * (seed != SEED)
         return " ".join([f"baldwinlab check {part}", *options])

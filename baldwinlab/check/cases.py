@@ -1,4 +1,4 @@
-"""Small worlds in which parts are tried: pairs of agents, update, modules of a genome, items of a feature."""
+"""Small worlds in which parts are tried: agents, update, modules of genomes, items of a feature."""
 
 from __future__ import annotations
 
@@ -53,7 +53,14 @@ def _case_of_model(subject: Subject, agents: int) -> Case:
     return Case(_count(agents), subject.experiment.replace(population={"size": agents}))
 
 
-def _case_of_miniworld(subject: Subject, agents: int, update: str, has_other_modules: bool, has_items: bool, steps: int) -> Case:
+def _case_of_miniworld(
+    subject: Subject,
+    agents: int,
+    update: str,
+    has_other_modules: bool,
+    has_items: bool,
+    steps: int,
+) -> Case:
     lifetime = {"update": update, "steps": steps}
     base = subject.experiment.replace(population={"size": agents}, lifetime=lifetime)
     experiment = _with_other_modules(subject, base) if has_other_modules else base
@@ -82,7 +89,8 @@ def _words(experiment: Any, has_items: bool) -> str:
     modules = len(experiment.modules)
     genomes = f"genomes of {modules} module{'s' * (modules > 1)}"
     items = ", items of a world feature" * has_items
-    return f"{_count(experiment.population.size)}, {experiment.lifetime.update} update, {genomes}{items}"
+    agents = _count(experiment.population.size)
+    return f"{agents}, {experiment.lifetime.update} update, {genomes}{items}"
 
 
 def _count(agents: int) -> str:

@@ -1,4 +1,4 @@
-"""The other end of `processes.Process`: a request on standard input, its answers on standard output."""
+"""The child of `processes.Process`: a request on standard input, answers on standard output."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import Any, Final
 
 
@@ -56,10 +57,11 @@ def main() -> None:
     """Answer the request. What parts print goes to standard error."""
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    from baldwinlab.check.processes import load_parts
+    from baldwinlab.check.processes import LAST, load_parts
 
     request = json.load(sys.stdin)
-    for answer in TASKS[request["task"]](request, load_parts(request["parts"])):
+    answers = TASKS[request["task"]](request, load_parts(request["parts"]))
+    for answer in chain(answers, [LAST]):
         print(json.dumps(answer), file=channel, flush=True)
 
 

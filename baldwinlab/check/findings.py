@@ -20,11 +20,12 @@ class Finding(NamedTuple):
     holds: bool | None  # None where it could not be tried
     sentence: str  # what was found, if there is more to say
     again: str  # how to try it again
-    is_unverified: bool = False  # a hook whose results are compared with nothing: `requirement` says why
+    is_unverified: bool = False  # of a hook without an oracle; `requirement` holds the reason
 
     def __str__(self) -> str:
         if self.holds is None:
-            return f"not {'verified' if self.is_unverified else 'checked'}: {self.requirement}: {self.sentence}"
+            verb = "verified" if self.is_unverified else "checked"
+            return f"not {verb}: {self.requirement}: {self.sentence}"
         if self.holds:
             return f"ok: {self.requirement}" + (f" ({self.sentence})" if self.sentence else "")
         return f"does not hold: {self.requirement}: {self.sentence}; again: {self.again}"

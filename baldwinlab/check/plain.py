@@ -1,4 +1,4 @@
-"""Parts in plain Python: they stay within their arrays, write their outputs, and read no unwritten memory."""
+"""Parts in plain Python: their indices, their outputs, and the memory that they never wrote."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ WORDS: Final = {
     "bounds": "it stays within its arrays, in plain Python",
     "unwritten": "no output and no result depends on memory that was never written",
 }
-Outcome = dict[str, Any]  # "bits" by case, or one of WORDS with a sentence; the first "read" of unwritten memory
+Outcome = dict[str, Any]
+"""The "bits" by case, or one of WORDS with a sentence; and the first "read" of unwritten memory."""
 
 
 def try_out(subject: Subject, watch: Watch) -> Outcome:
@@ -69,7 +70,11 @@ def _answers(process: Process) -> list[Outcome]:
     return answers
 
 
-def findings_of(together: Sequence[Subject], tried: Sequence[Sequence[Outcome]], again: Mapping[str, str]) -> Iterator[Finding]:
+def findings_of(
+    together: Sequence[Subject],
+    tried: Sequence[Sequence[Outcome]],
+    again: Mapping[str, str],
+) -> Iterator[Finding]:
     """Yield a finding of each of WORDS or, where one does not hold, that one alone."""
     failures = [_failure(*each) for each in zip(together, *tried, strict=False)]
     for name, words in WORDS.items():
@@ -88,10 +93,11 @@ def _failure(subject: Subject, *outcomes: Outcome) -> Outcome:
     reads = dict.fromkeys(outcome["read"] for outcome in outcomes if outcome.get("read"))
     hint = f"{'; '.join(reads)}: read before anything was written there" if reads else ""
     if failed:  # under one pattern alone
-        sentence = next(failed[0][name] for name in WORDS if name in failed[0])
+        sentence = failed[0].get("bounds") or failed[0]["unwritten"]
         return {"unwritten": f"{hint}; therefore {sentence}" if hint else sentence}
     first, *others = (outcome["bits"] for outcome in outcomes)
     differing = [case for case in first if any(first[case] != other[case] for other in others)]
     if not differing:
         return {}
-    return {"unwritten": f"{hint or f'{subject.label}: results depend on it'} (with {differing[0]})"}
+    reason = hint or f"{subject.label}: results depend on it"
+    return {"unwritten": f"{reason} (with {differing[0]})"}

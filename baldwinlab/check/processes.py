@@ -24,6 +24,7 @@ from baldwinlab.errors import ArgumentError
 from baldwinlab.parts.foreign import PREFIX, load_text
 from baldwinlab.parts.kinds import Part
 
+LAST: Final = "end"  # follows the answers of a process that did not end before
 PLAIN: Final = {"NUMBA_DISABLE_JIT": "1"}
 SIMULATOR: Final = PLAIN | {"NUMBA_ENABLE_CUDASIM": "1"}
 SIGNALS: Final = {
@@ -52,10 +53,17 @@ class Process:
         Further values that the task needs.
     """
 
-    def __init__(self, task: str, parts: Sequence[type[Part]], environment: Mapping[str, str], **request: Any) -> None:
+    def __init__(
+        self,
+        task: str,
+        parts: Sequence[type[Part]],
+        environment: Mapping[str, str],
+        **request: Any,
+    ) -> None:
         package = str(Path(baldwinlab.__file__).parents[1])
         paths = os.pathsep.join([package, *filter(None, sys.path)])
-        self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115  (`answers` closes it)
+        # `answers` closes the log, so no `with` can
+        self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         self._process = subprocess.Popen(
             [sys.executable, "-W", "ignore", "-m", "baldwinlab.check.child"],
             stdin=subprocess.PIPE,
@@ -78,9 +86,11 @@ class Process:
         """
         assert self._process.stdout is not None
         try:
-            yield from map(json.loads, self._process.stdout)
-            if status := self._process.wait():
-                raise ProcessEndError(_end(status, self._last_line()))
+            for answer in map(json.loads, self._process.stdout):
+                if answer == LAST:
+                    return
+                yield answer
+            raise ProcessEndError(_describe_end(self._process.wait(), self._last_line()))
         finally:
             self._process.kill()
             self._process.wait()
@@ -93,7 +103,7 @@ class Process:
         return lines[-1].strip() if lines else ""
 
 
-def _end(status: int, last_line: str) -> str:
+def _describe_end(status: int, last_line: str) -> str:
     if status >= 0:
         return f"the process ended with status {status}: {last_line or 'without a message'}"
     name = signal.Signals(-status).name
@@ -102,7 +112,7 @@ def _end(status: int, last_line: str) -> str:
 
 
 def _sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
-    """Return what `load_parts` needs. Raise ArgumentError for a part that no other process can load."""
+    """Return what `load_parts` needs. Raise ArgumentError for a part that cannot be loaded."""
     sources = []
     for part in parts:
         module = sys.modules[part.__module__]

@@ -61,7 +61,12 @@ def findings_of(name: str, together: Sequence[Subject], again: str) -> list[Find
     return unverified if unverified and found.holds is None else [found, *unverified]
 
 
-def _finding(words: str, requirement: Callable[[Subject], str], together: Sequence[Subject], again: str) -> Finding:
+def _finding(
+    words: str,
+    requirement: Callable[[Subject], str],
+    together: Sequence[Subject],
+    again: str,
+) -> Finding:
     remarks, skipped = [], []
     for subject in together:
         try:
@@ -85,10 +90,12 @@ def _sentence(error: Exception) -> str:
 
 
 def _named(requirement: Callable[[Subject], str], subject: Subject, sentence: str) -> str:
-    """The sentence, which names the part that fails and its hooks."""
+    """Return the sentence with the part that fails and its hooks."""
     if any(f"{part.__name__}." in sentence or label(part) in sentence for part in subject.parts):
         return sentence
-    failing = [part for part in subject.parts if len(subject.parts) == 1 or _fails_alone(requirement, part, subject.seed)]
+    failing: Sequence[type[Part]] = subject.parts
+    if len(subject.parts) > 1:
+        failing = [part for part in subject.parts if _fails_alone(requirement, part, subject.seed)]
     return f"{' and '.join(map(_with_hooks, failing or subject.parts))}: {sentence}"
 
 
@@ -109,7 +116,7 @@ def _fails_alone(requirement: Callable[[Subject], str], part: type[Part], seed: 
 
 
 def _unverified(together: Sequence[Subject]) -> Iterator[Finding]:
-    """A finding of each hook whose results no oracle verifies."""
+    """Yield a finding for each hook whose results no oracle verifies."""
     for part in dict.fromkeys(part for subject in together for part in subject.parts):
         for hook, reason in unverified_hooks(part):
             yield Finding(reason, None, f"{label(part)}, {hook}", "", is_unverified=True)

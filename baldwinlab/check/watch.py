@@ -1,8 +1,8 @@
-"""Hooks watched in plain Python: errors name the part, the hook, the line, the array, the index and the size.
+"""Hooks watched in plain Python: errors name the part, hook, line, array, index and size.
 
-Compiled code checks no index: one past the end of an array reads or writes other memory, or ends the
-process. NumPy takes a negative index from the end, which compiled `get` and `put` do not. So hooks get
-arrays here that know their names and refuse both.
+Compiled code checks no index: one past the end of an array reads or writes other memory, or ends
+the process. NumPy takes a negative index from the end, which compiled `get` and `put` do not. So
+hooks get arrays here that know their names and refuse both.
 """
 
 from __future__ import annotations
@@ -77,12 +77,14 @@ class Watch:
             except HookError:
                 raise
             except Exception as error:  # whatever a hook raises
-                raise HookError(f"{called.at(_line(error, called.file))}: {_message(error)}") from None
+                where = called.at(_line(error, called.file))
+                raise HookError(f"{where}: {_message(error)}") from None
             finally:
                 self._calls.pop()
             for name, array in outputs.items():
                 if (index := _first_erased(array)) is not None:
-                    raise UnwrittenError(f"{called.at(None)} leaves {name}[{_index_text(index)}] unwritten")
+                    entry = f"{name}[{_index_text(index)}]"
+                    raise UnwrittenError(f"{called.at(None)} leaves {entry} unwritten")
             return result
 
         return call
@@ -109,7 +111,7 @@ class Watch:
         return type(value)(*(self._name(each, f"{name}.{field}") for field, each in fields))
 
     def note_read(self, array: str, index: Any) -> None:
-        """Remember the first place where a hook reads poison; later ones may read what came of it."""
+        """Remember the first place where a hook reads poison; later values may follow from it."""
         if not self._calls or self.unwritten_read:
             return
         called = self._calls[-1]
@@ -155,8 +157,9 @@ class NamedArray(np.ndarray):
 
 
 def _size_text(shape: tuple[int, ...], axis: int) -> str:
-    one, many = AXES.get(len(shape), ((f"entry along axis {axis}", f"entries along axis {axis}"),) * len(shape))[axis]
-    return f"{shape[axis]} {one if shape[axis] == 1 else many}"
+    entry, entries = AXES[len(shape)][axis] if len(shape) in AXES else ("entry", "entries")
+    words = f"{shape[axis]} {entry if shape[axis] == 1 else entries}"
+    return words if len(shape) in AXES else f"{words} along axis {axis}"
 
 
 def _index_text(index: Any) -> str:
@@ -173,7 +176,8 @@ def _is_poisoned(value: Any) -> bool:
     pattern = poison.PATTERNS[poison.pattern_number()]
     if isinstance(value, np.floating):
         return bool(value == value.dtype.type(pattern.real))
-    return isinstance(value, np.signedinteger) and pattern.signed < 0 and bool(value == pattern.signed)
+    is_signed = isinstance(value, np.signedinteger)
+    return is_signed and pattern.signed < 0 and bool(value == pattern.signed)
 
 
 def _outputs(part: Any, hook: str, given: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:

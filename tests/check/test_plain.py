@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 import baldwinlab as bl
 
 Write = Callable[[str], Path]
@@ -66,7 +68,7 @@ def test_an_index_past_the_end_is_named_before_anything_is_compiled(write_part: 
     sentence = "learning rule 'my-rule': learn, line 12: index 24 of state.weights, which has 24 rows"
     assert sentence in failed[0]
     assert failed[0].endswith(f"again: baldwinlab check {path} --only bounds")
-    assert str(found[-1]).startswith("not checked: the rest, as compiled code could end the process")
+    assert str(found[-1]).startswith("not checked: the rest, as compiled code could end its process")
 
 
 def test_a_rule_that_reads_an_array_it_never_set_is_found(write_part: Write) -> None:
@@ -90,7 +92,7 @@ def test_a_variation_that_writes_one_module_of_two_is_found_and_named_among_the_
 
 
 CRASHES = """
-import ctypes
+import ctypes, os
 from baldwinlab.parts import Fitness
 
 
@@ -102,16 +104,24 @@ class Crashes(Fitness, name="crashes"):
 
     @staticmethod
     def oracle(part, energy, cost):
-        return ctypes.string_at(0)
+        print("a print is no answer")
+        {end}
 """
 
 
-def test_a_process_that_ends_by_a_signal_is_one_line_and_not_the_end_of_the_check(
-    write_part: Write, without_compilation: None
+@pytest.mark.parametrize(
+    ("end", "reason"),
+    [
+        ("ctypes.string_at(0)", "the process ended by the signal SIGSEGV: it accessed memory"),
+        ("os._exit(0)", "the process ended with status 0"),
+    ],
+)
+def test_a_process_that_ends_early_is_one_line_and_not_the_end_of_the_check(
+    write_part: Write, without_compilation: None, end: str, reason: str
 ) -> None:
-    found = bl.check_part(write_part(CRASHES), only=["oracle", "views"])
-    failed = [str(one) for one in found if one.holds is False]
-    start = "does not hold: the oracle agrees, step by step: fitness 'crashes': the process ended by the signal SIGSEGV: "
+    path = write_part(CRASHES.format(end=end))
+    failed = [str(one) for one in bl.check_part(path, only=["oracle", "views"]) if one.holds is False]
+    start = f"does not hold: the oracle agrees, step by step: fitness 'crashes': {reason}"
     assert len(failed) == 1
     assert failed[0].startswith(start)
     assert len(failed[0].splitlines()) == 1

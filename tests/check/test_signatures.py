@@ -45,7 +45,7 @@ def write_class(kind: str, *methods: str, name: str = "some-part") -> str:
 def test_an_oracle_with_other_arguments_is_refused_with_those_of_its_kind(write_part: Write, kind: str) -> None:
     wrong = "def oracle(part, fitness, agent, oops, more, most)"
     (part,) = parts_in(load_file(write_part(write_class(kind, wrong))))
-    expected = f"oracle({', '.join(ORACLES[kind].arguments)})"
+    expected = f"oracle({ORACLES[kind].arguments})"
     with pytest.raises(FailsError) as refused:
         require_signature(part)
     assert f"{part.kind} 'some-part': oracle has the arguments (part, fitness, agent, oops, more, most)" in str(refused.value)
@@ -54,7 +54,7 @@ def test_an_oracle_with_other_arguments_is_refused_with_those_of_its_kind(write_
 
 @pytest.mark.parametrize("kind", ORACLES)
 def test_an_oracle_with_the_arguments_of_its_kind_is_right(write_part: Write, kind: str) -> None:
-    right = f"def oracle({', '.join(ORACLES[kind].arguments)})"
+    right = f"def oracle({ORACLES[kind].arguments})"
     (part,) = parts_in(load_file(write_part(write_class(kind, right))))
     require_signature(part)
     assert len(verified_hooks(part)) == 1
