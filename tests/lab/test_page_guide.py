@@ -68,9 +68,9 @@ def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: P
     expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
     page.get_by_test_id("tab-results").click()
     expect(page).to_have_url(re.compile(r"#/results\?study=small"))
-    claims = page.get_by_test_id("claims")
-    claims.scroll_into_view_if_needed()
-    expect(claims).to_be_in_viewport()
+    norms = page.get_by_test_id("reaction")
+    norms.scroll_into_view_if_needed()
+    expect(norms).to_be_in_viewport()
     page.get_by_test_id("tab-live").click()
     page.get_by_test_id("setup-seed").fill("7")
     page.get_by_test_id("tab-world").click()
@@ -81,7 +81,7 @@ def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: P
     page.get_by_test_id("tab-world").click()  # and the tab that is shown changes nothing
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
     page.get_by_test_id("tab-results").click()
-    expect(page.get_by_test_id("claims")).to_be_in_viewport()
+    expect(page.get_by_test_id("reaction")).to_be_in_viewport()
     page.get_by_test_id("tab-live").click()
     expect(page.get_by_test_id("setup-seed")).to_have_value("7")
 
