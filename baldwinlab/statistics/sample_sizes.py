@@ -1,7 +1,8 @@
-"""Sample sizes: the smallest p-value that a number of runs allows, and the number of runs that a verdict needs.
+"""Sample sizes: the smallest p-value of a number of runs, and the runs that a verdict needs.
 
-A rank test has finitely many outcomes, so its p-value has a minimum that depends on the sample sizes alone. Where that minimum,
-corrected for the number of tests, is not below the level of significance, no data can give a verdict.
+A rank test has finitely many outcomes, so its p-value has a minimum that depends on the sample
+sizes alone. Where that minimum, corrected for the number of tests, is not below the level of
+significance, no data can give a verdict.
 
 Source: R. E. Tarone, Biometrics 46 (1990), for the minimum attainable p-value.
 """
@@ -32,23 +33,25 @@ class Design(NamedTuple):
 
     @property
     def smallest_p(self) -> float:
-        """The smallest p-value that these sizes allow; 0 for the log-rank test, which is not exact."""
+        """The smallest p-value of these sizes; 0 for the log-rank test, which is not exact."""
         if self.test == "log-rank":
             return 0.0
-        arrangements = comb(self.n_a + self.n_b, self.n_a) if self.test == "Mann-Whitney" else 2**self.n_a
-        return min(1.0, 2 / arrangements)
+        if self.test == "Wilcoxon":
+            return min(1.0, 2 / 2**self.n_a)
+        return min(1.0, 2 / comb(self.n_a + self.n_b, self.n_a))
 
 
 def smallest_corrected(designs: Sequence[Design]) -> Sample:
     """The smallest p-value of each test after Holm's correction for all of them.
 
-    Holm's corrected p-values increase with every p-value of the family, so correcting the minima gives a lower bound for each.
+    Holm's corrected p-values increase with every p-value of the family, so correcting the minima
+    gives a lower bound for each.
     """
     return holm([design.smallest_p for design in designs])
 
 
 def required_runs(designs: Sequence[Design]) -> int:
-    """The smallest number of runs of each condition with which every one of these tests can be significant."""
+    """The smallest number of runs of each condition with which each test can be significant."""
     for runs in count(1):
         if not _impossible([Design(runs, runs, design.test) for design in designs]).any():
             return runs
@@ -65,7 +68,8 @@ def describe_too_few(designs: Sequence[Design]) -> str:
     smallest = float(smallest_corrected(designs)[stuck].min())
     some = "" if stuck.all() else f"{stuck.sum()} of these tests cannot be significant. "
     return (
-        f"{some}With {_counted(runs, 'run')} and {_counted(len(designs), 'test')}, the smallest corrected p-value is "
+        f"{some}With {_counted(runs, 'run')} and {_counted(len(designs), 'test')}, "
+        "the smallest corrected p-value is "
         f"{smallest:.2g}. At least {required_runs(designs)} runs are needed."
     )
 

@@ -1,4 +1,4 @@
-"""The points of a sweep compared with its first point, or with a baseline, as conditions of a study are."""
+"""Comparisons of the points of a sweep with its first point, or with a baseline."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ def are_compared(sweep: Sweep, points: int) -> bool:
 def describe_too_few_runs(sweep: Sweep, points: int) -> str:
     """Say before the runs whether they are too few to compare the points; "" where they are not."""
     factors = {str(point): Factors() for point in range(points)}
-    return describe_too_few(planned_designs(factors, sweep.runs)) if are_compared(sweep, points) else ""
+    if not are_compared(sweep, points):
+        return ""
+    return describe_too_few(planned_designs(factors, sweep.runs))
 
 
 def has_comparisons(study: Study) -> bool:
@@ -34,15 +36,21 @@ def has_comparisons(study: Study) -> bool:
 
 
 def compare_points(study: Study, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
-    """Compare the points in `finals` (condition, run), named by the values of their fields; see `compare_finals`."""
+    """Compare the points in `finals` (condition, run), named by the values of their fields."""
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]
-    return compare_finals(finals.assign_coords(condition=names), dict.fromkeys(names, Factors()), last, titles.get(baseline, ""))
+    return compare_finals(
+        finals.assign_coords(condition=names),
+        dict.fromkeys(names, Factors()),
+        last,
+        titles.get(baseline, ""),
+    )
 
 
 def name_points(study: Study) -> dict[str, str]:
     """Name each point of a sweep by the values of its fields, such as `learning.rule = hebb`."""
-    columns = [[f"{field} = {value}" for value in values] for field, values in settings_by_path(study).items()]
+    settings = settings_by_path(study)
+    columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
     named = [", ".join(values) for values in zip(*columns, strict=True)] or list(study.experiments)
     return {
         point: name if named.count(name) == 1 else f"{name} ({point})"

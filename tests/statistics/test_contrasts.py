@@ -35,7 +35,10 @@ def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
         (["evo/A", "evo/B"], {"evo/B": "evo/A"}),
         (["evo/A", "own", "other"], {"own": "evo/A", "other": "evo/A"}),
         (["evo/A", "evo/B", "drift/B"], {"drift/B": "evo/B"}),
-        (["evo/A", "drift/A", "own", "evo/C"], {"drift/A": "evo/A", "own": "evo/A", "evo/C": "evo/A"}),
+        (
+            ["evo/A", "drift/A", "own", "evo/C"],
+            {"drift/A": "evo/A", "own": "evo/A", "evo/C": "evo/A"},
+        ),
         (["evo/A"], {}),
     ],
 )
@@ -50,7 +53,10 @@ def test_a_multiverse_is_compared_within_each_reading() -> None:
 
 def test_all_conditions_are_compared_with_a_baseline_that_is_named() -> None:
     found = compare_conditions(study({"evo/A": LOW, "evo/B": LOW, "evo+drift/B": HIGH}), baseline="evo+drift/B")
-    assert {(row.condition, row.reference) for row in found.rows} == {("evo/A", "evo+drift/B"), ("evo/B", "evo+drift/B")}
+    assert {(row.condition, row.reference) for row in found.rows} == {
+        ("evo/A", "evo+drift/B"),
+        ("evo/B", "evo+drift/B"),
+    }
     assert found.pairing == "Each condition is compared with evo+drift/B."
 
 
@@ -61,7 +67,11 @@ def test_the_sentence_names_the_conditions_that_are_compared_across_maps() -> No
 
 def test_a_verdict_needs_a_significant_difference() -> None:
     found = compare_conditions(study({"a/A": LOW, "b/A": HIGH, "c/A": LOW, "d/A": MIXED}))
-    assert [row.verdict for row in found.rows if row.measure == "mean"] == ["higher", "undecided", "undecided"]
+    assert [row.verdict for row in found.rows if row.measure == "mean"] == [
+        "higher",
+        "undecided",
+        "undecided",
+    ]
     (turned,) = (row for row in compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows if row.measure == "best")
     assert turned.verdict == "lower"
     assert turned.numbers.effect == -90

@@ -9,7 +9,12 @@ import pytest
 from scipy import stats
 
 from baldwinlab import statistics
-from baldwinlab.statistics.sample_sizes import Design, describe_too_few, required_runs, smallest_corrected
+from baldwinlab.statistics.sample_sizes import (
+    Design,
+    describe_too_few,
+    required_runs,
+    smallest_corrected,
+)
 
 
 @pytest.mark.parametrize(("n_a", "n_b"), [(1, 1), (1, 4), (2, 2), (2, 5), (3, 3), (4, 3), (4, 4)])
@@ -48,7 +53,12 @@ def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
     bound = smallest_corrected(designs)
     for _ in range(200):
         a, b, c, d = ([generator.normal(4 * side, 1, size) for side, size in enumerate(design[:2])] for design in designs)
-        ps = [statistics.compare(*a).p, statistics.compare(*b).p, statistics.compare_pairs(*c).p, statistics.compare(*d).p]
+        ps = [
+            statistics.compare(*a).p,
+            statistics.compare(*b).p,
+            statistics.compare_pairs(*c).p,
+            statistics.compare(*d).p,
+        ]
         assert (statistics.holm(ps) >= bound - 1e-12).all()
 
 
