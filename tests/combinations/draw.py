@@ -22,7 +22,6 @@ SHORT: Final[Settings] = {  # models whose lifetimes are long by default
     "cell-foragers": {"environments": 6, "moves": 4},
     "cue-learners": {"items": 8},
     "digit-readers": {"trials": 3, "each": 1, "hidden": 2},
-    "erl-populations": {"longest": 20},
     "light-switch": {"moves": 6},
     "neat-poles": {"longest": 20},
     "neat-poles-without-velocities": {"longest": 20},
@@ -101,7 +100,8 @@ def made(row: Settings) -> Any:
     """
     if "model" in row:
         name = row["model"]
-        table = {key_of(name): SHORT[name]} if name in SHORT else {}
+        fields = {**choices.find("model", name).checked_with, **SHORT.get(name, {})}
+        table = {key_of(name): fields} if fields else {}
         base = load(name).replace(population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table)
     else:
         base = small("evo", population={"size": 5}, lifetime={"steps": 7})
@@ -150,7 +150,7 @@ def near(row: Settings) -> Iterator[Settings]:
 
 def accepted(row: Settings) -> tuple[Any, set[str]]:
     """Return the first experiment near a row that is accepted, and the refusals of those before."""
-    refusals = set()
+    refusals: set[str] = set()
     for each in near(row):
         try:
             return made(each), refusals

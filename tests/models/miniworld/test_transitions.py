@@ -55,6 +55,8 @@ def experiments(draw: st.DrawFn, update: str) -> Experiment:
         "steps": draw(st.sampled_from([10**8, 10**8, 0, 7])),
         "evolved_rate": rule != "none" and rate == 0.01 and draw(st.booleans()),  # far above 1, float32 and float64 part ways
     }
+    if rule == "none":  # whose other settings would do nothing, and are refused
+        learning = {"rule": rule}
     start = {"x": x, "y": y, "radius": radius, "headings": draw(st.sampled_from(["equal", "random"]))}
     food = draw(st.lists(food_regions(width, height), min_size=1, max_size=3))
     made: Experiment = validate(
