@@ -37,7 +37,7 @@ class Design(NamedTuple):
         if self.test == "log-rank":
             return 0.0
         if self.test == "Wilcoxon":
-            return min(1.0, 2 / 2**self.n_a)
+            return min(1.0, 2.0 ** (1 - self.n_a))
         return min(1.0, 2 / comb(self.n_a + self.n_b, self.n_a))
 
 
