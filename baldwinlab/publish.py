@@ -62,7 +62,7 @@ def publish(
     paper = paper or (of_study(study.directory, study.paper) if study.paper else None)
     results = evaluate(data, last, paper) if paper else []
     compared = compare_conditions(data, last, baseline)
-    write_claims(study, claim_records(results, paper.name if paper else ""))
+    write_claims(study, claim_records(results, paper.name if paper else "", study.changes))
     write(results, data, study.directory, last, compared.rows)
     tell("drawing the figures")
     traces = _emergence(study, data, paper)

@@ -50,6 +50,7 @@ def bring(
     runs: int,
     seed: int,
     paper: Paper | None = None,
+    changes: Sequence[str] = (),
     kind: Kind = CONDITIONS,
     factors: Mapping[str, Factors] | None = None,
     beside: Mapping[str, bytes] = MappingProxyType({}),
@@ -76,7 +77,7 @@ def bring(
         estimate.require_storable(variables.of_record(experiment), estimate.sizes(experiment), experiment.name)
     if factors is None:
         factors = paper.factors() if paper else presets.factors()
-    study = store.create(directory, experiments, seed, kind, factors, paper=paper.name if paper else "")
+    study = store.create(directory, experiments, seed, kind, factors, paper=paper.name if paper else "", changes=changes)
     if paper:
         keep(paper, directory)
     for name, content in beside.items():

@@ -47,7 +47,7 @@ def claims(study: Study, file: Path | None = None, *, paper: str = "", last: int
     title, wanted = _wanted(study, file, paper)
     about = sorted(set().union(*(claim.conditions for claim in wanted.claims)) & set(study.experiments))
     found = evaluate(open_conditions(study, about or list(study.experiments)), last, wanted)
-    console.console.print(claims_table(found, title))
+    console.console.print(claims_table(found, title, study.changed_model))
     console.say_if_any(describe_claims_too_few(found))
     return found
 

@@ -98,6 +98,6 @@ def _show(study: Study, published: Published, out: Path) -> None:
     if not (study.paper and decided):
         show_contrasts(published.contrasts)
     if decided:
-        console.console.print(claims_table(published.claims))
+        console.console.print(claims_table(published.claims, changed_model=study.changed_model))
         console.say_if_any(describe_claims_too_few(published.claims))
     console.say(f"report: {out}")

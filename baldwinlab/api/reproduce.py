@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from baldwinlab import console, papers
 from baldwinlab.api.bring import How, assay, bring
 from baldwinlab.api.installed import load_installed
 from baldwinlab.api.report import report
+from baldwinlab.api.run import assignments_of
 from baldwinlab.api.study import Study
 from baldwinlab.assays import missing_assays
 from baldwinlab.assays.estimate import Planned
 from baldwinlab.errors import RefusedError, require_positive
-from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment, assign
+from baldwinlab.experiment.idle import require_effect
 from baldwinlab.files import location
+from baldwinlab.papers.paper import STANDARD
 from baldwinlab.papers.verdicts import planned_claim_designs
 from baldwinlab.publish import of_emergence
 from baldwinlab.resources import Need
 from baldwinlab.runs import estimate
 from baldwinlab.runs.warm_up import available_cores
 from baldwinlab.statistics.sample_sizes import describe_too_few
+
+LONGEST_NAME: Final = 120  # of a folder, in characters
+SHORT_NAMES: Final = {"evolution.generations": "generations", "lifetime.steps": "steps"}
 
 
 def reproduce(
@@ -31,47 +38,97 @@ def reproduce(
     generations: int | None = None,
     steps: int | None = None,
     seed: int = 0,
-    reading: str = "standard",
+    reading: str = STANDARD,
     out: str | Path | None = None,
     last: int = 10,
     workers: int | None = None,
     backend: str = "auto",
     executor: str = "threads",
+    set: Mapping[str, Any] | None = None,
     force: bool = False,
 ) -> Study:
     """Run every condition of a paper and its assays, and write the report: when the runs are done, and again with the assays.
 
-    `out` is a folder of results/ unless given.
-    `paper` is the name of one, or the folder of a user's own; unless given, `runs` of each condition are as many as it has.
-    `generations` and `steps` (of a life) shorten it. Raises PaperError for a paper that there is not, ExperimentError for a
-    reading, RefusedError for `steps` where lives have none, and as `run` does, which counts in the assays and the report.
+    Parameters
+    ----------
+    paper
+        The name of a paper, or the folder of a custom one.
+    runs
+        Runs of each condition, by default as many as the paper has.
+    generations, steps
+        Generations of a run, and steps of a forager's life. They change the model, as `set` does.
+    reading
+        An interpretation of the paper.
+    out
+        The directory of the study, by default a folder of results/.
+    set
+        Fields to change in all conditions, such as {"lifetime.steps": 100}. The study is then one of a changed model, and
+        all its results say so.
+
+    Raises
+    ------
+    PaperError
+        For a paper that does not exist or is not valid.
+    ExperimentError
+        For an unknown reading or field, and for a field without effect.
+    RefusedError
+        For `steps` where lives have none; and as `run` does, which counts in the assays and the report.
     """
     load_installed()
     chosen = papers.load(paper)
-    changes: dict[str, Any] = {}
-    if generations is not None:
-        changes["evolution"] = {"generations": generations}
-    experiments = chosen.experiments(reading)
-    if steps is not None:
-        if not are_foragers(experiments):
-            raise RefusedError(f"--steps is of foragers; {chosen.name} has none, and its lives are as long as its model says")
-        changes["lifetime"] = {"steps": steps}
-    experiments = [experiment.replace(**changes) for experiment in experiments]
-    given = {"": reading if reading != "standard" else None, "generations": generations, "steps": steps, "seed": seed or None}
+    assignments = [*lengths(chosen, generations, steps), *assignments_of(set or {})]
+    how = How(workers, backend, executor, force)
+    return reproduce_changed(chosen, assignments, how, runs=runs, seed=seed, reading=reading, out=out, last=last)
+
+
+def lengths(paper: papers.Paper, generations: int | None, steps: int | None) -> list[str]:
+    """Return the assignments of these lengths. Raises RefusedError for steps where lives have none."""
+    if steps is not None and not are_foragers(paper.experiments()):
+        raise RefusedError(f"--steps is of foragers; {paper.name} has none, and its lives are as long as its model says")
+    given = {"evolution.generations": generations, "lifetime.steps": steps}
+    return [f"{path}={value}" for path, value in given.items() if value is not None]
+
+
+def reproduce_changed(
+    paper: papers.Paper,
+    assignments: Sequence[str],
+    how: How,
+    *,
+    runs: int | None,
+    seed: int,
+    reading: str,
+    out: str | Path | None,
+    last: int,
+) -> Study:
+    """Reproduce a paper whose model is changed by assignments, or not at all. `reproduce` and its command call this."""
+    originals = paper.experiments(reading)
+    experiments = [assign(original, assignments) for original in originals]
+    require_effect(experiments, originals)
+    changes = assignments if experiments != originals else ()
     require_positive("last", last)
-    directory = Path("results") / _name(chosen, given) if out is None else location(out)
-    wanted = chosen.about.runs if runs is None else runs
-    how, afterwards = How(workers, backend, executor, force), _afterwards(experiments, chosen, wanted, workers)
-    for sentence in too_few_runs(experiments, chosen, wanted):
+    name = _name(paper, reading, assignments, seed)
+    directory = Path("results") / name if out is None else location(out)
+    wanted = paper.about.runs if runs is None else runs
+    afterwards = _afterwards(experiments, paper, wanted, how.workers)
+    for sentence in too_few_runs(experiments, paper, wanted):
         console.say(sentence)
-    study = bring(experiments, directory, how, runs=wanted, seed=seed, paper=chosen, afterwards=afterwards)
+    study = bring(
+        experiments,
+        directory,
+        how,
+        runs=wanted,
+        seed=seed,
+        paper=paper,
+        changes=changes,
+        afterwards=afterwards,
+    )
 
     def assays() -> None:
         console.say("so far without assays: they follow, and then the report is written again, with them")
-        assay(study, chosen.about.assays, how)
+        assay(study, paper.about.assays, how)
 
-    then = assays if any(missing_assays(study, chosen.about.assays).values()) else None
-    report(study, last=last, force=force, then=then, paper=chosen)
+    then = assays if any(missing_assays(study, paper.about.assays).values()) else None
+    report(study, last=last, force=how.force, then=then, paper=paper)
     return Study(study)
 
 
@@ -102,7 +159,13 @@ def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: in
     return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(of_emergence(shown))
 
 
-def _name(paper: papers.Paper, given: Mapping[str, object]) -> str:
-    """Of the folder for a study of this paper, with what is otherwise than in the paper."""
-    first = "paper" if paper.name == papers.DEFAULT else paper.name
-    return "-".join([first, *(f"{key}{value}" for key, value in given.items() if value is not None)])
+def _name(paper: papers.Paper, reading: str, assignments: Sequence[str], seed: int) -> str:
+    """Return the name of the folder for a study of this paper, with everything that is not as in the paper."""
+    words = ["paper" if paper.name == papers.DEFAULT else paper.name]
+    words += [reading] * (reading != STANDARD)
+    for assignment in assignments:
+        path, _, value = assignment.partition("=")
+        word = f"{SHORT_NAMES[path]}{value}" if path in SHORT_NAMES else assignment
+        words.append(re.sub(r"[^\w.=+-]+", "_", word))
+    words += [f"seed{seed}"] * bool(seed)
+    return "-".join(words)[:LONGEST_NAME]

@@ -80,7 +80,7 @@ def run(
     load_installed()
     loaded = [Loaded(each) if isinstance(each, BaseExperiment) else load_with_origin(each) for each in given]
     how = How(workers, backend, executor, force)
-    return run_loaded(loaded, list(_assignments(set or {})), how, runs=runs, seed=seed, out=out)
+    return run_loaded(loaded, assignments_of(set or {}), how, runs=runs, seed=seed, out=out)
 
 
 def run_loaded(
@@ -115,8 +115,12 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
     return describe_too_few(planned_designs({name: known.get(name, Factors(name)) for name in names}, runs, baseline))
 
 
+def assignments_of(tables: Mapping[str, Any]) -> list[str]:
+    """Return the assignments of tables: `{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` are both lifetime.steps=5."""
+    return list(_assignments(tables))
+
+
 def _assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:
-    """`{"lifetime": {"steps": 5}}` and `{"lifetime.steps": 5}` are both lifetime.steps=5."""
     for key, value in tables.items():
         if isinstance(value, Mapping):
             yield from _assignments(value, f"{path}{key}.")

@@ -213,8 +213,19 @@ class Study:
             paper=None if paper is None else papers.load(paper),
         )
 
-    def replay(self, condition: str, *, run: int, generation: int, force: bool = False) -> xr.Dataset:
-        """One lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`."""
+    def replay(
+        self,
+        condition: str | None = None,
+        *,
+        run: int,
+        generation: int,
+        force: bool = False,
+    ) -> xr.Dataset:
+        """Simulate one lifetime of a stored run again, every step: the variables of `baldwinlab.variables.TRACE`.
+
+        A study with one condition does not need `condition`. Raises StudyError, with the conditions, where it is missing.
+        """
+        condition = only_condition(self._stored, condition)
         experiment = self.experiment(condition)
         self._stored.require_parts(condition)
         energy = self._stored.read(condition, run, genomes=False).energy

@@ -58,14 +58,23 @@ def _numbers(contrast: Contrast) -> str:
     return f"{found.effect:+.4g}{interval}, {tested}, runs {found.n_a} and {found.n_b}"
 
 
-def claims_table(results: Sequence[ClaimResult], title: str = "") -> Table:
+def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model: str = "") -> Table:
     """Every claim with its verdict, what was measured (of several comparisons, the one that decided) and the paper's figure.
 
-    Where no claim says anything of a paper, nor does the table.
+    Where no claim says anything of a paper, nor does the table. `changed_model` is the sentence about the changes of its model.
     """
     of_paper = any(result.claim.of_paper for result in results)
     title = title or f"What {'the paper claims' if of_paper else 'was asked'}, and what we measured"
-    table = Table(title=title, title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 1, 0))
+    if changed_model:
+        title = f"{title}, in a changed model"
+    table = Table(
+        title=title,
+        caption=changed_model,
+        title_style="bold",
+        caption_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 1, 0),
+    )
     table.add_column("")
     table.add_column("verdict", width=13)
     beside = "; the paper's figure" if of_paper else ""

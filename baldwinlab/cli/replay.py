@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from baldwinlab import console
 from baldwinlab.api import study as studies
+from baldwinlab.api.agents import only_condition
 from baldwinlab.cli.common import Directory, Force, Parts, Whole, load_parts
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
@@ -17,6 +18,7 @@ from baldwinlab.files import write_atomically
 from baldwinlab.outputs import REPLAY, require_writable
 from baldwinlab.resources import Need, require
 from baldwinlab.runs.estimate import of_replay, require_storable, sizes
+from baldwinlab.studies import store
 from baldwinlab.variables import TRACE
 
 
@@ -24,7 +26,7 @@ def replay(
     directory: Directory,
     /,
     *,
-    condition: Annotated[str, Parameter(help="a condition of the study")],
+    condition: Annotated[str | None, Parameter(help="a condition of the study; the only one unless given")] = None,
     run: Annotated[Whole, Parameter(help="the number of a stored run, from 0")],
     generation: Annotated[Whole, Parameter(help="the number of a generation, from 0")],
     out: Annotated[Path, Parameter(help="the file to write: a trace (.nc), a film (.mp4, .gif) or a picture (.png)")],
@@ -36,8 +38,9 @@ def replay(
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
     require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
-    study = studies.open(directory)
-    experiment = study.experiment(condition)
+    stored = store.Study(directory)
+    condition = only_condition(stored, condition)
+    study, experiment = studies.Study(stored), stored.experiment(condition)
     if out.suffix == ".nc" and isinstance(experiment, Experiment):
         require_storable(TRACE, sizes(experiment), f"a life of {condition}")
         require(f"--out {out}", Need(disk=of_replay(experiment).disk), out.parent, force=force)

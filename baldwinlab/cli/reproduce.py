@@ -7,11 +7,25 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+from baldwinlab.api.bring import How
 from baldwinlab.api.gallery import ALL, reproduce_all
-from baldwinlab.api.reproduce import reproduce as reproduce_one
-from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, PerhapsWhole, Reading, Seed, Workers, load_parts
+from baldwinlab.api.reproduce import lengths, reproduce_changed
+from baldwinlab.cli.common import (
+    Assignments,
+    BackendName,
+    Executor,
+    Force,
+    Last,
+    Out,
+    Parts,
+    PerhapsWhole,
+    Reading,
+    Seed,
+    Workers,
+    load_parts,
+)
 from baldwinlab.errors import RefusedError
-from baldwinlab.papers import DEFAULT
+from baldwinlab.papers import DEFAULT, load
 from baldwinlab.papers.paper import STANDARD
 
 
@@ -25,6 +39,7 @@ def reproduce(
     steps: Annotated[PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")] = None,
     seed: Seed = 0,
     reading: Reading = STANDARD,
+    assignments: Assignments = None,
     workers: Workers = None,
     out: Out = None,
     last: Last = 10,
@@ -32,13 +47,33 @@ def reproduce(
     executor: Executor = "threads",
     force: Force = False,
 ) -> None:
-    """Reproduce a whole paper: its conditions, statistics, assays, figures and report; or all, and a page across them."""
+    """Reproduce a whole paper: its conditions, statistics, assays, figures and report; or all, and a page across them.
+
+    With --set, --generations or --steps the study is one of a changed model, and all its results say so.
+    """
     load_parts(part)
-    lengths: dict[str, Any] = {"runs": runs, "generations": generations, "steps": steps, "seed": seed, "last": last}
-    how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
     if paper == ALL:
-        if reading != STANDARD:
-            raise RefusedError(f"--reading {reading} is of one paper; all of them are reproduced by their standard reading")
-        reproduce_all(out or Path("results"), **lengths, **how)
-    else:
-        reproduce_one(paper, reading=reading, out=out, **lengths, **how)
+        _require_one_paper(assignments, reading)
+        lives: dict[str, Any] = {"runs": runs, "generations": generations, "steps": steps, "seed": seed, "last": last}
+        how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
+        reproduce_all(out or Path("results"), **lives, **how)
+        return
+    chosen = load(paper)
+    reproduce_changed(
+        chosen,
+        [*lengths(chosen, generations, steps), *(assignments or [])],
+        How(workers, backend, executor, force),
+        runs=runs,
+        seed=seed,
+        reading=reading,
+        out=out,
+        last=last,
+    )
+
+
+def _require_one_paper(assignments: list[str] | None, reading: str) -> None:
+    """Raise RefusedError for options that belong to one paper."""
+    if assignments:
+        raise RefusedError(f"--set {' '.join(assignments)} is of one paper; give its name instead of {ALL}")
+    if reading != STANDARD:
+        raise RefusedError(f"--reading {reading} is of one paper; all of them are reproduced by their standard reading")

@@ -58,6 +58,9 @@ def lead(found: Sequence[Entry]) -> Iterator[str]:
     yield f"Against evolution without learning, innate fitness ends higher in {len(higher)} of {len(held)}, and lower in {lower}."
     claims = [verdict for entry in found for verdict in entry.claims.values()]
     counts = [claims.count(verdict) for verdict in (HOLDS, FAILS, OPEN)]
+    for entry in found:
+        if entry.changes:
+            yield f"{entry.paper.name} is a changed model ({', '.join(entry.changes)}), and counts in these numbers."
     yield "Of {} claims of {} papers, {} hold, {} do not, and {} are undecided.".format(len(claims), len(found), *counts)
 
 
@@ -66,11 +69,11 @@ def left_out(found: Sequence[Entry]) -> Iterator[str]:
     for entry in found:
         if entry.why_not:
             mend = f"; {' and then '.join(f'`{one}`' for one in entry.mend)} bring it in" if entry.mend else ""
-            yield f"{entry.paper.name} is not asked: {entry.why_not}{mend}."
+            yield f"{entry.name} is not asked: {entry.why_not}{mend}."
 
 
 def _answers(found: Sequence[Entry], folder: Path, last: int) -> str:
-    asked = {entry.paper.name: entry.systems for entry in found if entry.systems}
+    asked = {entry.name: entry.systems for entry in found if entry.systems}
     shown = [embed(_picture(asked, last), folder)] if asked else []
     said = {"papers": asked, "questions": QUESTIONS, "left_out": [entry for entry in found if entry.why_not]}
     return render("gallery/answers.html", figures=shown, percent=_percent, **said)
@@ -114,7 +117,7 @@ def _clocks(found: Sequence[Entry]) -> Iterator[dict[str, Any]]:
     for entry in found:
         for system in entry.systems:
             if system.clock:
-                yield {"paper": entry.paper.name, "system": system, "clock": system.clock, "said": _sooner(system.clock)}
+                yield {"paper": entry.name, "system": system, "clock": system.clock, "said": _sooner(system.clock)}
 
 
 def _sooner(clock: Clock) -> str:
@@ -136,6 +139,7 @@ def _record(entry: Entry) -> dict[str, Any]:
         "paper": about.name,
         "title": about.title,
         "year": about.year,
+        "changes": list(entry.changes),
         "study": entry.directory.name,
         "runs": entry.runs,
         "claims": entry.claims,

@@ -24,6 +24,7 @@ class Entry:
     """A paper, and what came of it in a study."""
 
     paper: Paper
+    changes: tuple[str, ...]  # of the paper's model
     directory: Path
     runs: int  # of the condition with the most
     claims: dict[str, str]  # verdicts by claim; empty where no report was written yet
@@ -31,12 +32,19 @@ class Entry:
     why_not: str  # why there is no system, in words; empty where there is one
     mend: tuple[str, ...]  # the commands that bring it in
 
+    @property
+    def name(self) -> str:
+        """The name of the paper, marked where the study is of a changed model."""
+        return f"{self.paper.name} (changed model)" if self.changes else self.paper.name
+
     def counted(self, verdict: str) -> int:
         return Counter(self.claims.values())[verdict]
 
 
 def studies(folder: Path) -> dict[str, Study]:
     """Those of papers that lie in a folder, by paper; of several of a paper that with the most runs.
+
+    A study of a changed model is taken only where the folder holds no other study of that paper with a run.
 
     Raises RefusedError where there is none.
     """
@@ -46,11 +54,16 @@ def studies(folder: Path) -> dict[str, Study]:
             continue
         study = Study(directory)
         name = study.paper or (DEFAULT if directory.name == "paper" else "")
-        if study.kind == CONDITIONS and name and most_runs(study) > (most_runs(found[name]) if name in found else 0):
+        is_first = name not in found or _rank(study) > _rank(found[name])
+        if study.kind == CONDITIONS and name and most_runs(study) and is_first:
             found[name] = study
     if not found:
         raise RefusedError(f"{folder} holds no study of a paper with a finished run; `baldwinlab reproduce PAPER` makes one")
     return found
+
+
+def _rank(study: Study) -> tuple[bool, int]:
+    return not study.changes, most_runs(study)
 
 
 def most_runs(study: Study) -> int:
@@ -76,7 +89,7 @@ def _entry(study: Study, paper: Paper, last: int) -> Entry:
         answered = tuple(systems(open_conditions(study, there), measured, study.experiments, wanted, last))
     why_not, mend = ("", ()) if answered else _why_not(study, there, bool(measured))
     claims = {claim["id"]: claim["verdict"] for claim in claims_in(study)}
-    return Entry(paper, study.directory, most_runs(study), claims, answered, why_not, mend)
+    return Entry(paper, study.changes, study.directory, most_runs(study), claims, answered, why_not, mend)
 
 
 def _why_not(study: Study, there: Sequence[str], measured: bool) -> tuple[str, tuple[str, ...]]:

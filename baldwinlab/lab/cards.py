@@ -90,7 +90,7 @@ def _about(lab: Lab, name: str, study: Study) -> dict[str, Any]:
     """What came of a study of a paper, and whether there is something to watch in it."""
     watched = any(study.runs(one.name) and studies.can_be_shown(one) for one in study.experiments.values())
     verdicts, problem = _verdicts(lab, study)
-    return {"study": name, "verdicts": verdicts, "problem": problem, "watch": watched}
+    return {"study": name, "changes": list(study.changes), "verdicts": verdicts, "problem": problem, "watch": watched}
 
 
 def _preset(paper: Paper) -> str | None:

@@ -278,9 +278,10 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
     return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan)
 
 
-def claim_records(results: Sequence[ClaimResult], paper: str = "") -> list[dict[str, Any]]:
-    """Return the claims for JSON, each with the name of the paper that made the study, if one did."""
-    belongs = {"publication": paper} if paper else {}
+def claim_records(results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """Return the claims for JSON, each with the name of the paper that made the study, and the changes of its model."""
+    belongs: dict[str, Any] = {"publication": paper} if paper else {}
+    belongs |= {"changes": list(changes)} if changes else {}
     return [result.record() | belongs for result in results]
 
 

@@ -71,12 +71,35 @@ def require_sense(seed: Any, names: Any) -> None:
         raise ValueError("conditions: a name stands there twice")
 
 
+def changes_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
+    """The assignments that changed the model of the paper. Raises ValueError where they are no list of texts."""
+    changes = facts.get("changes", [])
+    if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
+        raise ValueError(f'changes = {changes!r} must be a list of assignments, such as "lifetime.steps=100"')
+    return tuple(changes)
+
+
+def describe_changes(changes: Sequence[str]) -> str:
+    """Return the sentence about a changed model; "" where nothing is changed."""
+    if not changes:
+        return ""
+    return f"Changed model: {', '.join(changes)}. No verdict here is about the model of the paper."
+
+
 def text_of_study(
-    names: Sequence[str], seed: int, kind: Kind, factors: Mapping[str, Factors], paper: str, sources: Sequence[Source]
+    names: Sequence[str],
+    seed: int,
+    kind: Kind,
+    factors: Mapping[str, Factors],
+    paper: str,
+    changes: Sequence[str],
+    sources: Sequence[Source],
 ) -> str:
     """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
     lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}"]
-    lines += [f"paper = {json.dumps(paper)}"] * bool(paper) + [*trust.lines(sources), "", "[factors]"]
+    lines += [f"paper = {json.dumps(paper)}"] * bool(paper)
+    lines += [f"changes = {json.dumps(list(changes))}"] * bool(changes)
+    lines += [*trust.lines(sources), "", "[factors]"]
     for name in names if kind != SWEEP else ():
         found = factors.get(name, Factors())
         found = found._replace(learner=found.learner or name)

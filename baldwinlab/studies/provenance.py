@@ -13,10 +13,11 @@ from baldwinlab.version import __version__
 
 
 def provenance(study: Study) -> dict[str, Any]:
-    """For the report: seed, versions, platform, and the agent-steps and seconds of all sessions."""
+    """For the report: seed, changes of the paper's model, versions, platform, agent-steps and seconds of all sessions."""
     sessions = list(study.sessions())
     return {
         "seed": study.seed,
+        "changed_model": study.changed_model,
         "versions": {
             "baldwinlab": __version__,
             "Python": platform.python_version(),

@@ -48,6 +48,8 @@ from baldwinlab.files import (
 from baldwinlab.outputs import is_study, owner
 from baldwinlab.studies import trust
 from baldwinlab.studies.facts import (
+    changes_of,
+    describe_changes,
     kind_and_factors,
     read_own_text,
     require_seal,
@@ -91,6 +93,7 @@ class Study:
             require_seal(text, self.format)
             self.parts = trust.read(facts)  # the foreign ones
             self.paper: str = facts.get("paper", "")  # that made it; "" where none did
+            self.changes = changes_of(facts)  # of the paper's model
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -108,6 +111,11 @@ class Study:
             return experiment
         except (OSError, ValueError, RecursionError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
+
+    @property
+    def changed_model(self) -> str:
+        """The sentence that marks a study of a changed model wherever its results are shown; "" for any other."""
+        return describe_changes(self.changes)
 
     def exists(self) -> bool:
         """Whether it is still there: it may have been removed or moved since it was opened."""
@@ -208,11 +216,12 @@ def create(
     kind: Kind = CONDITIONS,
     factors: Mapping[str, Factors] = MappingProxyType({}),
     paper: str = "",
+    changes: Sequence[str] = (),
 ) -> Study:
     """Make a study, or open the one that is there if it is the same.
 
     `factors` are those of the conditions by name; a condition without a learner is its own, but for the points of a sweep.
-    `paper` is the name of the one that it is made by, if any.
+    `paper` is the name of the one that it is made by, if any, and `changes` are the assignments that changed its model.
     Raises StudyError if the directory holds another study or anything else: it is never mixed, never overwritten.
     """
     names = [experiment.name for experiment in experiments]
@@ -229,7 +238,7 @@ def create(
         sources = trust.sources(experiments)
         for experiment in experiments:
             require_files(experiment, "")
-        text = sealed(text_of_study(names, seed, kind, factors, paper, sources))
+        text = sealed(text_of_study(names, seed, kind, factors, paper, changes, sources))
         try:
             is_new = _write_study(directory, experiments, sources, text)
         except OSError as error:

@@ -28,6 +28,8 @@ export function claimList(claims, study, typicalRun, lastGeneration, problem) {
     section.append(el("p", { class: "soft" }, "The claims of this study's paper are not decided yet. ", el("code", {}, `baldwinlab report ${study.id}`), " decides them."));
     return section;
   }
+  const changes = claims[0].changes ?? [];
+  if (changes.length) section.append(el("p", { role: "note", "data-testid": "claims-changes" }, el("strong", {}, `Changed model: ${changes.join(", ")}.`), " No verdict here is about the model of the paper."));
   section.append(el("p", { class: "soft" }, counted(claims)));
   for (const claim of claims) {
     const shown = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);

@@ -46,12 +46,13 @@ function size({ conditions, claims, runs }) {
 }
 
 /** A study of a paper that is here: what came of its claims, and the ways into it. */
-function made({ study, verdicts, problem, watch }) {
+function made({ study, changes, verdicts, problem, watch }) {
   const counted = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
   const badges = counted.map(([verdict, [tone, one, several]]) => el("span", { class: `badge ${tone}` }, `${verdicts[verdict]} ${verdicts[verdict] === 1 ? one : several}`));
   const name = study === "." ? "this study" : study;
   const way = (view, text) => el("a", { href: `#/${view}?${new URLSearchParams({ study })}`, "aria-label": `${text}: ${name}` }, text);
   return el("div", { class: "row paper-study", "data-testid": `study-${study}` }, el("span", { class: "mono" }, name),
+    ...(changes.length ? [el("strong", { "data-testid": `changes-${study}` }, `changed model: ${changes.join(", ")}`)] : []),
     ...(badges.length ? badges : [el("span", { class: "soft", title: problem ?? "" }, problem ? "its report is not valid: run baldwinlab report again" : "no report yet")]),
     el("span", { class: "spread paper-ways" }, watch && way("world", "Watch"), way("results", "Results")));
 }
