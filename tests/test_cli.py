@@ -26,7 +26,7 @@ from baldwinlab.presets import KINDS, load, names
 from baldwinlab.studies.study import open_study
 from baldwinlab.sweeps.design import open_sweep
 from tests.commands import Command
-from tests.small import contents, small_study
+from tests.small import contents, small, small_study
 
 TINY = ["--runs", "2", "--generations", "3", "--steps", "60"]
 
@@ -212,6 +212,15 @@ def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: 
         assert np.array_equal(trace.eaten.sum("step"), study.read("evo+self-taught/A", 1).food_eaten[2])
     with Image.open(tmp_path / "life.png") as picture:
         assert min(picture.size) > 500
+
+
+def test_replay_takes_the_only_condition_and_lists_them_where_there_are_several(command: Command, tmp_path: Path) -> None:
+    small_study(tmp_path / "two")
+    small_study(tmp_path / "one", [small("evo/A")], runs=1)
+    life = ("--run", "0", "--generation", "1", "--out", "life.nc")
+    assert command("replay", "one", *life).code == 0 and (tmp_path / "life.nc").exists()
+    done = command("replay", "two", *life)
+    assert done.code == 2 and "two: condition is missing; there are evo/A" in done.err
 
 
 def test_assay_measures_a_study_once_and_rebuilds_its_report(command: Command, stored: Path, tmp_path: Path) -> None:

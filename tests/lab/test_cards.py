@@ -53,10 +53,19 @@ def test_every_paper_has_a_card_with_a_small_picture(shelf: LabServer) -> None:
         assert Image.open(io.BytesIO(picture.content)).size == (640, 320)
 
 
+def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
+    create(tmp_path / "changed", [small("evo/B")], 1, paper="le-2019", changes=["lifetime.steps=60"])
+    create(tmp_path / "plain", [small("evo/B")], 1, paper="le-2019")
+    with serving(tmp_path) as server:
+        cards = {card["name"]: card for card in data(server.address, "papers")["papers"]}
+    changes = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
+    assert changes == {"changed": ["lifetime.steps=60"], "plain": []}
+
+
 def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(shelf: LabServer) -> None:
     cards = {card["name"]: card for card in data(shelf.address, "papers")["papers"]}
     verdicts = {"holds": 2, "does not hold": 1}
-    found = {"study": "mine/first", "verdicts": verdicts, "problem": None, "watch": False}  # as no run is stored
+    found = {"study": "mine/first", "changes": [], "verdicts": verdicts, "problem": None, "watch": False}  # as no run is stored
     assert cards["le-2019"]["studies"] == [found]
     assert cards["tiny"]["studies"] == [{"study": "tiny", "verdicts": {}, "problem": None, "watch": False}]
     assert cards["hinton-nowlan-1987"]["studies"] == []

@@ -27,7 +27,8 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """A server over a study of a paper, with a report."""
     root = tmp_path_factory.mktemp("shelf")
     guessing = load("guessing").replace(population={"size": 40}, evolution={"generations": 3}, hinton_nowlan={"loci": 6})
-    create(root / "needle", [guessing], 5, factors=factors(), paper=NAME)
+    changes = ["hinton_nowlan.loci=6"]
+    create(root / "needle", [guessing], 5, factors=factors(), paper=NAME, changes=changes)
     small_study(root / "needle", [guessing], runs=2)
     verdicts = ("holds", "holds", "does not hold", "undecided")
     write_claims(Study(root / "needle"), [CLAIM | {"verdict": verdict} for verdict in verdicts])
@@ -57,6 +58,7 @@ def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer)
 
 def test_a_card_says_what_came_of_a_study_and_leads_into_it(shown: Page) -> None:
     study = shown.get_by_test_id("study-needle")
+    expect(study).to_contain_text("changed model: hinton_nowlan.loci=6")
     expect(study.locator(".badge")).to_have_text(["2 hold", "1 is undecided", "1 does not hold"])
     study.get_by_role("link", name="Watch: needle").click()
     expect(shown.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 2")
