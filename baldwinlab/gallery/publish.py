@@ -69,7 +69,7 @@ def left_out(found: Sequence[Entry]) -> Iterator[str]:
     for entry in found:
         if entry.why_not:
             mend = f"; {' and then '.join(f'`{one}`' for one in entry.mend)} bring it in" if entry.mend else ""
-            yield f"{entry.name} is not asked: {entry.why_not}{mend}."
+            yield f"{entry.paper.name} is not asked: {entry.why_not}{mend}."
 
 
 def _answers(found: Sequence[Entry], folder: Path, last: int) -> str:

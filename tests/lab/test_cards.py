@@ -6,6 +6,7 @@ import io
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image
@@ -65,9 +66,15 @@ def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
 def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(shelf: LabServer) -> None:
     cards = {card["name"]: card for card in data(shelf.address, "papers")["papers"]}
     verdicts = {"holds": 2, "does not hold": 1}
-    found = {"study": "mine/first", "changes": [], "verdicts": verdicts, "problem": None, "watch": False}  # as no run is stored
+    found: dict[str, Any] = {
+        "study": "mine/first",
+        "changes": [],
+        "verdicts": verdicts,
+        "problem": None,
+        "watch": False,
+    }  # as no run is stored
     assert cards["le-2019"]["studies"] == [found]
-    assert cards["tiny"]["studies"] == [{"study": "tiny", "verdicts": {}, "problem": None, "watch": False}]
+    assert cards["tiny"]["studies"] == [{"study": "tiny", "changes": [], "verdicts": {}, "problem": None, "watch": False}]
     assert cards["hinton-nowlan-1987"]["studies"] == []
 
 
