@@ -72,8 +72,8 @@ def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> 
         for record in (folder / left).rglob("*.nc"):
             record.unlink()
     rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
-    done = command("gallery", "all")
-    said = " ".join(done.out.split()) + done.err
+    (folder / "mayley-1996" / "claims.json").unlink()  # decided by the runs that are gone
+    said = " ".join(command("gallery", "all").out.split())
     assert "mayley-1996 is not asked: nobody learns there." in said
     assert "paenke-2007 is not asked: there are no generations to compare." in said
 
