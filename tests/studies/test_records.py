@@ -65,9 +65,9 @@ def _of_another_run(study: Study) -> Path:
     return Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 1)))
 
 
-def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.01) -> Replace:
+def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replace:
     def put(study: Study) -> Path:
-        experiment = small("evo/A").replace(evolution={"generations": generations}, learning={"rate": rate})
+        experiment = small("evo/A").replace(evolution={"generations": generations, "mutation_rate": rate})
         path = study.path("evo/A", 1)
         path.write_bytes(encode(simulate(experiment, seed=seed, run=1)))
         return path
