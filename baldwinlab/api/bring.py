@@ -15,7 +15,7 @@ from baldwinlab.assays.stored import assay_path
 from baldwinlab.errors import ArgumentError, InterruptedStudyError, require_positive
 from baldwinlab.experiment import Experiment
 from baldwinlab.factors import CONDITIONS, Factors, Kind
-from baldwinlab.files import write_atomically
+from baldwinlab.files import require_place, write_atomically
 from baldwinlab.models.miniworld.backend import Backend, choose
 from baldwinlab.outputs import is_study
 from baldwinlab.papers import Paper, keep
@@ -131,9 +131,9 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
     if not count:
         console.say(f"{study.directory}: all of these assays are stored already")
         return
-    study.require_writable(
-        assay_path(study.directory, name, condition) for condition, lacking in missing.items() for name in lacking
-    )
+    for condition, lacking in missing.items():
+        for name in lacking:
+            require_place(assay_path(study.directory, name, condition))
     need = of_assays(study, missing, {condition: len(study.runs(condition)) for condition in missing}, place.workers)
     require(f"assays: {count}", _here(need, place), study.directory, force=how.force)
     console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
