@@ -57,6 +57,7 @@ FORAGERS: Final = {
 }
 MODELS: Final = {"model": [name for name in choices.packaged("model") if name != "miniworld"]}
 DEFAULTS: Final = {
+    "model": "nk-climbers",
     **{path: values[0] for path, values in {**FORAGERS, **BREEDING}.items() if isinstance(values, list)},
     **{path: next(iter(values)) for path, values in {**FORAGERS, **BREEDING}.items() if not isinstance(values, list)},
 }
@@ -129,7 +130,7 @@ def fitted(row: Settings) -> Settings:
     row, breeding = dict(row), {row["evolution.selection"], row["evolution.variation"]}
     if "model" in row:
         row["model"] = "cue-learners" if "one-point-of-units" in breeding else "neat-xor" if breeding & GRAPHS else row["model"]
-        return row
+        return row | ({"evolution.variation": "neat"} if row["model"].startswith("neat-") else {})
     if breeding & GRAPHS:
         row["network.kind"] = "growing"
     if row["network.kind"] == "growing":

@@ -31,6 +31,13 @@ ZERO, ONE = np.float32(0), np.float32(1)
 UNKNOWN = np.float32(-1)  # what no node answers
 
 
+def require_neat(experiment: Any, holder: str) -> None:
+    """Raises ValueError where another variation than `neat` would make genomes that are no graphs."""
+    evolution = experiment.evolution
+    if evolution.variation != "neat" and evolution.inheritance != "none":
+        raise ValueError(f"{holder} is bred by evolution.variation = 'neat', and not {evolution.variation!r}")
+
+
 def entries(links: int) -> int:
     """Entries of a genome with room for so many links."""
     return HEAD + GENE * links

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.lanes import Lane, first_lane, lanes_of
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, list_links
+from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, list_links, require_neat
 from baldwinlab.parts import Field, Network
 
 
@@ -47,13 +47,12 @@ class Growing(Network, name="growing"):
     }
 
     def check(self, experiment: Any) -> None:
-        network, evolution = experiment.network, experiment.evolution
+        network = experiment.network
         if experiment.learning.rule != "none":
             raise ValueError(
                 f"network.kind = 'growing' does not learn: learning.rule = {experiment.learning.rule!r} must be 'none'"
             )
-        if evolution.variation != "neat" and evolution.inheritance != "none":
-            raise ValueError(f"network.kind = 'growing' is bred by evolution.variation = 'neat', and not {evolution.variation!r}")
+        require_neat(experiment, "network.kind = 'growing'")
         if network.biases:
             raise ValueError("network.kind = 'growing' has its bias as a node: network.biases must be false")
         needed = (len(experiment.inputs) + 1) * len(experiment.actions)

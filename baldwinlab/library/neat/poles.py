@@ -24,7 +24,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.library.neat.cart import FORCE, HINGE, PARTS, STEP, move, stands
-from baldwinlab.library.neat.graphs import INFINITE_GENES, entries, list_links, minimal
+from baldwinlab.library.neat.graphs import INFINITE_GENES, entries, list_links, minimal, require_neat
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
@@ -52,6 +52,9 @@ class Poles(Model):
     @property
     def steps(self) -> int:
         return self.longest
+
+    def check(self, experiment: Any) -> None:
+        require_neat(experiment, f"model = {self.name!r}")
 
     def weights(self) -> int:
         return entries(self.links)

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, minimal
+from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, minimal, require_neat
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
@@ -51,6 +51,9 @@ class NeatXor(Model, name="neat-xor"):
 
     def without_learner(self) -> NeatXor:
         return self
+
+    def check(self, experiment: Any) -> None:
+        require_neat(experiment, f"model = {self.name!r}")
 
     def weights(self) -> int:
         return entries(self.links)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from baldwinlab.experiment import ExperimentError
 from baldwinlab.library.neat import oracle
 from baldwinlab.library.neat.graphs import answer, leads_to, links_of, node_of, nodes_of, room, row_of
+from baldwinlab.presets import load
 from tests.library.neat.grown import ROOM, evolved, first_network, genes, network
 
 NESTED = network((4, 0, 3, 0.5, 0), (5, 1, 3, -1.0, 1), (6, 2, 3, 0.25, 1), (9, 0, 9, 1.0, 1), (10, 9, 3, 0.5, 1))
@@ -69,3 +71,9 @@ def test_however_they_grow_networks_are_in_order_and_without_loops() -> None:
         for _ in pairs:
             behind |= {node for node in hidden | {3} if {a for a, b in pairs if b == node} <= behind}
         assert behind == {0, 1, 2, 3} | hidden, "nodes can be put in an order in which every link leads on"
+
+
+@pytest.mark.parametrize("model", ["neat-xor", "neat-poles", "neat-poles-without-velocities"])
+def test_another_variation_would_make_no_graphs_and_is_refused(model: str) -> None:
+    with pytest.raises(ExperimentError, match=f"model = '{model}' is bred by evolution.variation = 'neat', and not 'bit-flips'"):
+        load(model).replace(evolution={"variation": "bit-flips"})
