@@ -10,7 +10,7 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import kept
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genome
-from baldwinlab.evolution.inheritance import deal_teachers, needs_lives
+from baldwinlab.evolution.inheritance import deal_teachers
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -19,7 +19,7 @@ from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_all
 
 def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness) -> tuple[Genome, Parents]:
     """Genomes and parents of the generation at `moment`, from the one before it, which has lived."""
-    if needs_lives(experiment):  # else these genes were checked when they were made
+    if not np.isfinite(genome).all():  # cheaper than to find out who may have changed them
         require_finite(experiment, moment.before(), genome, *_makers_in_life(experiment))
     if experiment.part("evolution.inheritance").afresh:
         return draw_genome(experiment, moment), np.full((len(genome), 2), -1, np.int32)
