@@ -22,6 +22,7 @@ from typing import Final
 import numba
 import platformdirs
 
+from baldwinlab.engine import lanes
 from baldwinlab.engine.numba_internals.dispatchers import CodeStore
 from baldwinlab.files import write_atomically
 
@@ -36,8 +37,8 @@ ENDING: Final = ".compiled"
 
 @cache
 def sources_hash() -> str:
-    """Of the sources of all that can be compiled, and of Numba's version: equal where compiled code is."""
-    digest = hashlib.sha256(f"numba {numba.__version__}".encode())
+    """Hash what compiled code depends on: the sources, the version of Numba, and the lanes of a block."""
+    digest = hashlib.sha256(f"numba {numba.__version__}, {lanes.WIDTH} lanes".encode())
     package = Path(__file__).parents[1]
     for room in ("engine", "evolution", "models", "parts"):
         for source in sorted((package / room).rglob("*.py")):

@@ -164,3 +164,9 @@ def test_who_needs_what_another_process_compiles_waits_and_finds_it(tmp_path: Pa
     put_there = made.stat().st_ino
     assert waiting.communicate(timeout=60)[0] == EXPECTED
     assert made.stat().st_ino == put_there
+
+
+def test_code_for_blocks_of_another_size_has_a_folder_of_its_own(tmp_path: Path) -> None:
+    for lanes in ("4", "16"):
+        assert draw(BALDWINLAB_CACHE=str(tmp_path), BALDWINLAB_LANES=lanes).stdout == EXPECTED
+    assert len(list(tmp_path.glob("engine-*"))) == 2
