@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from baldwinlab.check.subject import label
 from baldwinlab.engine import poison
+from baldwinlab.errors import BaldwinLabError
 from baldwinlab.parts.kinds import Part, own_phases
 
 AXES: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
@@ -31,7 +32,7 @@ OUTPUTS: Final = {  # arrays that a hook fills, by the hook; see `_outputs` for 
 }
 
 
-class HookError(Exception):
+class HookError(BaldwinLabError):
     """A hook that fails in plain Python; the message names the part, the hook and the line."""
 
 
@@ -73,7 +74,7 @@ class Watch:
                 array[...] = _erased(array)
             self._calls.append(called)
             try:
-                result = function(*(self._name(value, name) for name, value in given.items()))
+                result = function(*(self._add_name(value, name) for name, value in given.items()))
             except HookError:
                 raise
             except Exception as error:  # whatever a hook raises
@@ -89,7 +90,7 @@ class Watch:
 
         return call
 
-    def _name(self, value: Any, name: str) -> Any:
+    def _add_name(self, value: Any, name: str) -> Any:
         """Return the value with arrays that know their names."""
         if isinstance(value, NamedArray):
             return value
@@ -101,14 +102,14 @@ class Watch:
             return value
         key = id(value), name
         if key not in self._named:
-            self._named[key] = value, self._name_fields(value, name)
+            self._named[key] = value, self._add_field_names(value, name)
         return self._named[key][1]
 
-    def _name_fields(self, value: Any, name: str) -> Any:
+    def _add_field_names(self, value: Any, name: str) -> Any:
         if not hasattr(value, "_fields"):
-            return tuple(self._name(each, f"{name}[{number}]") for number, each in enumerate(value))
+            return tuple(self._add_name(each, f"{name}[{number}]") for number, each in enumerate(value))
         fields = zip(value._fields, value, strict=True)
-        return type(value)(*(self._name(each, f"{name}.{field}") for field, each in fields))
+        return type(value)(*(self._add_name(each, f"{name}.{field}") for field, each in fields))
 
     def note_read(self, array: str, index: Any) -> None:
         """Remember the first place where a hook reads poison; later values may follow from it."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import count
-from math import comb
+from math import comb, exp, lgamma
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -20,6 +20,8 @@ from baldwinlab.statistics import Sample, holm
 from baldwinlab.statistics.rules import SIGNIFICANT
 
 TOO_FEW = "too few runs"  # shown in place of "undecided"
+
+EXACT = 1000  # runs up to which the number of orders is counted exactly, which takes long for millions
 
 Test = Literal["Mann-Whitney", "Wilcoxon", "log-rank"]
 
@@ -38,7 +40,10 @@ class Design(NamedTuple):
             return 0.0
         if self.test == "Wilcoxon":
             return min(1.0, 2.0 ** (1 - self.n_a))
-        return min(1.0, 2 / comb(self.n_a + self.n_b, self.n_a))
+        runs = self.n_a + self.n_b
+        if runs <= EXACT:
+            return min(1.0, 2 / comb(runs, self.n_a))
+        return 2 * exp(lgamma(self.n_a + 1) + lgamma(self.n_b + 1) - lgamma(runs + 1))
 
 
 def smallest_corrected(designs: Sequence[Design]) -> Sample:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import re
 import sys
 import warnings
 from typing import Any
@@ -14,6 +15,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 import baldwinlab as bl
 from baldwinlab.errors import ArgumentError, RefusedError
+from baldwinlab.extras import installation_command
 from baldwinlab.models.miniworld.steered import Steered
 from tests.worlds import small
 
@@ -130,5 +132,5 @@ def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch: pytest
 
     monkeypatch.setattr(builtins, "__import__", without)
     monkeypatch.delitem(sys.modules, "baldwinlab.api.environments")
-    with pytest.raises(RefusedError, match="pip install 'baldwinlab\\[rl\\]'"):
+    with pytest.raises(RefusedError, match=re.escape(installation_command("rl"))):
         _ = bl.parallel_env

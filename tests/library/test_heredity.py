@@ -65,7 +65,7 @@ def test_with_copies_a_child_whose_parent_learned_nothing_is_taught_what_it_does
 
 
 def test_where_nobody_has_a_teacher_it_is_darwins() -> None:
-    social = taught_by_elders("learning.rule=none")
+    social = taught_by_elders("learning.rule=none", "learning.rate=0.01")
     run, darwin = (simulated(each, 2) for each in (social, social.replace(evolution={"inheritance": "darwinian"})))
     np.testing.assert_array_equal(run["genome"], darwin["genome"])
 

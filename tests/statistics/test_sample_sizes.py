@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations, product
+from math import comb
 
 import numpy as np
 import pytest
@@ -91,3 +92,12 @@ def test_tests_that_can_be_significant_are_told_from_those_that_cannot() -> None
         "1 of these tests cannot be significant. With 2 to 5 runs and 2 tests, the smallest corrected p-value is 0.095. "
         "At least 5 runs are needed."
     )
+
+
+@pytest.mark.parametrize(("n_a", "n_b"), [(1, 1000), (2, 999), (1000, 1), (600, 600)])
+def test_the_p_value_of_many_runs_is_that_of_counting_all_orders(n_a: int, n_b: int) -> None:
+    assert Design(n_a, n_b).smallest_p == pytest.approx(2 / comb(n_a + n_b, n_a), rel=1e-9)
+
+
+def test_a_hundred_million_runs_are_enough() -> None:
+    assert describe_too_few([Design(10**8, 10**8)] * 4) == ""

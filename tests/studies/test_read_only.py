@@ -28,14 +28,16 @@ SETTINGS = ("evolution.generations=3", "lifetime.steps=300", "world.start.x=400"
 MORE = ("run", "evo/A", "--set", *SETTINGS, "--seed", "5", "--runs", "2", "--out", "study")
 
 
+READ = (Path(baldwinlab.__file__).parent, Path(sys.prefix), Path(sys.base_prefix))  # by the command
+
+
 def is_open_to_all(path: Path) -> bool:
     """Whether another user reaches a folder, as the command does that is started by root."""
     return all(each.stat().st_mode & stat.S_IXOTH for each in (path, *path.parents))
 
 
 pytestmark = pytest.mark.skipif(
-    not hasattr(os, "getuid")
-    or (os.getuid() == 0 and not all(map(is_open_to_all, (Path(baldwinlab.__file__).parent, Path(sys.prefix))))),
+    not hasattr(os, "getuid") or (os.getuid() == 0 and not all(map(is_open_to_all, READ))),
     reason="there is no user here for whom a folder is read-only",
 )
 
