@@ -22,7 +22,7 @@ NETWORKS = ("action", "reinforcement")  # the modules of a genome that are netwo
 
 
 class AgentNetwork:
-    """A network of one agent as it was born, before it learned. Call it with inputs to get its outputs.
+    """The network of one agent at birth, before it learned. Call it with inputs to get its outputs.
 
     Attributes
     ----------

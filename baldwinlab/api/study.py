@@ -274,7 +274,7 @@ class Study:
         condition: str | None = None,
         module: str = "action",
     ) -> AgentNetwork:
-        """Return the network of one stored agent as it was born. Call it with inputs to get its outputs.
+        """Return the network of one stored agent at birth. Call it with inputs to get its outputs.
 
         Parameters
         ----------
