@@ -25,7 +25,13 @@ if TYPE_CHECKING:
     from baldwinlab.api.sweep import sweep
     from baldwinlab.assays import open_assay
     from baldwinlab.check import check_part
-    from baldwinlab.errors import ArgumentError, BaldwinLabError, InterruptedStudyError, PartError, RefusedError
+    from baldwinlab.errors import (
+        ArgumentError,
+        BaldwinLabError,
+        InterruptedStudyError,
+        PartError,
+        RefusedError,
+    )
     from baldwinlab.experiment import Experiment, ExperimentError
     from baldwinlab.papers.files import PaperError
     from baldwinlab.runs.replay import replay
@@ -119,7 +125,9 @@ def _in_a_notebook() -> None:
     if shell is not None:
         formatter = shell.display_formatter.formatters["text/html"]
         formatter.for_type_by_name(
-            "xarray.core.dataset", "Dataset", lambda dataset: import_module("baldwinlab.lab.inline").html(dataset)
+            "xarray.core.dataset",
+            "Dataset",
+            lambda dataset: import_module("baldwinlab.lab.inline").html(dataset),
         )
 
 

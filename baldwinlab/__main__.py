@@ -18,7 +18,9 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _stop)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _stop)
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else whoever started it wants ctrl-C to pass it by
+    if (
+        signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):  # else whoever started it wants ctrl-C to pass it by
         signal.signal(signal.SIGINT, _stop)
     try:
         from baldwinlab.cli import main as run  # here, so that it can be stopped
@@ -41,7 +43,9 @@ def _stop(number: int, frame: FrameType | None) -> None:
             return  # a late one: who asked twice was heard in between
         _waiting = _loading(frame) and (alarm or not _waiting)
         if _waiting:
-            signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)  # and again: one that comes with another signal may be missed
+            signal.setitimer(
+                signal.ITIMER_REAL, AGAIN, AGAIN
+            )  # and again: one that comes with another signal may be missed
             return
         signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt

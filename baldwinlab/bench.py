@@ -49,7 +49,11 @@ class Record(NamedTuple):
 def cases(backend: str = "auto") -> list[str]:
     """The cases in the order in which they are measured; a GPU holds no world of 10,000 agents."""
     crowds = CROWDS[:-1] if backend == "cuda" else CROWDS
-    return ["study", *(experiment.name for experiment in paper()), *(f"world-{agents}" for agents in crowds)]
+    return [
+        "study",
+        *(experiment.name for experiment in paper()),
+        *(f"world-{agents}" for agents in crowds),
+    ]
 
 
 def rules() -> list[str]:
@@ -57,7 +61,9 @@ def rules() -> list[str]:
     return [f"rule-{name}" for name in choices.packaged("learning rule")]
 
 
-def bench(quick: bool, backend: str = "auto", parts: Sequence[Path] = (), every_rule: bool = False) -> Iterator[Record]:
+def bench(
+    quick: bool, backend: str = "auto", parts: Sequence[Path] = (), every_rule: bool = False
+) -> Iterator[Record]:
     """Measure every case, then those of learning rules if wanted, then the parts of each file.
 
     `quick` measures less of each, and is less exact.
@@ -67,7 +73,10 @@ def bench(quick: bool, backend: str = "auto", parts: Sequence[Path] = (), every_
     for file in parts:
         load_file(file)
     wanted = cases(backend) + (rules() if every_rule else [])
-    tasks: list[tuple[Any, Any]] = [*((measure, case) for case in wanted), *((measure_parts, file) for file in parts)]
+    tasks: list[tuple[Any, Any]] = [
+        *((measure, case) for case in wanted),
+        *((measure_parts, file) for file in parts),
+    ]
     for task, what in tasks:
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
             yield process.submit(task, what, quick, backend).result()
@@ -79,12 +88,16 @@ def measure(case: str, quick: bool, backend: str = "auto") -> Record:
     chosen = choose(backend, GPU_PAYS if crowd == CROWDS[0] else 1, crowd)
     compile_seconds = warm_up(_experiments(case), chosen)
     if case == "study":
-        agent_steps, seconds, threads = _study(chosen, runs=2 if quick else 8 if chosen is CPU else 30)
+        agent_steps, seconds, threads = _study(
+            chosen, runs=2 if quick else 8 if chosen is CPU else 30
+        )
     elif case.startswith("world-"):
         agent_steps, seconds, threads = _world(chosen, crowd, steps=20 if quick else 200)
     else:
         generations = 100 if chosen is CPU else 10  # of many more worlds
-        agent_steps, seconds, threads = _condition(chosen, _case(case), generations // 5 if quick else generations)
+        agent_steps, seconds, threads = _condition(
+            chosen, _case(case), generations // 5 if quick else generations
+        )
     return Record(case, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), threads)
 
 
@@ -92,8 +105,13 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> Record:
     """Measure the parts in a file in this process: runs of the worlds in which they are checked, with as many agents as ever."""
     chosen = choose(backend, GPU_PAYS, CROWDS[0])
     length = {"population": {"size": CROWDS[0]}, "evolution": {"generations": 4 if quick else 20}}
-    experiments = [subject.experiment.replace(**length) for subject in subjects(parts_in(load_file(file)))]
-    experiments = [each.replace(lifetime={"steps": 5000}) if isinstance(each, Experiment) else each for each in experiments]
+    experiments = [
+        subject.experiment.replace(**length) for subject in subjects(parts_in(load_file(file)))
+    ]
+    experiments = [
+        each.replace(lifetime={"steps": 5000}) if isinstance(each, Experiment) else each
+        for each in experiments
+    ]
     compile_seconds = warm_up(experiments, chosen)
     measured = [_runs(chosen, experiment) for experiment in experiments]
     agent_steps, seconds = (sum(column) for column in zip(*measured, strict=True))
@@ -116,12 +134,18 @@ def _experiments(case: str) -> list[Experiment]:
 def _case(name: str) -> Experiment:
     """A condition by its name, or the agents that learn by a rule."""
     rule = name.removeprefix("rule-")
-    return load("evo+self-taught/A").replace(name=name, learning={"rule": rule}) if rule != name else load(name)
+    return (
+        load("evo+self-taught/A").replace(name=name, learning={"rule": rule})
+        if rule != name
+        else load(name)
+    )
 
 
 def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     """The paper with fewer runs, on all cores, stored as ever."""
-    threads = max(available_cores(), 1 if backend is CPU else len(paper()))  # a GPU lives several batches at a time
+    threads = max(
+        available_cores(), 1 if backend is CPU else len(paper())
+    )  # a GPU lives several batches at a time
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder) / "study", paper(), seed=0)
         missing = missing_runs(study, runs, _ignore)
@@ -131,14 +155,18 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     return runs * sum(agent_steps_of_run(experiment) for experiment in paper()), seconds, threads
 
 
-def _condition(backend: Backend, experiment: Experiment, generations: int) -> tuple[int, float, int]:
+def _condition(
+    backend: Backend, experiment: Experiment, generations: int
+) -> tuple[int, float, int]:
     """One batch of runs of a condition, on one thread."""
     return *_runs(backend, experiment.replace(evolution={"generations": generations})), 1
 
 
 def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
     """Agent-steps and seconds of one batch of runs, on one thread."""
-    simulate_batch(experiment.replace(evolution={"generations": 1}), 0, [0], backend)  # loads what a first run loads
+    simulate_batch(
+        experiment.replace(evolution={"generations": 1}), 0, [0], backend
+    )  # loads what a first run loads
     began = time.perf_counter()
     simulate_batch(experiment, 0, range(backend.worlds), backend)
     return backend.worlds * agent_steps_of_run(experiment), time.perf_counter() - began
@@ -148,9 +176,17 @@ def crowded(agents: int, steps: int) -> Experiment:
     """evo+self-taught/A with more agents, on a map as much larger and with as much more food; all are born among the food."""
     scale = math.sqrt(agents / 20)
     start = {"x": 480 * scale, "y": 160 * scale, "radius": 80 * scale}
-    food = [{"x": [400 * scale, 560 * scale], "y": [80 * scale, 240 * scale], "count": round(2.5 * agents)}]
+    food = [
+        {
+            "x": [400 * scale, 560 * scale],
+            "y": [80 * scale, 240 * scale],
+            "count": round(2.5 * agents),
+        }
+    ]
     world = {"width": 640 * scale, "height": 640 * scale, "start": start, "food": food}
-    return load("evo+self-taught/A").replace(population={"size": agents}, world=world, lifetime={"steps": steps})
+    return load("evo+self-taught/A").replace(
+        population={"size": agents}, world=world, lifetime={"steps": steps}
+    )
 
 
 def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
@@ -161,7 +197,10 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
     worlds = backend.worlds if agents == CROWDS[0] else 1
     experiment, lives = crowded(agents, steps), max(1, CROWDS[-1] // (agents * worlds))
     batch = backend.batch(experiment, 0, range(worlds))
-    genomes, least = np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]), math.inf
+    genomes, least = (
+        np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(worlds)]),
+        math.inf,
+    )
     for _ in range(LIVES):
         seconds = 0.0
         for _ in range(lives):
@@ -177,8 +216,16 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
 
 def machine() -> dict[str, Any]:
     """On what the figures were measured."""
-    provenance = {"platform": platform.platform(), "processor": _processor(), "cores": available_cores()}
-    return provenance | {"python": platform.python_version(), "numpy": np.__version__, "numba": numba.__version__}
+    provenance = {
+        "platform": platform.platform(),
+        "processor": _processor(),
+        "cores": available_cores(),
+    }
+    return provenance | {
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+    }
 
 
 def _processor() -> str:
@@ -186,7 +233,10 @@ def _processor() -> str:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:
         return platform.processor()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.processor())
+    return next(
+        (line.partition(":")[2].strip() for line in lines if line.startswith("model name")),
+        platform.processor(),
+    )
 
 
 def _ignore(message: str) -> None:

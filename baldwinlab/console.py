@@ -9,7 +9,15 @@ from contextlib import contextmanager
 from html import escape
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
@@ -33,7 +41,9 @@ def _rate(speed: float, unit: str) -> str:
 
 
 @contextmanager
-def progress(description: str, total: int, unit: str = "agent-steps") -> Iterator[Callable[[int], None]]:
+def progress(
+    description: str, total: int, unit: str = "agent-steps"
+) -> Iterator[Callable[[int], None]]:
     """Show how far a long piece of work is, its rate and the time left. Yields the function to call with what has been done.
 
     On a terminal and in a notebook that is a bar; elsewhere, as in a log, a plain line every few seconds.
@@ -59,7 +69,14 @@ def progress(description: str, total: int, unit: str = "agent-steps") -> Iterato
 class _Told:
     """Tells now and then how far the work is: `show(sentence, share)`, at most every so many seconds, and at the end."""
 
-    def __init__(self, description: str, total: int, unit: str, show: Callable[[str, float], None], every: float) -> None:
+    def __init__(
+        self,
+        description: str,
+        total: int,
+        unit: str,
+        show: Callable[[str, float], None],
+        every: float,
+    ) -> None:
         self._description, self._total, self._unit, self._done = description, total, unit, 0
         self._show, self._every = show, every
         self._began = self._last = time.monotonic()
@@ -73,7 +90,9 @@ class _Told:
         rate = self._done / max(now - self._began, 1e-9)
         left = (self._total - self._done) / rate
         share = self._done / self._total
-        self._show(f"{self._description}: {share:.0%}, {_rate(rate, self._unit)}, {left:.0f} s left", share)
+        self._show(
+            f"{self._description}: {share:.0%}, {_rate(rate, self._unit)}, {left:.0f} s left", share
+        )
 
 
 def _notebook_bar() -> Callable[[str, float], None]:
@@ -81,7 +100,9 @@ def _notebook_bar() -> Callable[[str, float], None]:
     from IPython.display import HTML, display  # a notebook has it
 
     shown = display(HTML("<progress></progress>"), display_id=True)
-    return lambda sentence, share: shown.update(HTML(f'<progress value="{share:.3f}"></progress> {escape(sentence)}'))
+    return lambda sentence, share: shown.update(
+        HTML(f'<progress value="{share:.3f}"></progress> {escape(sentence)}')
+    )
 
 
 def say(message: str, *, has_address: bool = False) -> None:

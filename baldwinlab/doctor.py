@@ -31,10 +31,16 @@ def examine(folder: Path) -> Iterator[Finding]:
     yield _python()
     yield from _packages()
     yield _cores()
-    yield _room("memory", resources.available_memory(), "close other programs, or run fewer agents or worlds at a time")
+    yield _room(
+        "memory",
+        resources.available_memory(),
+        "close other programs, or run fewer agents or worlds at a time",
+    )
     yield _cache()
     yield _written(folder)
-    yield _room(f"disk, {folder}", resources.free_disk(folder), "write studies elsewhere with --out")
+    yield _room(
+        f"disk, {folder}", resources.free_disk(folder), "write studies elsewhere with --out"
+    )
     yield _gpu()
 
 
@@ -46,7 +52,10 @@ def _python() -> Finding:
 def _packages() -> Iterator[Finding]:
     """Describe the core and each extra: installed versions, or the missing packages and how to install them."""
     for extra in (extras.CORE, *extras.PURPOSES):
-        versions = {name: extras.installed_version(name) for name in extras.required_packages().get(extra, [])}
+        versions = {
+            name: extras.installed_version(name)
+            for name in extras.required_packages().get(extra, [])
+        }
         installed = ", ".join(f"{name} {version}" for name, version in versions.items() if version)
         missing = ", ".join(name for name, version in versions.items() if version is None)
         about, purpose = f"extra {extra}", f"for {extras.PURPOSES.get(extra)}"
@@ -69,9 +78,17 @@ def _cores() -> Finding:
 
 def _room(about: str, left: int | None, mend: str) -> Finding:
     if left is None:
-        return Finding(about, "missing", "this system does not tell how much is free", "nothing is refused for want of it")
+        return Finding(
+            about,
+            "missing",
+            "this system does not tell how much is free",
+            "nothing is refused for want of it",
+        )
     return Finding(
-        about, "well" if left >= LITTLE else "problem", f"{resources.amount(left)} free", "" if left >= LITTLE else mend
+        about,
+        "well" if left >= LITTLE else "problem",
+        f"{resources.amount(left)} free",
+        "" if left >= LITTLE else mend,
     )
 
 
@@ -82,7 +99,12 @@ def _cache() -> Finding:
         place = cache.place()
     if place is None:
         why = "; ".join(str(each.message) for each in caught)
-        return Finding("compiled code", "problem", why, "let BALDWINLAB_CACHE name a folder that only you may write to")
+        return Finding(
+            "compiled code",
+            "problem",
+            why,
+            "let BALDWINLAB_CACHE name a folder that only you may write to",
+        )
     held = sum(file.stat().st_size for file in place.rglob(f"*{cache.ENDING}"))
     return Finding("compiled code", "well", f"{resources.amount(held)} in {place}")
 
@@ -101,11 +123,17 @@ def _written(folder: Path) -> Finding:
 
 def _gpu() -> Finding:
     if extras.installed_version("numba-cuda") is None:
-        return Finding("GPU", "missing", "not looked for, as the extra cuda is not installed; the CPU gives the same bits")
+        return Finding(
+            "GPU",
+            "missing",
+            "not looked for, as the extra cuda is not installed; the CPU gives the same bits",
+        )
     from baldwinlab.models.miniworld import cuda  # here, because to load it takes a while
 
     problem = cuda.available()
-    return Finding("GPU", "missing" if problem else "well", problem or "an NVIDIA GPU that can be used")
+    return Finding(
+        "GPU", "missing" if problem else "well", problem or "an NVIDIA GPU that can be used"
+    )
 
 
 def is_well(findings: list[Finding]) -> bool:

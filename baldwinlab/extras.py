@@ -29,7 +29,9 @@ def missing_extra(extra: str, feature: str) -> RefusedError:
     """Return the error for a feature whose extra is not installed."""
     missing = missing_packages(extra)
     which = f" (not installed: {', '.join(missing)})" if missing else ""
-    return RefusedError(f"{feature} needs the extra {extra!r}{which}: {installation_command(extra)}")
+    return RefusedError(
+        f"{feature} needs the extra {extra!r}{which}: {installation_command(extra)}"
+    )
 
 
 def missing_packages(extra: str) -> list[str]:
@@ -51,7 +53,9 @@ def required_packages() -> dict[str, list[str]]:
 def _requirements() -> list[str]:
     try:
         return importlib.metadata.requires("baldwinlab") or []
-    except importlib.metadata.PackageNotFoundError:  # imported from its source, without an installation
+    except (
+        importlib.metadata.PackageNotFoundError
+    ):  # imported from its source, without an installation
         return []
 
 
@@ -87,6 +91,8 @@ def _origin() -> dict[str, Any]:
     try:
         text = importlib.metadata.distribution("baldwinlab").read_text("direct_url.json")
     except importlib.metadata.PackageNotFoundError:
-        text = json.dumps({"url": Path(__file__).parents[1].as_uri(), "dir_info": {"editable": True}})
+        text = json.dumps(
+            {"url": Path(__file__).parents[1].as_uri(), "dir_info": {"editable": True}}
+        )
     origin: dict[str, Any] = json.loads(text or "{}")
     return origin

@@ -36,5 +36,11 @@ def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
 def of_study(study: xr.Dataset) -> dict[str, Factors]:
     """The factors of each condition of a study as `open_study` gives it."""
     names = [str(name) for name in study["condition"].values]
-    columns = [study[name].values if name in study.coords else [""] * len(names) for name in Factors._fields]
-    return {name: Factors(*map(str, values)) for name, values in zip(names, zip(*columns, strict=True), strict=True)}
+    columns = [
+        study[name].values if name in study.coords else [""] * len(names)
+        for name in Factors._fields
+    ]
+    return {
+        name: Factors(*map(str, values))
+        for name, values in zip(names, zip(*columns, strict=True), strict=True)
+    }

@@ -86,7 +86,9 @@ def location(text: str | Path) -> Path:
     from upath import UPath
 
     try:
-        place = UPath(text, use_listings_cache=False)  # workers elsewhere write there too, so nothing stays as it was listed
+        place = UPath(
+            text, use_listings_cache=False
+        )  # workers elsewhere write there too, so nothing stays as it was listed
         place.exists()
     except Exception as error:  # every kind of store has faults of its own
         raise RefusedError(f"{text} cannot be reached: {' '.join(str(error).split())}") from None
@@ -172,7 +174,9 @@ def require_place(path: Path) -> None:
         return
     require_inside_study(path)
     there = next(each for each in (path, *path.absolute().parents) if each.exists())
-    if not os.access(there if there.is_dir() else there.parent, os.W_OK) or not os.access(there, os.W_OK):
+    if not os.access(there if there.is_dir() else there.parent, os.W_OK) or not os.access(
+        there, os.W_OK
+    ):
         raise RefusedError(
             f"{path} cannot be written: {there} is read-only here; copy the study to a folder that can "
             "be written, and use the copy"
@@ -252,7 +256,9 @@ def write_atomically(path: Path, content: bytes) -> Path:
     else:
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)  # an object appears with its last byte: a put to a store is atomic, a rename is not
+            path.write_bytes(
+                content
+            )  # an object appears with its last byte: a put to a store is atomic, a rename is not
     return path
 
 

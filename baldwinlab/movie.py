@@ -49,7 +49,9 @@ def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> N
     write_movie_of([Scene(trace, width, height)], path)
 
 
-def write_movie_of(scenes: Sequence[Scene], path: Path, drawn: Callable[[float], object] = lambda share: None) -> None:
+def write_movie_of(
+    scenes: Sequence[Scene], path: Path, drawn: Callable[[float], object] = lambda share: None
+) -> None:
     """As `write_movie`, of scenes side by side and in step; one that ends before the others stands still.
 
     `drawn` is told which share of it there is, time and again.
@@ -66,7 +68,9 @@ def write_movie_of(scenes: Sequence[Scene], path: Path, drawn: Callable[[float],
         write_atomically(path, draft.read_bytes())
 
 
-def _frames(scenes: Sequence[Scene], shown: range, drawn: Callable[[float], object]) -> Iterator[Image.Image]:
+def _frames(
+    scenes: Sequence[Scene], shown: range, drawn: Callable[[float], object]
+) -> Iterator[Image.Image]:
     cameras = [_Camera(scene) for scene in scenes]
     for number, step in enumerate(shown):
         yield _beside([camera.frame(step) for camera in cameras])
@@ -87,17 +91,26 @@ def _beside(images: Sequence[Image.Image]) -> Image.Image:
 def _write_gif(frames: Iterator[Image.Image], path: Path, colours: Image.Image) -> None:
     reduced = (frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames)
     next(reduced).save(
-        path, save_all=True, append_images=reduced, duration=1000 // FRAMES_PER_SECOND, loop=0, comment=REPLAY.encode()
+        path,
+        save_all=True,
+        append_images=reduced,
+        duration=1000 // FRAMES_PER_SECOND,
+        loop=0,
+        comment=REPLAY.encode(),
     )
 
 
 def _colours_of(scenes: Sequence[Scene]) -> Image.Image:
     """The palette of a .gif: every colour that is drawn, and those between it and the ground, as edges are smooth."""
     looks = [json.loads(scene.trace.attrs["look"]) for scene in scenes]
-    named = [shade(thing["colour"]) for look in looks for thing in (*look["item_kinds"], *look["marks"])]
+    named = [
+        shade(thing["colour"]) for look in looks for thing in (*look["item_kinds"], *look["marks"])
+    ]
     colours = list(dict.fromkeys([*MOVIE.values(), *named]))[:256]
     shades = 256 // len(colours)
-    between = [_mixed(colour, (number + 1) / shades) for colour in colours for number in range(shades)]
+    between = [
+        _mixed(colour, (number + 1) / shades) for colour in colours for number in range(shades)
+    ]
     image = Image.new("P", (1, 1))
     image.putpalette([level for colour in between for level in colour])
     return image
@@ -113,10 +126,14 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
-        raise MovieError(f"{missing_extra('video', 'writing .mp4')}; .gif and .png need no extra") from None
+        raise MovieError(
+            f"{missing_extra('video', 'writing .mp4')}; .gif and .png need no extra"
+        ) from None
     first = next(frames)
     how = {"fps": FRAMES_PER_SECOND, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
-    writer = imageio_ffmpeg.write_frames(str(path), first.size, output_params=["-metadata", f"comment={REPLAY}"], **how)
+    writer = imageio_ffmpeg.write_frames(
+        str(path), first.size, output_params=["-metadata", f"comment={REPLAY}"], **how
+    )
     writer.send(None)
     writer.send(np.ascontiguousarray(first))
     for frame in frames:
@@ -138,11 +155,15 @@ class _Camera:
     def __init__(self, scene: Scene) -> None:
         self.trace, width, height = scene
         self.look = json.loads(self.trace.attrs["look"])
-        self.x, self.y, self.heading = (self.trace[name].values for name in ("x", "y", "heading"))  # (step, agent)
+        self.x, self.y, self.heading = (
+            self.trace[name].values for name in ("x", "y", "heading")
+        )  # (step, agent)
         self.items = self.trace.item_x.values, self.trace.item_y.values  # (step, item)
         self.eaten = self.trace.eaten.values.cumsum(axis=0)  # (step, agent), with that step
         self.scale = SIZE * SCALE / max(width, height)
-        self.size = tuple(round(side * self.scale / SCALE / 2) * 2 for side in (width, height))  # video wants even numbers
+        self.size = tuple(
+            round(side * self.scale / SCALE / 2) * 2 for side in (width, height)
+        )  # video wants even numbers
         self.ground = self._ground()
 
     def frame(self, step: int) -> Image.Image:
@@ -165,13 +186,20 @@ class _Camera:
         image = Image.new("RGB", (width * SCALE, height * SCALE), MOVIE["background"])
         draw = ImageDraw.Draw(image)
         for mark in self.look["marks"]:
-            left, top, wide, high = (mark[name] * self.scale for name in ("x", "y", "width", "height"))
+            left, top, wide, high = (
+                mark[name] * self.scale for name in ("x", "y", "width", "height")
+            )
             box, colour = (left, top, left + wide, top + high), shade(mark["colour"])
             shape = draw.ellipse if mark["kind"] == "disc" else draw.rectangle
             if mark["solid"]:
                 shape(box, fill=colour)
             else:
-                shape(box, fill=None if mark["kind"] == "disc" else _mixed(colour, 0.1), outline=_mixed(colour, 0.5), width=SCALE)
+                shape(
+                    box,
+                    fill=None if mark["kind"] == "disc" else _mixed(colour, 0.1),
+                    outline=_mixed(colour, 0.5),
+                    width=SCALE,
+                )
         return image
 
     def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
@@ -187,10 +215,15 @@ class _Camera:
         first = max(0, step - TRAIL)
         xs, ys = self.x[first : step + 1], self.y[first : step + 1]
         for agent in range(self.trace.sizes["agent"]):
-            breaks = np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10) + 1  # over the map's edge
+            breaks = (
+                np.flatnonzero(np.abs(np.diff(xs[:, agent])) + np.abs(np.diff(ys[:, agent])) > 10)
+                + 1
+            )  # over the map's edge
             for path in np.split(np.stack([xs[:, agent], ys[:, agent]], 1) * self.scale, breaks):
                 if len(path) > 1:
-                    draw.line([(float(x), float(y)) for x, y in path], fill=MOVIE["trail"], width=SCALE)
+                    draw.line(
+                        [(float(x), float(y)) for x, y in path], fill=MOVIE["trail"], width=SCALE
+                    )
 
     def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         """Darts, filled once they have eaten; a meal flashes."""
@@ -204,7 +237,12 @@ class _Camera:
             heading = math.radians(float(self.heading[step, agent]))
             turns = [heading + turn for turn in (0, 2.5, -2.5)]
             corners = [(x + ahead * math.cos(turn), y + ahead * math.sin(turn)) for turn in turns]
-            draw.polygon(corners, MOVIE["agent"] if eaten[agent] else MOVIE["hungry"], MOVIE["outline"], SCALE)
+            draw.polygon(
+                corners,
+                MOVIE["agent"] if eaten[agent] else MOVIE["hungry"],
+                MOVIE["outline"],
+                SCALE,
+            )
 
     def _caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
         """Above the map: what it is, how far it is, and what has been eaten."""
@@ -216,4 +254,6 @@ class _Camera:
         for number, line in enumerate(lines):
             draw.text((8, 4 + 18 * number), line, MOVIE["text"], font_size=14)
         draw.rectangle((0, CAPTION - 3, width, CAPTION - 1), fill=MOVIE["line"])
-        draw.rectangle((0, CAPTION - 3, width * (step + 1) / (last + 1), CAPTION - 1), fill=MOVIE["agent"])
+        draw.rectangle(
+            (0, CAPTION - 3, width * (step + 1) / (last + 1), CAPTION - 1), fill=MOVIE["agent"]
+        )

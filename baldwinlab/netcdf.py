@@ -13,7 +13,9 @@ from xarray.backends import ScipyDataStore
 from baldwinlab.errors import BaldwinLabError
 
 _BLANK = "0" * 64
-_CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)  # a netCDF attribute: name, type, length, value
+_CHECKSUM = re.compile(
+    rb"checksum.{8}([0-9a-f]{64})", re.DOTALL
+)  # a netCDF attribute: name, type, length, value
 
 
 class DamagedError(BaldwinLabError):
@@ -31,7 +33,10 @@ def verify(raw: bytes) -> None:
     found = _CHECKSUM.search(raw)
     if found is None:
         raise DamagedError("it carries no checksum")
-    whole, digest = memoryview(raw), hashlib.sha256()  # not put together anew, as a record may have many megabytes
+    whole, digest = (
+        memoryview(raw),
+        hashlib.sha256(),
+    )  # not put together anew, as a record may have many megabytes
     for piece in (whole[: found.start(1)], _BLANK.encode(), whole[found.end(1) :]):
         digest.update(piece)
     if digest.hexdigest().encode() != found.group(1):
@@ -60,7 +65,9 @@ def opened(raw: bytes) -> xr.Dataset:
     _require_no_rows(raw)
     try:
         found = xr.load_dataset(io.BytesIO(raw), engine="scipy")
-        texts = {name: found[name].astype(str) for name in found.coords if found[name].dtype.kind in "OS"}
+        texts = {
+            name: found[name].astype(str) for name in found.coords if found[name].dtype.kind in "OS"
+        }
     except Exception as error:  # whatever a reader meets in bytes that are no netCDF
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
     found.attrs.pop("checksum", None)
@@ -70,4 +77,6 @@ def opened(raw: bytes) -> xr.Dataset:
 def _require_no_rows(raw: bytes) -> None:
     """Raise DamagedError where the header counts rows of an unlimited dimension, which no dataset here has."""
     if raw[4:8].strip(b"\0"):
-        raise DamagedError("it is no netCDF file of baldwinlab: its header counts rows of an unlimited dimension")
+        raise DamagedError(
+            "it is no netCDF file of baldwinlab: its header counts rows of an unlimited dimension"
+        )

@@ -13,14 +13,32 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#cc79a7",
+    "#e69f00",
+    "#56b4e9",
+    "#000000",
+)
 BROWN, PLUM = "#8c6239", "#9b2f76"
 GREY, DARK_GREY, MID_GREY, PALE = "#666666", "#444444", "#999999", "#e4e4e4"
 
 SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)  # of conditions, in print
 SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")  # black does not show on a dark page
-LIVES: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GREY}  # of the same newborns
-NEWBORNS: Final = (MID_GREY, "#c8a57a", BROWN, "#4a3016")  # random genomes, then generations, the later the darker
+LIVES: Final = {
+    "on": BLACK,
+    "off": PURPLE,
+    "frozen": SKY,
+    "drift": MID_GREY,
+}  # of the same newborns
+NEWBORNS: Final = (
+    MID_GREY,
+    "#c8a57a",
+    BROWN,
+    "#4a3016",
+)  # random genomes, then generations, the later the darker
 
 # By name: on a light screen, and on a dark one. A part of the world says by these in which colour it is drawn.
 NAMED: Final[Mapping[str, tuple[str, str]]] = {
@@ -123,8 +141,13 @@ def lab_css() -> str:
 
 def report_css() -> str:
     """The colours of a report as variables of CSS, for light and dark screens and for paper."""
-    light, dark, paper = ({name: shades[ground] for name, shades in REPORT.items()} for ground in range(3))
-    on_dark, on_paper = f"@media (prefers-color-scheme: dark) {{ {_root(dark)} }}", f"@media print {{ {_root(paper)} }}"
+    light, dark, paper = (
+        {name: shades[ground] for name, shades in REPORT.items()} for ground in range(3)
+    )
+    on_dark, on_paper = (
+        f"@media (prefers-color-scheme: dark) {{ {_root(dark)} }}",
+        f"@media print {{ {_root(paper)} }}",
+    )
     return "\n".join((_root(light), on_dark, on_paper))
 
 

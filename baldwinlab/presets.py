@@ -27,7 +27,9 @@ __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 def names(kind: str) -> list[str]:
     """The presets of a kind (one of `KINDS`) of all papers, the standard reading first."""
-    return list(dict.fromkeys(name for one in papers.built_in().values() for name in one.names(kind)))
+    return list(
+        dict.fromkeys(name for one in papers.built_in().values() for name in one.names(kind))
+    )
 
 
 def describe(kind: str, name: str) -> str:
@@ -41,7 +43,9 @@ def changes(reading: str) -> dict[str, Any]:
 
 
 def _having(kind: str, name: str) -> Paper:
-    return next((one for one in papers.built_in().values() if name in one.names(kind)), papers.load())
+    return next(
+        (one for one in papers.built_in().values() if name in one.names(kind)), papers.load()
+    )
 
 
 MOST_BASES: Final = 20  # files that are based on each other
@@ -106,7 +110,9 @@ def _unknown(name: str) -> ExperimentError:
         return ExperimentError(f"there is no map {place!r} of {learner}{suggest(place, maps)}")
     if slash:
         learners = sorted({of.learner for of in known.values() if of.map})
-        return ExperimentError(f"there is no condition {learner!r}{suggest(learner, learners)}; {ALL_NAMES}")
+        return ExperimentError(
+            f"there is no condition {learner!r}{suggest(learner, learners)}; {ALL_NAMES}"
+        )
     return ExperimentError(f"there is no preset {name!r}{suggest(name, known)}; {ALL_NAMES}")
 
 

@@ -41,11 +41,18 @@ class Published(NamedTuple):
 
     claims: Sequence[ClaimResult]
     contrasts: Contrasts
-    write: Callable[[], object]  # the report again, with what other commands have left in the study's folder since
+    write: Callable[
+        [], object
+    ]  # the report again, with what other commands have left in the study's folder since
 
 
 def publish(
-    study: Study, out: Path, last: int, tell: Callable[[str], None], baseline: str = "", paper: Paper | None = None
+    study: Study,
+    out: Path,
+    last: int,
+    tell: Callable[[str], None],
+    baseline: str = "",
+    paper: Paper | None = None,
 ) -> Published:
     """Write claims.json, statistics.csv, summary.csv, the figures, the report and what the lab shows.
 
@@ -67,7 +74,18 @@ def publish(
     tell("drawing the figures")
     traces = _emergence(study, data, paper)
     looks, reproduced = _looks(study), bool(study.paper)
-    drawn = draw_report(study.directory, data, results, traces, provenance(study), last, paper, looks, compared, reproduced)
+    drawn = draw_report(
+        study.directory,
+        data,
+        results,
+        traces,
+        provenance(study),
+        last,
+        paper,
+        looks,
+        compared,
+        reproduced,
+    )
     beside = _beside(study, data, paper, results) if paper else None
 
     def write_page() -> None:
@@ -81,7 +99,9 @@ def publish(
     return Published(results, compared, write_page)
 
 
-def _in_short(study: Study, results: Sequence[ClaimResult], analysis: Analysis | None, paper: Paper | None) -> InShort | None:
+def _in_short(
+    study: Study, results: Sequence[ClaimResult], analysis: Analysis | None, paper: Paper | None
+) -> InShort | None:
     """Of a paper that sums up many conditions in one figure: what foragers' ways of learning give, and cost."""
     foraging = all(isinstance(experiment, Experiment) for experiment in study.experiments.values())
     summed_up = paper is not None and "overview" in paper.about.figures
@@ -92,23 +112,42 @@ def _in_short(study: Study, results: Sequence[ClaimResult], analysis: Analysis |
 
 
 def _left(
-    study: Study, measured: stored.Assays, analysis: Analysis | None, paper: Paper | None, beside: readings.Beside | None
+    study: Study,
+    measured: stored.Assays,
+    analysis: Analysis | None,
+    paper: Paper | None,
+    beside: readings.Beside | None,
 ) -> list[Section]:
     """What other commands have left in the folder of a study."""
     found = []
     if analysis:
-        found.append(assays.section(measured, study.directory, analysis.last, paper.words.inference if paper else None, analysis))
+        found.append(
+            assays.section(
+                measured,
+                study.directory,
+                analysis.last,
+                paper.words.inference if paper else None,
+                analysis,
+            )
+        )
     places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
-    return found + [readings.section(multiverse, study.directory / "figures", beside) for multiverse in multiverses[:1]]
+    return found + [
+        readings.section(multiverse, study.directory / "figures", beside)
+        for multiverse in multiverses[:1]
+    ]
 
 
-def _beside(study: Study, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]) -> readings.Beside | None:
+def _beside(
+    study: Study, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]
+) -> readings.Beside | None:
     """The study as it stands beside the readings; None where it follows another than the standard one."""
     if {reading(experiment, paper) for experiment in study.experiments.values()} != {STANDARD}:
         return None
     counts = run_counts(data).values()
-    return readings.Beside({result.claim.id: result.verdict for result in results}, (min(counts), max(counts)))
+    return readings.Beside(
+        {result.claim.id: result.verdict for result in results}, (min(counts), max(counts))
+    )
 
 
 def _can_be_watched(study: Study, condition: str) -> bool:
@@ -122,14 +161,22 @@ def _can_be_watched(study: Study, condition: str) -> bool:
 
 def _looks(study: Study) -> dict[str, dict[str, Any]]:
     """How the conditions look whose parts are here."""
-    return {name: look(study.experiments[name]).to_dict() for name in study.experiments if _can_be_watched(study, name)}
+    return {
+        name: look(study.experiments[name]).to_dict()
+        for name in study.experiments
+        if _can_be_watched(study, name)
+    }
 
 
 def _shown(study: Study, paper: Paper | None) -> str | None:
     """The condition whose emergence is shown, if any can be: that which the paper shows, or else the first there is."""
     wanted = "emergence" in (paper.about.figures if paper else FIGURES)
     preferred = (paper.about.emergence if paper else "", *study.experiments) if wanted else ()
-    stored = (name for name in preferred if name in study.experiments and study.runs(name) and _can_be_watched(study, name))
+    stored = (
+        name
+        for name in preferred
+        if name in study.experiments and study.runs(name) and _can_be_watched(study, name)
+    )
     return next(stored, None)
 
 
@@ -141,7 +188,9 @@ def _emergence(study: Study, data: xr.Dataset, paper: Paper | None) -> list[xr.D
     experiment, run = study.experiments[condition], fitness.typical_run(data, condition)
     energy = data.energy.sel(condition=condition, run=run)
     return [  # forced, as `need` has told what all of them take
-        replay(experiment, seed=study.seed, run=run, generation=generation, energy=energy, force=True)
+        replay(
+            experiment, seed=study.seed, run=run, generation=generation, energy=energy, force=True
+        )
         for generation in emergence_generations(experiment.evolution.generations)
     ]
 
@@ -150,7 +199,9 @@ def need(study: Study) -> Need:
     """What the report of a study takes; that of a multiverse is made reading by reading."""
     by_reading: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():
-        by_reading.setdefault(study.factors[name].reading, []).append((experiment, len(study.runs(name))))
+        by_reading.setdefault(study.factors[name].reading, []).append(
+            (experiment, len(study.runs(name)))
+        )
     tables = max((of_tables(stored) for stored in by_reading.values()), default=NOTHING)
     paper = of_study(study.directory, study.paper) if study.paper else None
     shown = _shown(study, paper) if study.kind == CONDITIONS else None

@@ -37,7 +37,9 @@ def require(what: str, need: Need, folder: Path | None = None, *, force: bool = 
     """
     if force:
         return
-    offers: list[tuple[str, int, int | None, str]] = [("memory", need.memory, available_memory(), "on this machine")]
+    offers: list[tuple[str, int, int | None, str]] = [
+        ("memory", need.memory, available_memory(), "on this machine")
+    ]
     if folder is not None and is_local(folder):
         offers.append(("disk", need.disk, free_disk(folder), f"for {folder}"))
     for name, wanted, there, where in offers:
@@ -71,7 +73,9 @@ def peak_memory() -> int | None:
         import resource
     except ImportError:
         return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
+        1 if sys.platform == "darwin" else 1024
+    )
 
 
 def available_memory() -> int | None:
@@ -93,13 +97,17 @@ def _of_machine() -> int | None:
 def _told_by_linux(file: str, name: str) -> int | None:
     """Bytes that a file of /proc tells under a name; None elsewhere."""
     try:
-        lines = Path("/proc", file).read_text("ascii", "replace").splitlines()  # a process may have any name
+        lines = (
+            Path("/proc", file).read_text("ascii", "replace").splitlines()
+        )  # a process may have any name
         return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{name}:"))
     except (OSError, StopIteration):
         return None
 
 
-def memory_of_groups(groups: Path = GROUPS, membership: Path = Path("/proc/self/cgroup")) -> Iterator[int]:
+def memory_of_groups(
+    groups: Path = GROUPS, membership: Path = Path("/proc/self/cgroup")
+) -> Iterator[int]:
     """What is left in this process's control groups and in those that they lie in, as far as they have a limit.
 
     A container may see its own group alone, as if it were the uppermost. Source: Linux, Documentation/admin-guide/cgroup-v2.rst
@@ -114,7 +122,10 @@ def memory_of_groups(groups: Path = GROUPS, membership: Path = Path("/proc/self/
         if number == "0":
             top, names = groups, ("memory.max", "memory.current", "inactive_file")
         elif "memory" in controllers.split(","):
-            top, names = groups / "memory", ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
+            top, names = (
+                groups / "memory",
+                ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
+            )
         else:
             continue
         own = top / path.lstrip("/")
@@ -126,7 +137,9 @@ def memory_of_groups(groups: Path = GROUPS, membership: Path = Path("/proc/self/
 def _left_in(group: Path, limit: str, used: str, reclaimable: str) -> int | None:
     """A group's limit less what it holds, but for files of which the system would let go; None where it has no limit."""
     try:
-        counts = dict(line.split() for line in (group / "memory.stat").read_text("ascii").splitlines())
+        counts = dict(
+            line.split() for line in (group / "memory.stat").read_text("ascii").splitlines()
+        )
         held = int((group / used).read_text("ascii")) - int(counts.get(reclaimable, 0))
         return max(0, int((group / limit).read_text("ascii")) - held)
     except (OSError, ValueError):  # there is no such group, or its limit is "max"

@@ -40,9 +40,15 @@ def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
     `data` is the study as `open_study` gives it, where it has been read already.
     """
     names = [name for name in study.experiments if study.runs(name)]
-    answer: dict[str, Any] = {"conditions": names, "factors": factors(study, names), "generation": []}
+    answer: dict[str, Any] = {
+        "conditions": names,
+        "factors": factors(study, names),
+        "generation": [],
+    }
     answer["swept"] = study.kind == SWEEP
-    answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {"typical_run": {}}
+    answer |= {part: {name: {} for name in names} for part in ("curves", "final")} | {
+        "typical_run": {}
+    }
     if not names:
         return answer
     if data is None or data["condition"].values.tolist() != names:
@@ -55,7 +61,9 @@ def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
         curve = {"mean": average, "low": low, "high": high}
         final = fitness.final(data, measure)
         for name in names:
-            answer["curves"][name][measure] = {part: _plain(array.sel(condition=name)) for part, array in curve.items()}
+            answer["curves"][name][measure] = {
+                part: _plain(array.sel(condition=name)) for part, array in curve.items()
+            }
             answer["final"][name][measure] = _plain(final.sel(condition=name, run=study.runs(name)))
     answer["comparison"] = _comparison(study, data)
     answer["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
@@ -79,7 +87,10 @@ def _comparison(study: Study, data: xr.Dataset) -> dict[str, Any]:
     if study.kind == MULTIVERSE or (study.kind == SWEEP and not has_comparisons(study)):
         return {"pairing": "", "too_few": "", "rows": []}
     found = _compare(study, final_values(data), 10)
-    rows = [{name: _number(value) for name, value in row.row().items()} | {"verdict": row.verdict} for row in found.rows]
+    rows = [
+        {name: _number(value) for name, value in row.row().items()} | {"verdict": row.verdict}
+        for row in found.rows
+    ]
     return {"pairing": found.pairing, "too_few": found.too_few, "rows": rows}
 
 
@@ -99,7 +110,9 @@ def require_baseline(study: Study, baseline: str) -> None:
     if baseline:
         study.experiment(baseline)
         if not study.runs(baseline):
-            raise StudyError(f"baseline {baseline!r}: {study.directory} holds no finished run of this condition")
+            raise StudyError(
+                f"baseline {baseline!r}: {study.directory} holds no finished run of this condition"
+            )
 
 
 def of_runs(study: Study, condition: str, measure: str) -> dict[str, list[float | None]]:
@@ -130,7 +143,9 @@ def reaction_norms(study: Study) -> dict[str, Any]:
     if not assays:
         return {"unit": "", "panels": []}
     found = [panel for panel in by_circumstance(assays["reaction"]) if panel.norms]
-    shown = [one._asdict() | {"evolved": sorted(one.evolved), "norms": _bands(one)} for one in found]
+    shown = [
+        one._asdict() | {"evolved": sorted(one.evolved), "norms": _bands(one)} for one in found
+    ]
     return {"unit": "fitness (energy)" if of_foragers(assays) else "fitness", "panels": shown}
 
 
@@ -140,7 +155,9 @@ def _bands(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
     return {
         name: {
             part: _plain(values.reindex(place=places))
-            for part, values in zip(("median", "low", "high"), fitness.interval_of_median(food), strict=True)
+            for part, values in zip(
+                ("median", "low", "high"), fitness.interval_of_median(food), strict=True
+            )
         }
         for name, food in panel.norms.items()
     }
@@ -152,7 +169,10 @@ def factors(study: Study, names: list[str]) -> dict[str, list[Any]]:
         there = [name in names for name in study.experiments]
         known = {field: [*compress(values, there)] for field, values in settings(study).items()}
     else:
-        known = {factor: [getattr(study.factors[name], factor) for name in names] for factor in Factors._fields}
+        known = {
+            factor: [getattr(study.factors[name], factor) for name in names]
+            for factor in Factors._fields
+        }
     return {factor: values for factor, values in known.items() if len(set(values)) > 1}
 
 
@@ -163,8 +183,14 @@ def _plain(values: xr.DataArray) -> list[float | None]:
 def keep(study: Study, data: xr.Dataset | None = None) -> None:
     """Write them beside the report; `data` as for `of_study`. Raises StudyError as that does, and OSError."""
     if len(study.experiments) <= MOST:
-        record = {"version": __version__, "records": digest_records(study), "results": of_study(study, data)}
-        write_atomically(study.directory / FILE, json.dumps({"checksum": _checksum(record), **record}).encode())
+        record = {
+            "version": __version__,
+            "records": digest_records(study),
+            "results": of_study(study, data),
+        }
+        write_atomically(
+            study.directory / FILE, json.dumps({"checksum": _checksum(record), **record}).encode()
+        )
 
 
 def kept(study: Study) -> dict[str, Any] | None:
@@ -172,9 +198,20 @@ def kept(study: Study) -> dict[str, Any] | None:
     try:
         record = json.loads(text_of(study.directory / FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
-        if (record["version"], record["records"], checksum) == (__version__, digest_records(study), _checksum(record)):
+        if (record["version"], record["records"], checksum) == (
+            __version__,
+            digest_records(study),
+            _checksum(record),
+        ):
             return dict(record["results"])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):  # none, or none of ours
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        RecursionError,
+    ):  # none, or none of ours
         pass
     return None
 

@@ -45,12 +45,16 @@ class Process:
     """A process that was started, with the children it has."""
 
     def __init__(self, *words: str) -> None:
-        self._popen = subprocess.Popen([sys.executable, "-m", "dask", *words], stderr=subprocess.DEVNULL)
+        self._popen = subprocess.Popen(
+            [sys.executable, "-m", "dask", *words], stderr=subprocess.DEVNULL
+        )
         self._process = psutil.Process(self._popen.pid)
 
     def cpu(self) -> float:
         """Seconds of CPU time."""
-        times = [each.cpu_times() for each in (self._process, *self._process.children(recursive=True))]
+        times = [
+            each.cpu_times() for each in (self._process, *self._process.children(recursive=True))
+        ]
         return sum(time.user + time.system for time in times)
 
     def mib(self) -> float:
@@ -66,7 +70,15 @@ def scheduler() -> Iterator[tuple[Process, str]]:
     """A Dask scheduler in a process of its own, on loopback, and its address."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scheduler.json"
-        words = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
+        words = (
+            "--host",
+            "127.0.0.1",
+            "--port",
+            "0",
+            "--no-dashboard",
+            "--scheduler-file",
+            str(file),
+        )
         process = Process("scheduler", *words)
         try:
             while not file.exists():
@@ -113,9 +125,15 @@ def of_a_run() -> Run:
             study.write(experiment.name, 0, record)
             times.append(time.thread_time())
             study.record(experiment.name, 0)
-            live, store, check = (after - before for before, after in pairwise([*times, time.thread_time()]))
-            fewer = record.assign(genome=record.genome.where(record.generation.isin([0, record.generation[-1]])))
-            found.append(Run(live / CPU.worlds, store, check, len(encode(record)), len(encode(fewer))))
+            live, store, check = (
+                after - before for before, after in pairwise([*times, time.thread_time()])
+            )
+            fewer = record.assign(
+                genome=record.genome.where(record.generation.isin([0, record.generation[-1]]))
+            )
+            found.append(
+                Run(live / CPU.worlds, store, check, len(encode(record)), len(encode(fewer)))
+            )
     return Run(*map(mean, zip(*found, strict=True)))
 
 
@@ -130,7 +148,10 @@ def small_study(executor: Executor, workers: int, processes: Sequence[Process]) 
     with tempfile.TemporaryDirectory() as folder:
         study = create(Path(folder), [experiment], seed=0)
         tasks = plan(study, missing_runs(study, 24, print), 2)
-        cpu, began = sum(process.cpu() for process in processes) + time.process_time(), time.perf_counter()
+        cpu, began = (
+            sum(process.cpu() for process in processes) + time.process_time(),
+            time.perf_counter(),
+        )
         with closing(executor.do(study, tasks, workers, CPU)) as amounts:
             assert sum(amounts) == sum(task.agent_steps for task in tasks)
         wall = time.perf_counter() - began
@@ -139,7 +160,12 @@ def small_study(executor: Executor, workers: int, processes: Sequence[Process]) 
 
 def of_two_workers() -> dict[str, list[Took]]:
     """That study on one worker process, on two, on one thread and on two, in interleaved rounds."""
-    with scheduler() as (first, one), scheduler() as (second, two), workers(one, 1) as single, workers(two, 2) as pair:
+    with (
+        scheduler() as (first, one),
+        scheduler() as (second, two),
+        workers(one, 1) as single,
+        workers(two, 2) as pair,
+    ):
         places = {
             "1 thread": (THREADS, 1, []),
             "2 threads": (THREADS, 2, []),
@@ -148,7 +174,9 @@ def of_two_workers() -> dict[str, list[Took]]:
         }
         for place in places.values():
             small_study(*place)
-        rounds = [{name: small_study(*place) for name, place in places.items()} for _ in range(ROUNDS)]
+        rounds = [
+            {name: small_study(*place) for name, place in places.items()} for _ in range(ROUNDS)
+        ]
     return {name: [found[name] for found in rounds] for name in places}
 
 
@@ -170,7 +198,9 @@ def nothing(order: bytes) -> None:
 
 def send_events(count: int) -> None:
     for _ in range(count):
-        get_worker().log_event("benchmark", ("baldwinlab-0123456789abcdef0123456789abcdef-12345", 123_456_789))
+        get_worker().log_event(
+            "benchmark", ("baldwinlab-0123456789abcdef0123456789abcdef-12345", 123_456_789)
+        )
 
 
 def settle(process: Process) -> None:
@@ -182,7 +212,11 @@ def settle(process: Process) -> None:
 
 
 def of_the_scheduler() -> Costs:
-    with tempfile.TemporaryDirectory() as folder, scheduler() as (process, address), Client(address) as client:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        scheduler() as (process, address),
+        Client(address) as client,
+    ):
         study = create(Path(folder), paper(), seed=0)
         tasks = [Evolve(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
         orders = cluster._orders(study, tasks, CPU, "benchmark")
@@ -191,7 +225,10 @@ def of_the_scheduler() -> Costs:
             begin = mean(worker.cpu() for worker in started)
             settle(process)
             before, own, began = process.cpu(), time.process_time(), time.perf_counter()
-            with patch.object(cluster, "_work", nothing), closing(choose(f"dask:{address}").do(study, tasks, 2, CPU)) as amounts:
+            with (
+                patch.object(cluster, "_work", nothing),
+                closing(choose(f"dask:{address}").do(study, tasks, 2, CPU)) as amounts,
+            ):
                 assert sum(amounts) == sum(task.agent_steps for task in tasks)
             took, send = time.perf_counter() - began, time.process_time() - own
             settle(process)
@@ -205,19 +242,27 @@ def of_the_scheduler() -> Costs:
         wait = (process.mib() - empty) * 2**20 / len(waiting)
     count = len(tasks)
     order = mean(map(len, orders))
-    return Costs(begin, order, send / count, (scheduled - before) / count, wait, event, count / took)
+    return Costs(
+        begin, order, send / count, (scheduled - before) / count, wait, event, count / took
+    )
 
 
 def measured(run: Run, costs: Costs) -> str:
     rows = [
         ["to live a run of the paper", f"{run.live:.2f} CPU s"],
         ["to store it", f"{1e3 * run.store:.1f} CPU ms, {run.size / 1e6:.2f} MB in a file"],
-        ["the file, if genomes are kept of the first and last generation only", f"{run.small / 1e6:.2f} MB"],
+        [
+            "the file, if genomes are kept of the first and last generation only",
+            f"{run.small / 1e6:.2f} MB",
+        ],
         ["to check it when a study is carried on", f"{1e3 * run.check:.1f} CPU ms"],
         ["to begin a worker process, with the engine compiled before", f"{costs.begin:.1f} CPU s"],
         ["a task, as it is sent", f"{costs.order / 1e3:.1f} kB"],
         ["a task, in the command that sends it", f"{1e3 * costs.send:.2f} CPU ms"],
-        ["a task, in the scheduler", f"{1e3 * costs.schedule:.2f} CPU ms, {costs.wait / 1e3:.1f} kB while it waits"],
+        [
+            "a task, in the scheduler",
+            f"{1e3 * costs.schedule:.2f} CPU ms, {costs.wait / 1e3:.1f} kB while it waits",
+        ],
         ["an event, in the scheduler", f"{1e6 * costs.event:.0f} CPU us"],
         ["tasks that do nothing, with everything on this machine", f"{costs.rate:.0f} a second"],
     ]
@@ -247,17 +292,44 @@ def planned(run: Run, costs: Costs) -> str:
     runs, cost = CPU.worlds * batches, run.live + run.store
     tasks, wall, least = -(-RUNS // runs), RUNS * cost / CORES, RUNS // CPU.worlds
     cores, files, rate = RUNS * cost / 3600, RUNS / wall, RUNS * run.size / wall / 1e9
-    split, events = f"{batches} batches of {CPU.worlds}", 100 * cluster.EVENTS_A_SECOND * costs.event
+    split, events = (
+        f"{batches} batches of {CPU.worlds}",
+        100 * cluster.EVENTS_A_SECOND * costs.event,
+    )
     rows = [
-        ["work", f"{RUNS:,} runs x {cost:.2f} s = {cores:,.0f} core hours, {wall:.0f} s of 10,000 cores"],
-        ["tasks", f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, {tasks / CORES:.1f} a core"],
-        ["sent by the command", f"{tasks * costs.order / 1e6:.0f} MB, {tasks * costs.send:.0f} CPU s"],
+        [
+            "work",
+            f"{RUNS:,} runs x {cost:.2f} s = {cores:,.0f} core hours, {wall:.0f} s of 10,000 cores",
+        ],
+        [
+            "tasks",
+            f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, {tasks / CORES:.1f} a core",
+        ],
+        [
+            "sent by the command",
+            f"{tasks * costs.order / 1e6:.0f} MB, {tasks * costs.send:.0f} CPU s",
+        ],
         ["scheduler", f"{tasks * costs.schedule:.0f} CPU s, {tasks * costs.wait / 1e6:.0f} MB"],
-        ["its load", f"{tasks / wall:,.0f} tasks a second, where {1 / costs.schedule:,.0f} would keep it busy"],
-        ["its load by events", f"{cluster.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time"],
-        ["had every batch been a task", f"{least:,} tasks, {least / wall:,.0f} a second, {least * costs.schedule:.0f} CPU s"],
-        ["written", f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: {files:,.0f} files and {rate:.0f} GB a second"],
-        ["written, with few genomes", f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB a second"],
+        [
+            "its load",
+            f"{tasks / wall:,.0f} tasks a second, where {1 / costs.schedule:,.0f} would keep it busy",
+        ],
+        [
+            "its load by events",
+            f"{cluster.EVENTS_A_SECOND} a second at most, {events:.2f} % of its time",
+        ],
+        [
+            "had every batch been a task",
+            f"{least:,} tasks, {least / wall:,.0f} a second, {least * costs.schedule:.0f} CPU s",
+        ],
+        [
+            "written",
+            f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: {files:,.0f} files and {rate:.0f} GB a second",
+        ],
+        [
+            "written, with few genomes",
+            f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB a second",
+        ],
         ["to check it all when it is carried on", f"{RUNS * run.check / 60:.0f} minutes"],
     ]
     return table(["a million runs on 10,000 cores", "worked out"], rows)
@@ -265,7 +337,10 @@ def planned(run: Run, costs: Costs) -> str:
 
 def main() -> None:
     machine = provenance()
-    print(f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']}; Python {machine['python']},", end=" ")
+    print(
+        f"{machine['cpu']}, {machine['cores']} cores, load {machine['load']}; Python {machine['python']},",
+        end=" ",
+    )
     print(f"distributed {version('distributed')}.\n")
     run, costs, places = of_a_run(), of_the_scheduler(), of_two_workers()
     print(measured(run, costs), compared(places), planned(run, costs), sep="\n\n")

@@ -48,11 +48,15 @@ def measure(rounds: int) -> dict[str, Any]:
     races: dict[str, list[Record]] = {}
     for name in SCENARIOS:
         print(f"measuring {name}", flush=True)
-        races[name] = race(entries(*scenario(name), machine["cores"], published=name == SCENARIOS[0]), rounds)
+        races[name] = race(
+            entries(*scenario(name), machine["cores"], published=name == SCENARIOS[0]), rounds
+        )
     print("measuring whole runs", flush=True)
     races["runs"] = whole_runs()
     print("measuring first results", flush=True)
-    races["starts"] = [one for one in races[SCENARIOS[0]] if one.contender == SLOW_TO_START] + first_results()
+    races["starts"] = [
+        one for one in races[SCENARIOS[0]] if one.contender == SLOW_TO_START
+    ] + first_results()
     contenders = {record.contender for records in races.values() for record in records}
     return {
         "began": began,
@@ -72,7 +76,10 @@ def entries(setting: Setting, genomes: Genomes, cores: int, published: bool) -> 
 
 def whole_runs() -> list[Record]:
     """The paper's six conditions with evolution, on one core."""
-    return [race([Entry("baldwinlab_runs", from_experiment(experiment), [])], rounds=2)[0] for experiment in paper()]
+    return [
+        race([Entry("baldwinlab_runs", from_experiment(experiment), [])], rounds=2)[0]
+        for experiment in paper()
+    ]
 
 
 def first_results() -> list[Record]:
@@ -80,7 +87,11 @@ def first_results() -> list[Record]:
     setting, genomes = scenario(SCENARIOS[0])
     short = replace(setting, steps=FIRST_STEPS)
     names = [name for name in SAME_MODEL + PUBLISHED if name != SLOW_TO_START]
-    found = [record for name in names * STARTS for record in race([Entry(name, short, genomes)], rounds=0)]
+    found = [
+        record
+        for name in names * STARTS
+        for record in race([Entry(name, short, genomes)], rounds=0)
+    ]
     with TemporaryDirectory() as empty:
         cold = Entry("baldwinlab_lives", short, genomes, environment={"BALDWINLAB_CACHE": empty})
         return found + race([cold], rounds=0)

@@ -17,9 +17,13 @@ def main() -> None:
         sensed, _ = worlds.reset(seed=1)
         began = time.perf_counter()
         for _ in range(STEPS):
-            action = np.where(sensed[:, 1] > 0, 1, np.where(sensed[:, 0] > 0, 0, np.where(sensed[:, 2] > 0, 2, 1)))
+            action = np.where(
+                sensed[:, 1] > 0, 1, np.where(sensed[:, 0] > 0, 0, np.where(sensed[:, 2] > 0, 2, 1))
+            )
             sensed, *_ = worlds.step(action)
-        print(f"{worlds.num_envs * STEPS / (time.perf_counter() - began) / 1e6:.1f} million agent-steps/s")
+        print(
+            f"{worlds.num_envs * STEPS / (time.perf_counter() - began) / 1e6:.1f} million agent-steps/s"
+        )
 
 
 if __name__ == "__main__":

@@ -55,7 +55,11 @@ def main() -> None:
             print(f"{'agents':>6}  {'':14}  {'median':>6}  {'slowest 5 %':>11}  frames a second")
             for agents in WORLDS:
                 for name, rest in SETTINGS.items():
-                    middle, slow = frames_a_second(page, f"{address}#/world?study={agents}&condition={CONDITION}{rest}", seconds)
+                    middle, slow = frames_a_second(
+                        page,
+                        f"{address}#/world?study={agents}&condition={CONDITION}{rest}",
+                        seconds,
+                    )
                     print(f"{agents:6}  {name:14}  {middle:6.1f}  {slow:11.1f}", flush=True)
 
 
@@ -79,7 +83,9 @@ def make_study(directory: Path, agents: int, items: int) -> None:
     for name in ("evo/A", "evo+self-taught/A"):
         experiment = load(name)
         food = [region.model_copy(update={"count": items}) for region in experiment.world.food]
-        experiments.append(experiment.replace(**changes, world={"start": {"x": 400, "y": 160}, "food": food}))
+        experiments.append(
+            experiment.replace(**changes, world={"start": {"x": 400, "y": 160}, "food": food})
+        )
     study = create(directory, experiments, seed=0)
     run_study(study, missing_runs(study, 1, print), 1, progress, print)
 
@@ -88,7 +94,9 @@ def make_study(directory: Path, agents: int, items: int) -> None:
 def serving(root: Path) -> Iterator[str]:
     """Serve the studies of a folder at the address that is yielded, which carries the token."""
     access = Access()
-    server = uvicorn.Server(uvicorn.Config(make_app(root, access), host="127.0.0.1", port=0, log_level="error"))
+    server = uvicorn.Server(
+        uvicorn.Config(make_app(root, access), host="127.0.0.1", port=0, log_level="error")
+    )
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
@@ -100,14 +108,21 @@ def serving(root: Path) -> Iterator[str]:
         thread.join()
 
 
-BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")  # as `make browser` has them
+BROWSERS = (
+    "chromium-headless-shell",
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+)  # as `make browser` has them
 
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        browser = playwright.chromium.launch(
+            executable_path=path, args=["--no-sandbox", "--disable-gpu"]
+        )
         yield browser
         browser.close()
 

@@ -37,7 +37,11 @@ def installed_mib(contender: str) -> float | None:
     except PackageNotFoundError:
         return None
     if contender.startswith("baldwinlab"):
-        size += sum(path.stat().st_size for path in (ROOT / "baldwinlab").rglob("*") if path.is_file() and path.suffix != ".pyc")
+        size += sum(
+            path.stat().st_size
+            for path in (ROOT / "baldwinlab").rglob("*")
+            if path.is_file() and path.suffix != ".pyc"
+        )
     return size / 2**20
 
 
@@ -56,7 +60,9 @@ def closure(requirements: Iterable[str]) -> set[str]:
 
 
 def _applies(requirement: Requirement, extras: Iterable[str]) -> bool:
-    return not requirement.marker or any(requirement.marker.evaluate({"extra": extra}) for extra in extras)
+    return not requirement.marker or any(
+        requirement.marker.evaluate({"extra": extra}) for extra in extras
+    )
 
 
 def _size(name: str) -> int:
@@ -66,8 +72,16 @@ def _size(name: str) -> int:
 
 def provenance() -> dict[str, Any]:
     """CPU, cores, system, versions, and the load of the machine, which says whether others were at work."""
-    found = {"cpu": _cpu(), "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()}
-    found |= {"system": f"{platform.system()} {platform.machine()}", "python": platform.python_version()}
+    found = {
+        "cpu": _cpu(),
+        "cores": len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count(),
+    }
+    found |= {
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+    }
     return found | {"load": round(os.getloadavg()[0], 2), "versions": _versions()}
 
 
@@ -75,7 +89,10 @@ def _cpu() -> str:
     information = Path("/proc/cpuinfo")
     text = information.read_text(encoding="utf-8") if information.exists() else ""
     names = re.search(r"model name\s*: (.*)", text)
-    vectors = next((name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if f" {flag}" in text), "")
+    vectors = next(
+        (name for flag, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if f" {flag}" in text),
+        "",
+    )
     return f"{names[1] if names else platform.processor()}{', ' + vectors if vectors else ''}"
 
 

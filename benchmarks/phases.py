@@ -37,7 +37,9 @@ BUNDLES_OF_ITEMS = 4  # 50 items
 
 class Phase(NamedTuple):
     name: str
-    run: Callable[[Any, Any, int], None]  # so many rounds of it, as Python that is compiled with the parts at hand
+    run: Callable[
+        [Any, Any, int], None
+    ]  # so many rounds of it, as Python that is compiled with the parts at hand
     far: float  # vector operations an agent-step, of an agent that is far from food
     near: float  # of one among it
 
@@ -85,7 +87,12 @@ def _eat(model: Any, state: Any, rounds: int) -> None:
 
 @entry
 def _peak(rows: Any, rounds: int) -> None:
-    a, b, c, d = get(rows, 0, bundle(0)), get(rows, 1, bundle(0)), get(rows, 2, bundle(0)), get(rows, 3, bundle(0))
+    a, b, c, d = (
+        get(rows, 0, bundle(0)),
+        get(rows, 1, bundle(0)),
+        get(rows, 2, bundle(0)),
+        get(rows, 3, bundle(0)),
+    )
     e, f, g, h = a, b, c, d
     x, y = get(rows, 4, bundle(0)), get(rows, 5, bundle(0))
     for _ in range(rounds):
@@ -130,18 +137,24 @@ def nanoseconds_of_operation() -> float:
 def lived(experiment: Experiment) -> Batch:
     """A batch some steps into its first life."""
     batch = Batch(experiment, 0, range(CPU.worlds))
-    batch.begin(0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)]))
+    batch.begin(
+        0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)])
+    )
     batch.live(0, 50)
     return batch
 
 
 def main() -> None:
     far = lived(load("evo+self-taught/B"))
-    near = lived(load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}}))
+    near = lived(
+        load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
+    )
     agents = CPU.worlds * 20
     operation = nanoseconds_of_operation()
     print(f"peak: {1 / operation:.2f} operations on sixteen float32 a nanosecond\n")
-    print("| phase | far from food, ns | its arithmetic at peak | among food, ns | its arithmetic at peak |")
+    print(
+        "| phase | far from food, ns | its arithmetic at peak | among food, ns | its arithmetic at peak |"
+    )
     print("|---|---|---|---|---|")
     for phase in PHASES:
         cells = []

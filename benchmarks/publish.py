@@ -15,7 +15,9 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    arguments.add_argument("--out", type=Path, default=OUT, help="where `compare` and `scaling` wrote")
+    arguments.add_argument(
+        "--out", type=Path, default=OUT, help="where `compare` and `scaling` wrote"
+    )
     out, page = arguments.parse_args().out, PAGE.read_text("utf-8")
     for name in ("comparison", "scaling"):
         page = filled(page, name, (out / f"{name}.md").read_text("utf-8"))

@@ -60,15 +60,32 @@ class Process:
         self.entry, self._errors = entry, TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         command = [sys.executable, "-m", "benchmarks.worker", entry.contender]
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-        environment = {**os.environ, **entry.environment, **KEEP, "PYTHONPATH": path, "JAX_PLATFORMS": "cpu"}
-        pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": self._errors, "text": True}
+        environment = {
+            **os.environ,
+            **entry.environment,
+            **KEEP,
+            "PYTHONPATH": path,
+            "JAX_PLATFORMS": "cpu",
+        }
+        pipes: Any = {
+            "stdin": subprocess.PIPE,
+            "stdout": subprocess.PIPE,
+            "stderr": self._errors,
+            "text": True,
+        }
         self._worker = subprocess.Popen(command, cwd=ROOT, env=environment, **pipes)
         assert self._worker.stdin and self._worker.stdout
         self._orders: IO[str] = self._worker.stdin
         self._answers: IO[str] = self._worker.stdout
 
     def begin(self) -> None:
-        self._tell({"setting": self.entry.setting.to_dict(), "genomes": self.entry.genomes, "cores": self.entry.cores})
+        self._tell(
+            {
+                "setting": self.entry.setting.to_dict(),
+                "genomes": self.entry.genomes,
+                "cores": self.entry.cores,
+            }
+        )
 
     def measure(self, fill: float) -> dict[str, Any]:
         """Raises RuntimeError with the worker's last words when it has failed."""
@@ -77,7 +94,11 @@ class Process:
         if not line:
             self._worker.wait()
             self._errors.seek(0)
-            raise RuntimeError((self._errors.read().strip().splitlines() or ["the process ended without a word"])[-1])
+            raise RuntimeError(
+                (self._errors.read().strip().splitlines() or ["the process ended without a word"])[
+                    -1
+                ]
+            )
         answer: dict[str, Any] = json.loads(line)
         return answer
 
@@ -91,7 +112,12 @@ class Process:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self._worker.kill()
         self._worker.wait()
 
@@ -100,7 +126,9 @@ def race(entries: Sequence[Entry], rounds: int) -> list[Record]:
     """One record an entry. With no rounds, only the time to the first result and the memory are measured."""
     with ExitStack() as running:
         started = [_start(entry, running) for entry in entries]
-        eaten: list[list[float]] = [[record.eaten] if record.eaten is not None else [] for _, record in started]
+        eaten: list[list[float]] = [
+            [record.eaten] if record.eaten is not None else [] for _, record in started
+        ]
         for _ in range(rounds):
             for (process, record), meals in zip(started, eaten, strict=True):
                 if not record.not_measured:
@@ -124,7 +152,11 @@ def _start(entry: Entry, running: ExitStack) -> tuple[Process, Record]:
         record.not_measured = str(error)
         return process, record
     record.first_seconds = time.perf_counter() - began
-    record.agent_steps_of_call, record.peak_mib, record.eaten = answer["agent_steps"], answer["peak_mib"], answer["eaten"]
+    record.agent_steps_of_call, record.peak_mib, record.eaten = (
+        answer["agent_steps"],
+        answer["peak_mib"],
+        answer["eaten"],
+    )
     return process, record
 
 

@@ -31,7 +31,9 @@ def measure() -> dict[str, float]:
     found = {}
     for name in SCENARIOS:
         setting, genomes = scenario(name)
-        ours, theirs = race([Entry(contender, setting, genomes) for contender in CONTENDERS], ROUNDS)
+        ours, theirs = race(
+            [Entry(contender, setting, genomes) for contender in CONTENDERS], ROUNDS
+        )
         for record in (ours, theirs):
             if record.not_measured:
                 sys.exit(f"{record.contender} could not be measured: {record.not_measured}")
@@ -46,12 +48,18 @@ def verdict(now: dict[str, float], recorded: dict[str, Any]) -> str | None:
         for name in now
         if now[name] < (1 - ALLOWED) * recorded["ratios"][name]
     ]
-    return f"baldwinlab has become slower by more than {ALLOWED:.0%} in {' and in '.join(slower)}." if slower else None
+    return (
+        f"baldwinlab has become slower by more than {ALLOWED:.0%} in {' and in '.join(slower)}."
+        if slower
+        else None
+    )
 
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    arguments.add_argument("--record", action="store_true", help="keep what is measured now as the record")
+    arguments.add_argument(
+        "--record", action="store_true", help="keep what is measured now as the record"
+    )
     given, now = arguments.parse_args(), measure()
     if given.record:
         RECORD.write_text(json.dumps({"ratios": now, "machine": provenance()}, indent=1) + "\n")
@@ -59,10 +67,15 @@ def main() -> None:
         return
     recorded = json.loads(RECORD.read_text())
     if recorded["machine"]["cpu"] != provenance()["cpu"]:
-        print(f"the record was made on another CPU ({recorded['machine']['cpu']}), so it says little about this one")
+        print(
+            f"the record was made on another CPU ({recorded['machine']['cpu']}), so it says little about this one"
+        )
     if sentence := verdict(now, recorded):
         sys.exit(sentence)
-    print("not slower than recorded: " + ", ".join(f"{name} {now[name]:g} ({recorded['ratios'][name]:g})" for name in now))
+    print(
+        "not slower than recorded: "
+        + ", ".join(f"{name} {now[name]:g} ({recorded['ratios'][name]:g})" for name in now)
+    )
 
 
 if __name__ == "__main__":

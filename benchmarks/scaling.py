@@ -39,13 +39,21 @@ Measure = Callable[[], float]
 
 
 def in_the_food(**changes: Any) -> Experiment:
-    return load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 80}}).replace(**changes)
+    return (
+        load("evo+self-taught/A")
+        .replace(world={"start": {"x": 480, "y": 160, "radius": 80}})
+        .replace(**changes)
+    )
 
 
 def grown(agents: int) -> Experiment:
     """More agents with map and food grown in proportion, so that the density stays."""
     side = math.sqrt(agents / 20)
-    food = {"x": [400 * side, 560 * side], "y": [80 * side, 240 * side], "count": round(50 * agents / 20)}
+    food = {
+        "x": [400 * side, 560 * side],
+        "y": [80 * side, 240 * side],
+        "count": round(50 * agents / 20),
+    }
     start = {"x": 480 * side, "y": 160 * side, "radius": 80 * side}
     world = {"width": 640 * side, "height": 640 * side, "food": [food], "start": start}
     return in_the_food(world=world, population={"size": agents})
@@ -63,13 +71,24 @@ def cases() -> dict[str, dict[int, Measure]]:
     """By what grows: its values, and how to measure there."""
     normal, agents = in_the_food(), (20, 50, 100, 200, 500, 1000, MANY)
     return {
-        "threads": {number: measure(normal, CPU.worlds, number) for number in sorted({1, available_cores()})},
-        "worlds in a batch": {worlds: measure(normal, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)},
-        "agents": {size: measure(in_the_food(population={"size": size}), worlds_for(size)) for size in agents},
+        "threads": {
+            number: measure(normal, CPU.worlds, number) for number in sorted({1, available_cores()})
+        },
+        "worlds in a batch": {
+            worlds: measure(normal, worlds) for worlds in (1, 2, 4, 8, 16, 32, 64)
+        },
+        "agents": {
+            size: measure(in_the_food(population={"size": size}), worlds_for(size))
+            for size in agents
+        },
         "agents, map and food": {size: measure(grown(size), worlds_for(size)) for size in agents},
-        "food items": {count: measure(with_items(count), CPU.worlds) for count in (0, 10, 20, 50, 100, 200, 500, 1000)},
+        "food items": {
+            count: measure(with_items(count), CPU.worlds)
+            for count in (0, 10, 20, 50, 100, 200, 500, 1000)
+        },
         "hidden units": {
-            units: measure(in_the_food(network={"hidden": [units]}), CPU.worlds) for units in (2, 5, 10, 20, 50, 100)
+            units: measure(in_the_food(network={"hidden": [units]}), CPU.worlds)
+            for units in (2, 5, 10, 20, 50, 100)
         },
     }
 
@@ -79,18 +98,28 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
     step = [max(1, STEPS // (worlds * experiment.population.size))]
     batches = [Batch(experiment, thread, range(worlds)) for thread in range(threads)]
     for batch in batches:
-        batch.begin(0, np.stack([draw_genome(experiment, Moment(0, world, 0)) for world in range(worlds)]))
+        batch.begin(
+            0, np.stack([draw_genome(experiment, Moment(0, world, 0)) for world in range(worlds)])
+        )
         batch.live(0, step[0])
 
     def live_on() -> float:
-        lived, piece, began = 0, max(1, STEPS // (worlds * experiment.population.size)), time.perf_counter()
+        lived, piece, began = (
+            0,
+            max(1, STEPS // (worlds * experiment.population.size)),
+            time.perf_counter(),
+        )
         with ThreadPoolExecutor(threads) as pool:
             while time.perf_counter() - began < FILL:
                 first, step[0] = step[0], step[0] + piece
                 list(pool.map(lambda batch: batch.live(first, first + piece), batches))  # noqa: B023
                 lived += piece
                 piece *= 2
-        return (time.perf_counter() - began) * 1e9 / (lived * worlds * experiment.population.size * threads)
+        return (
+            (time.perf_counter() - began)
+            * 1e9
+            / (lived * worlds * experiment.population.size * threads)
+        )
 
     return live_on
 
@@ -108,7 +137,10 @@ def text(found: dict[str, dict[int, list[float]]]) -> str:
     parts = []
     for name, points in found.items():
         middle = ["ns", *(f"{median(values):.3g}" for values in points.values())]
-        spread = ["(least to most)", *(f"{min(values):.3g} to {max(values):.3g}" for values in points.values())]
+        spread = [
+            "(least to most)",
+            *(f"{min(values):.3g} to {max(values):.3g}" for values in points.values()),
+        ]
         parts.append(table([name, *map(str, points)], [middle, spread]))
     return "\n\n".join(parts) + "\n"
 
@@ -138,7 +170,9 @@ def main() -> None:
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     found = run_cases()
-    (given.out / "scaling.json").write_text(json.dumps({"machine": provenance(), "ns_per_agent_step": found}, indent=1) + "\n")
+    (given.out / "scaling.json").write_text(
+        json.dumps({"machine": provenance(), "ns_per_agent_step": found}, indent=1) + "\n"
+    )
     (given.out / "scaling.md").write_text(text(found))
     draw(found, given.out)
     print(text(found))

@@ -18,6 +18,10 @@ WORLDS, GENERATION = 8, 50
 def scenario(name: str) -> tuple[Setting, Genomes]:
     """The setting, and the genomes of the 50th generation of 8 runs with seed 0."""
     experiment = load(name)
-    short = experiment.replace(evolution={"generations": GENERATION + 1}, record={"genome_every": GENERATION})
+    short = experiment.replace(
+        evolution={"generations": GENERATION + 1}, record={"genome_every": GENERATION}
+    )
     runs = simulate_batch(short, seed=0, runs=range(WORLDS))
-    return from_experiment(experiment), np.stack([run["genome"].values[GENERATION] for run in runs]).tolist()
+    return from_experiment(experiment), np.stack(
+        [run["genome"].values[GENERATION] for run in runs]
+    ).tolist()

@@ -57,20 +57,35 @@ class Setting:
 
     def span(self, margin: float) -> tuple[float, float]:
         """How far from the middle of the food, along x and y, something may lie within `margin` of an item."""
-        return (self.food_x[1] - self.food_x[0]) / 2 + margin, (self.food_y[1] - self.food_y[0]) / 2 + margin
+        return (self.food_x[1] - self.food_x[0]) / 2 + margin, (
+            self.food_y[1] - self.food_y[0]
+        ) / 2 + margin
 
 
 def from_dict(values: Mapping[str, Any]) -> Setting:
-    fields: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+    fields: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+    }
     return Setting(**fields)
 
 
 def from_experiment(experiment: Experiment) -> Setting:
     """Raises ValueError for an experiment that the contenders do not model."""
     world, start = experiment.world, experiment.world.start
-    standard = (experiment.senses.boundaries, experiment.contact.shape, experiment.lifetime.update, experiment.network.biases)
-    if standard != ("closed", "circle", "simultaneous", False) or len(world.food) != 1 or len(experiment.network.hidden) != 1:
-        raise ValueError(f"{experiment.name}: the contenders know the standard reading, one food region and one hidden layer")
+    standard = (
+        experiment.senses.boundaries,
+        experiment.contact.shape,
+        experiment.lifetime.update,
+        experiment.network.biases,
+    )
+    if (
+        standard != ("closed", "circle", "simultaneous", False)
+        or len(world.food) != 1
+        or len(experiment.network.hidden) != 1
+    ):
+        raise ValueError(
+            f"{experiment.name}: the contenders know the standard reading, one food region and one hidden layer"
+        )
     (food,) = world.food
     return Setting(
         name=experiment.name,

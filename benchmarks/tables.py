@@ -36,13 +36,23 @@ def tables(found: Found) -> str:
     )
     scenarios = [name for name in races if name not in SEPARATE]
     of_scenarios = [scenario_table(name, races[name]) for name in scenarios]
-    return "\n\n".join([head, *of_scenarios, cost_table(found, scenarios), runs_table(races["runs"])]) + "\n"
+    return (
+        "\n\n".join([head, *of_scenarios, cost_table(found, scenarios), runs_table(races["runs"])])
+        + "\n"
+    )
 
 
 def scenario_table(name: str, records: Sequence[Found]) -> str:
     ours = records[0]
     rows = [
-        (label(record), record["cores"], lives(record), *speed(record), ratio(ours, record), number(record["eaten"], ".0f"))
+        (
+            label(record),
+            record["cores"],
+            lives(record),
+            *speed(record),
+            ratio(ours, record),
+            number(record["eaten"], ".0f"),
+        )
         for record in records
     ]
     titles = (
@@ -62,11 +72,27 @@ def cost_table(found: Found, scenarios: Sequence[str]) -> str:
     *starts, cold = found["races"]["starts"]
     rows = []
     for contender in dict.fromkeys(record["contender"] for record in starts):
-        seconds = sorted(one["first_seconds"] for one in starts if one["contender"] == contender and not one["not_measured"])
-        records = [one for name in scenarios for one in found["races"][name] if one["contender"] == contender and one["rates"]]
+        seconds = sorted(
+            one["first_seconds"]
+            for one in starts
+            if one["contender"] == contender and not one["not_measured"]
+        )
+        records = [
+            one
+            for name in scenarios
+            for one in found["races"][name]
+            if one["contender"] == contender and one["rates"]
+        ]
         peak = max((one["peak_mib"] for one in records if one["cores"] == 1), default=None)
         size = found["installed_mib"][contender]
-        rows.append((NAMES[contender], spread(seconds) if seconds else "", number(peak, ".0f"), number(size, ".0f")))
+        rows.append(
+            (
+                NAMES[contender],
+                spread(seconds) if seconds else "",
+                number(peak, ".0f"),
+                number(size, ".0f"),
+            )
+        )
     rows.append(("baldwinlab, never compiled here before", spread([cold["first_seconds"]]), "", ""))
     titles = ("", "to the first result, s", "peak memory, MiB", "installed, MiB")
     return "**To begin**: lives of 100 steps, in fresh processes\n\n" + table(titles, rows)
@@ -75,13 +101,16 @@ def cost_table(found: Found, scenarios: Sequence[str]) -> str:
 def runs_table(records: Sequence[Found]) -> str:
     rows = [(record["scenario"], *speed(record)) for record in records]
     titles = ("condition", "million/s", "(least to most)")
-    return "**baldwinlab, whole runs** (100 generations, evolution included, a batch of 4 runs on one core)\n\n" + table(
-        titles, rows
+    return (
+        "**baldwinlab, whole runs** (100 generations, evolution included, a batch of 4 runs on one core)\n\n"
+        + table(titles, rows)
     )
 
 
 def label(record: Found) -> str:
-    return NAMES[record["contender"]] + (f" (not measured: {record['not_measured']})" if record["not_measured"] else "")
+    return NAMES[record["contender"]] + (
+        f" (not measured: {record['not_measured']})" if record["not_measured"] else ""
+    )
 
 
 def lives(record: Found) -> str:
@@ -92,7 +121,10 @@ def lives(record: Found) -> str:
 def speed(record: Found) -> tuple[str, str]:
     if not record["rates"]:
         return "", ""
-    low, middle, high = (value / 1e6 for value in (min(record["rates"]), median(record["rates"]), max(record["rates"])))
+    low, middle, high = (
+        value / 1e6
+        for value in (min(record["rates"]), median(record["rates"]), max(record["rates"]))
+    )
     return f"{middle:.3g}", f"{low:.3g} to {high:.3g}"
 
 
@@ -111,7 +143,9 @@ def _brief(value: float) -> str:
 
 def spread(values: Sequence[float]) -> str:
     """Median of sorted values, and their range."""
-    return f"{median(values):.2f}" + (f" ({values[0]:.2f} to {values[-1]:.2f})" if len(values) > 1 else "")
+    return f"{median(values):.2f}" + (
+        f" ({values[0]:.2f} to {values[-1]:.2f})" if len(values) > 1 else ""
+    )
 
 
 def number(value: float | None, form: str) -> str:
@@ -126,14 +160,18 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
 def draw_comparison(found: Found, out: Path) -> None:
     """Bars of every contender's rate on one core, on a logarithmic scale, a panel a scenario."""
     scenarios = [name for name in found["races"] if name not in SEPARATE]
-    figure, axes = plt.subplots(1, len(scenarios), figsize=(11, 2.8), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(
+        1, len(scenarios), figsize=(11, 2.8), sharex=True, layout="constrained"
+    )
     for axis, name in zip(axes, scenarios, strict=True):
         records = [one for one in found["races"][name] if one["cores"] == 1 and one["rates"]][::-1]
         for place, record in enumerate(records):
             rate, ours = median(record["rates"]), record["contender"] == "baldwinlab_lives"
             axis.barh(place, rate, color="#0072B2" if ours else "#999999", left=1e3)
             axis.text(rate * 1.3 + 1e3, place, f"{_brief(rate / 1e6)} M", va="center", fontsize=8)
-        axis.set_yticks(range(len(records)), [NAMES[record["contender"]] for record in records], fontsize=8)
+        axis.set_yticks(
+            range(len(records)), [NAMES[record["contender"]] for record in records], fontsize=8
+        )
         axis.set(xscale="log", xlim=(1e4, 2e9), title=name, xlabel="agent-steps a second, one core")
         axis.spines[["top", "right"]].set_visible(False)
     save(figure, out / "comparison")

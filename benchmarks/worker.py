@@ -22,13 +22,21 @@ def main() -> None:
     task = json.loads(sys.stdin.readline())
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[-task["cores"] :])
-    from benchmarks.setting import Contender, from_dict  # here, so that it counts towards the start-up of all alike
+    from benchmarks.setting import (
+        Contender,
+        from_dict,
+    )  # here, so that it counts towards the start-up of all alike
 
     contender: Contender = import_module(f"benchmarks.contenders.{sys.argv[1]}")
     setting = from_dict(task["setting"])
     live, seed = contender.lives(setting, task["genomes"]), 0
     for line in sys.stdin:
-        fill, calls, began, busy = json.loads(line)["fill"], 0, time.perf_counter(), time.process_time()
+        fill, calls, began, busy = (
+            json.loads(line)["fill"],
+            0,
+            time.perf_counter(),
+            time.process_time(),
+        )
         while not calls or time.perf_counter() - began < fill:
             eaten = live(seed)
             calls, seed = calls + 1, seed + 1
@@ -39,7 +47,10 @@ def main() -> None:
             "calls": calls,
             "agent_steps": calls * contender.agent_steps(setting),
         }
-        print(json.dumps(answer | {"eaten": mean(eaten), "peak_mib": (peak_memory() or 0) / 2**20}), flush=True)
+        print(
+            json.dumps(answer | {"eaten": mean(eaten), "peak_mib": (peak_memory() or 0) / 2**20}),
+            flush=True,
+        )
 
 
 def mean(eaten: Any) -> float | None:

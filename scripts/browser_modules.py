@@ -12,7 +12,9 @@ from baldwinlab.models.miniworld.modules import MARKS, SHIPPED, built_in, compil
 def main() -> None:
     SHIPPED.mkdir(exist_ok=True)
     experiments = built_in()
-    for (name, experiment), module in zip(experiments.items(), compiled(experiments.values()), strict=True):
+    for (name, experiment), module in zip(
+        experiments.items(), compiled(experiments.values()), strict=True
+    ):
         (SHIPPED / f"{name}.wasm").write_bytes(module)
         print(f"{name}: {len(module):,} bytes, made of {mark_of(experiment)}")
     version = ".".join(platform.python_version_tuple()[:2])

@@ -34,12 +34,18 @@ def experiments() -> Iterator[tuple[str, Experiment]]:
     """Every path through the engine, with newborns where the food is."""
     for condition in ("evo/A", "evo+self-taught/A", "evo+self-taught/B"):
         yield condition, load(condition)
-        yield f"{condition}, at the food", load(condition).replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
+        yield (
+            f"{condition}, at the food",
+            load(condition).replace(world={"start": {"x": 480, "y": 160, "radius": 70}}),
+        )
     base = load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
     yield "sequential", base.replace(lifetime={"update": "sequential", "steps": 500})
     yield "biases, two hidden layers", base.replace(network={"biases": True, "hidden": [10, 5]})
     yield "100 agents", base.replace(population={"size": 100})
-    yield "items in cells", base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100})
+    yield (
+        "items in cells",
+        base.replace(world={"food": [{**FOOD, "count": 1000}]}, population={"size": 100}),
+    )
     yield "no food", base.replace(world={"food": []})
     yield "square contact", base.replace(contact={"shape": "square"})
     for name in ("social", "poison", "obstacles", "elman"):
@@ -48,7 +54,10 @@ def experiments() -> Iterator[tuple[str, Experiment]]:
     yield "social", base.replace(learning={"rule": "social"})
     yield "poison and walls", base.replace(world=walls, senses={"kinds": ["food", "poison"]})
     yield "memory", base.replace(network={"kind": "elman"})
-    yield "items round the edge", base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]})
+    yield (
+        "items round the edge",
+        base.replace(world={"food": [{"x": [0, 640], "y": [0, 640], "count": 700}]}),
+    )
 
 
 def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
@@ -58,12 +67,21 @@ def genomes(experiment: Experiment, worlds: int) -> np.ndarray:
 
 def differences(experiment: Experiment, worlds: int) -> list[str]:
     """The names of what is not the same after a life on the GPU and on the CPU; `awake` is scratch."""
-    batches: list[Batch] = [cpu.Batch(experiment, 7, range(worlds)), cuda.Batch(experiment, 7, range(worlds))]
+    batches: list[Batch] = [
+        cpu.Batch(experiment, 7, range(worlds)),
+        cuda.Batch(experiment, 7, range(worlds)),
+    ]
     for batch in batches:
         batch.begin(3, genomes(experiment, worlds))
         batch.live(0, experiment.lifetime.steps)
-    one, other = (named_arrays(batch.state, worlds, experiment.population.size) for batch in batches)
-    return [name for name, array in one.items() if name != "awake" and array.tobytes() != other[name].tobytes()]
+    one, other = (
+        named_arrays(batch.state, worlds, experiment.population.size) for batch in batches
+    )
+    return [
+        name
+        for name, array in one.items()
+        if name != "awake" and array.tobytes() != other[name].tobytes()
+    ]
 
 
 def speed(experiment: Experiment, worlds: int) -> float:
@@ -84,20 +102,28 @@ def main(quick: bool) -> int:
         print(problem)
         return 1
     name = numba_cuda.get_current_device().name
-    print(f"{name.decode() if isinstance(name, bytes) else name}; numba {numba.__version__}, {numba_cuda.__name__}")
+    print(
+        f"{name.decode() if isinstance(name, bytes) else name}; numba {numba.__version__}, {numba_cuda.__name__}"
+    )
     failed = 0
     for title, experiment in experiments():
         found = differences(experiment, 40)
         failed += bool(found)
-        print(f"{title}: {'differs in ' + ', '.join(found) if found else 'the same bits'}", flush=True)
+        print(
+            f"{title}: {'differs in ' + ', '.join(found) if found else 'the same bits'}", flush=True
+        )
     for condition in ("evo/A", "evo+self-taught/A"):
-        for place, start in (("of the paper", {}), ("at the food", {"start": {"x": 480, "y": 160, "radius": 70}})):
+        for place, start in (
+            ("of the paper", {}),
+            ("at the food", {"start": {"x": 480, "y": 160, "radius": 70}}),
+        ):
             experiment = load(condition).replace(world=start)
             for worlds in WORLDS[-3:-1] if quick else WORLDS:
                 for threads in (128,) if quick or worlds < 5280 else THREADS:
                     cuda.THREADS = threads  # type: ignore[misc]
                     print(
-                        f"{condition} {place}: {worlds} worlds, {threads} threads: {speed(experiment, worlds):.3g} /s", flush=True
+                        f"{condition} {place}: {worlds} worlds, {threads} threads: {speed(experiment, worlds):.3g} /s",
+                        flush=True,
                     )
     return int(failed > 0)
 

@@ -15,7 +15,9 @@ from baldwinlab.variables import Variable
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Of the class `meanings`, in the words of MyST: its last column tells something, and needs room."""
     lines = [heads, ["---"] * len(heads), *rows]
-    return "{.meanings}\n" + "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
+    return "{.meanings}\n" + "".join(
+        f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines
+    )
 
 
 def fields_of(kind: Any, path: str = "") -> list[tuple[str, Any]]:
@@ -24,18 +26,31 @@ def fields_of(kind: Any, path: str = "") -> list[tuple[str, Any]]:
     return list(_fields(schema, schema.get("$defs", {}), path))
 
 
-def _fields(schema: Mapping[str, Any], tables: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
+def _fields(
+    schema: Mapping[str, Any], tables: Mapping[str, Any], path: str
+) -> Iterator[tuple[str, Any]]:
     for name, node in schema.get("properties", {}).items():
         below, here = node.get("items", node), f"{path}.{name}" if path else name
         if "$ref" in below:
-            yield from _fields(tables[below["$ref"].rpartition("/")[2]], tables, here if below is node else f"{here}.N")
+            yield from _fields(
+                tables[below["$ref"].rpartition("/")[2]],
+                tables,
+                here if below is node else f"{here}.N",
+            )
         else:
             yield here, node
 
 
 def table_of_fields(fields: Iterable[tuple[str, Any]]) -> str:
-    rows = [(f"`{path}`", value(node), _default(node), node.get("description", "")) for path, node in fields]
-    return table(("field", "type and limits", "default", "meaning, with its unit"), rows) if rows else ""
+    rows = [
+        (f"`{path}`", value(node), _default(node), node.get("description", ""))
+        for path, node in fields
+    ]
+    return (
+        table(("field", "type and limits", "default", "meaning, with its unit"), rows)
+        if rows
+        else ""
+    )
 
 
 def _default(node: Mapping[str, Any]) -> str:
@@ -57,14 +72,22 @@ def value(node: Mapping[str, Any]) -> str:
         least, most = node.get("minItems", 0), node.get("maxItems")
         number = f" of {most}" if least == most else f" of {least} to {most}" if most else ""
         return f"list{number}: {value(inside[0])}"
-    words = {"integer": "whole number", "number": "number", "boolean": "true or false", "string": "text"}[node["type"]]
+    words = {
+        "integer": "whole number",
+        "number": "number",
+        "boolean": "true or false",
+        "string": "text",
+    }[node["type"]]
     signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-    return ", ".join([words, *(f"{sign} {node[limit]:,}" for limit, sign in signs.items() if limit in node)])
+    return ", ".join(
+        [words, *(f"{sign} {node[limit]:,}" for limit, sign in signs.items() if limit in node)]
+    )
 
 
 def table_of_variables(declared: Mapping[str, Variable]) -> str:
     rows = [
-        (f"`{name}`", ", ".join(one.dims), f"`{one.dtype.__name__}`", one.unit, one.meaning) for name, one in declared.items()
+        (f"`{name}`", ", ".join(one.dims), f"`{one.dtype.__name__}`", one.unit, one.meaning)
+        for name, one in declared.items()
     ]
     return table(("variable", "dimensions", "type", "unit", "meaning"), rows)
 
@@ -75,7 +98,11 @@ def name(name: str, what: Any, level: str = "##") -> str:
     if inspect.isclass(what) and issubclass(what, Exception):
         return f"{text}An exception, derived from `{what.__bases__[0].__name__}`. {prose(what.__doc__)}\n"
     if inspect.isclass(what):
-        methods = [(each, method) for each, method in inspect.getmembers_static(what, inspect.isfunction) if _is_own(method)]
+        methods = [
+            (each, method)
+            for each, method in inspect.getmembers_static(what, inspect.isfunction)
+            if _is_own(method)
+        ]
         return f"{text}{prose(what.__doc__)}\n" + "".join(
             f"\n{level}# {name}.{each}\n\n{function(method, each)}" for each, method in methods
         )
@@ -87,7 +114,11 @@ def name(name: str, what: Any, level: str = "##") -> str:
 
 
 def _is_own(method: Callable[..., Any]) -> bool:
-    return bool(method.__doc__) and not method.__name__.startswith("_") and method.__module__.startswith("baldwinlab")
+    return (
+        bool(method.__doc__)
+        and not method.__name__.startswith("_")
+        and method.__module__.startswith("baldwinlab")
+    )
 
 
 def function(called: Callable[..., Any], name: str) -> str:
@@ -105,13 +136,21 @@ def _signature(called: Callable[..., Any]) -> str:
     returned = signature.return_annotation
     result = "" if returned is inspect.Signature.empty else f" -> {_annotation(returned)}"
     line = f"({', '.join(told)}){result}"
-    return line if len(line) < 80 else "(\n" + "".join(f"    {one},\n" for one in told) + f"){result}"
+    return (
+        line if len(line) < 80 else "(\n" + "".join(f"    {one},\n" for one in told) + f"){result}"
+    )
 
 
 def _argument(one: inspect.Parameter) -> str:
     stars = "**" if one.kind is one.VAR_KEYWORD else "*" if one.kind is one.VAR_POSITIONAL else ""
     annotation = "" if one.annotation is one.empty else f": {_annotation(one.annotation)}"
-    default = "" if one.default is one.empty else f" = {one.default!r}" if annotation else f"={one.default!r}"
+    default = (
+        ""
+        if one.default is one.empty
+        else f" = {one.default!r}"
+        if annotation
+        else f"={one.default!r}"
+    )
     return f"{stars}{one.name}{annotation}{default}"
 
 
@@ -124,13 +163,18 @@ def prose(docstring: str | None) -> str:
 
     A section of numpydoc, such as "Parameters", becomes a list of its entries under a title in bold.
     """
-    text, *sections = re.split(r"^(\w[\w ]*)\n-{3,}$", inspect.cleandoc(docstring or ""), flags=re.MULTILINE)
+    text, *sections = re.split(
+        r"^(\w[\w ]*)\n-{3,}$", inspect.cleandoc(docstring or ""), flags=re.MULTILINE
+    )
     told = []
     for paragraph in re.split(r"\n\s*\n", text.strip()):
         aligned = re.search(r"^\w\S*(, \S+)?  +\S", paragraph, re.MULTILINE)
         fence = "pycon" if paragraph.startswith(">>>") else "text" if aligned else ""
         told.append(f"```{fence}\n{paragraph}\n```" if fence else paragraph)
-    told += [f"**{title}**\n\n{_entries(body)}" for title, body in zip(sections[::2], sections[1::2], strict=True)]
+    told += [
+        f"**{title}**\n\n{_entries(body)}"
+        for title, body in zip(sections[::2], sections[1::2], strict=True)
+    ]
     return "\n\n".join(told)
 
 

@@ -59,7 +59,9 @@ def build(out: Path, notebooks: Path | None = None) -> bool:
     Raises RefusedError for a folder that holds anything else, and where the extra `docs` is missing.
     """
     if out.exists() and any(out.iterdir()) and not (out / MADE).exists():
-        raise RefusedError(f"{out}: holds something else than the site; give another folder, or an empty one")
+        raise RefusedError(
+            f"{out}: holds something else than the site; give another folder, or an empty one"
+        )
     with tempfile.TemporaryDirectory() as folder:
         source, files, made = (Path(folder) / name for name in ("source", "files", "site"))
         tree = tomllib.loads(TREE.read_text("utf-8"))
@@ -85,7 +87,17 @@ def is_made(source: Path, out: Path, **settings: Any) -> bool:
     except ImportError:
         raise missing_extra("docs", "the site") from None
     with tempfile.TemporaryDirectory() as trees, docutils_namespace():
-        app = Sphinx(source, None, out, trees, "html", SPHINX | settings, None, sys.stderr, warningiserror=True)
+        app = Sphinx(
+            source,
+            None,
+            out,
+            trees,
+            "html",
+            SPHINX | settings,
+            None,
+            sys.stderr,
+            warningiserror=True,
+        )
         app.build(force_all=True)
     return app.statuscode == 0
 
@@ -95,7 +107,9 @@ def lay_out(source: Path, tree: dict[str, Any]) -> None:
     made = reference.pages()
     for path, text in made.items():
         _write(source / path, text)
-    for file in (ROOT / "docs").glob("*.md"):  # those of no section, too, so that Sphinx complains of them
+    for file in (ROOT / "docs").glob(
+        "*.md"
+    ):  # those of no section, too, so that Sphinx complains of them
         _write(source / file.relative_to(ROOT), file.read_text("utf-8"))
     contents = []
     for section in tree["sections"]:
@@ -105,7 +119,10 @@ def lay_out(source: Path, tree: dict[str, Any]) -> None:
                 _write(source / _document(page), markdown_of(ROOT / page))
         contents.append(_toctree(section["title"], pages))
     _write(source / "index.md", (ROOT / "README.md").read_text("utf-8") + "\n".join(contents))
-    for picture in [*(ROOT / "docs" / "pictures").iterdir(), *(ROOT / "baldwinlab" / "papers").glob("*/*.png")]:
+    for picture in [
+        *(ROOT / "docs" / "pictures").iterdir(),
+        *(ROOT / "baldwinlab" / "papers").glob("*/*.png"),
+    ]:
         copy = source / picture.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(picture, copy)
@@ -122,7 +139,10 @@ def expanded(pattern: str, made: dict[str, str]) -> list[str]:
 
 def papers() -> dict[str, str]:
     """What each paper is called in the tree, by the path of its page and in the order of years."""
-    return {(paper.folder / "README.md").relative_to(ROOT).as_posix(): reference.short(paper) for paper in reference.by_year()}
+    return {
+        (paper.folder / "README.md").relative_to(ROOT).as_posix(): reference.short(paper)
+        for paper in reference.by_year()
+    }
 
 
 def markdown_of(path: Path) -> str:
@@ -149,7 +169,9 @@ def add_laboratories(source: Path, files: Path, wanted: list[dict[str, Any]]) ->
         name = f"laboratories/{re.sub('[^a-z0-9]+', '-', page.relative_to(source).with_suffix('').as_posix().lower())}.html"
         (files / name).parent.mkdir(parents=True, exist_ok=True)
         (files / name).write_bytes(live_page(presets))
-        address = os.path.relpath(files / name, files / Path(each["page"]).parent).replace(os.sep, "/")
+        address = os.path.relpath(files / name, files / Path(each["page"]).parent).replace(
+            os.sep, "/"
+        )
         introduction, heading, rest = page.read_text("utf-8").partition("\n## ")
         _write(page, f"{introduction}\n{_frame(address, presets[0])}\n{heading}{rest}")
 
@@ -174,7 +196,10 @@ def _frame(address: str, first: Experiment) -> str:
 
 def _toctree(title: str, pages: list[str]) -> str:
     labels = papers()
-    lines = [f"{labels[page]} <{_document(page)[:-3]}>" if page in labels else _document(page)[:-3] for page in pages]
+    lines = [
+        f"{labels[page]} <{_document(page)[:-3]}>" if page in labels else _document(page)[:-3]
+        for page in pages
+    ]
     return "\n".join([f"\n```{{toctree}}\n:hidden:\n:caption: {title}\n", *lines, "```\n"])
 
 

@@ -27,7 +27,11 @@ def fit() -> tuple[float, Row, Row]:
         p, q = solution[: DEGREE + 1], np.append(1, solution[DEGREE + 1 :])
         error = np.abs((powers @ p) * (z / LIMIT) / (powers @ q) - target)
         if error.max() < best[0]:
-            best = (error.max(), p / LIMIT ** (2 * np.arange(DEGREE + 1) + 1), q / LIMIT ** (2 * np.arange(DEGREE + 1)))
+            best = (
+                error.max(),
+                p / LIMIT ** (2 * np.arange(DEGREE + 1) + 1),
+                q / LIMIT ** (2 * np.arange(DEGREE + 1)),
+            )
         linear = 1 / np.abs(powers @ q)
         lawson *= error / error.max() + 1e-3
         lawson /= lawson.max()

@@ -39,7 +39,9 @@ def _curves(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
 
 def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     paper = papers.load(name)
-    return lambda study, experiments: figures.measures(study, [figures.Measured(*one) for one in compared(study, paper)])
+    return lambda study, experiments: figures.measures(
+        study, [figures.Measured(*one) for one in compared(study, paper)]
+    )
 
 
 def _survival(study: xr.Dataset, experiments: Sequence[Any]) -> Figure:
@@ -61,7 +63,11 @@ DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "soltoggio-2008": _curves,
     "le-2018": _shares,
 }
-PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}  # on the card; else the first
+PANEL: Final = {
+    "mayley-1996": 1,
+    "nolfi-parisi-1993": 1,
+    "nolfi-elman-parisi-1994": 1,
+}  # on the card; else the first
 CUT: Final = {  # the picture, and left, upper, right and lower edge in it
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
     "worlds-and-minds": ("worlds-and-minds.png", (292, 816, 988, 1136)),

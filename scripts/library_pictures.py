@@ -13,16 +13,28 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.papers.verdicts import evaluate
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
-BREEDING: Final = ("standard", "expected-offspring", "best-copies", "elite", "steady-state", "gaussian", "one-point-crossover")
+BREEDING: Final = (
+    "standard",
+    "expected-offspring",
+    "best-copies",
+    "elite",
+    "steady-state",
+    "gaussian",
+    "one-point-crossover",
+)
 WORLDS: Final = ("C", "D", "worth", "drifting", "in-turn", "scarce")
 LAST: Final = 10  # generations
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`")
+    parser.add_argument(
+        "study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`"
+    )
     study = bl.open_study(parser.parse_args().study)
-    standings = figures.standings(study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST)
+    standings = figures.standings(
+        study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST
+    )
     there = {name: bl.load(f"evo/{name}") for name in WORLDS}
     worlds = {f"Map {name}": experiment.world for name, experiment in there.items()}
     looks = {f"Map {name}": look(experiment).to_dict() for name, experiment in there.items()}

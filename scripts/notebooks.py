@@ -24,7 +24,9 @@ from baldwinlab import palette
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
 LONGEST: Final = 600  # seconds that a cell may take
-SECRET: Final = {"transport_encryption": "auto"}  # else a kernel warns that others on this machine could listen to it
+SECRET: Final = {
+    "transport_encryption": "auto"
+}  # else a kernel warns that others on this machine could listen to it
 LIGHT, DARK = "default", "github-dark"  # how Pygments colours code
 
 
@@ -49,20 +51,31 @@ def executed(path: Path, folder: Path) -> Any:
     copy = shutil.copy(path, folder)
     notebook = jupytext.read(copy)
     place = {"metadata": {"path": str(folder)}}
-    return NotebookClient(notebook, timeout=LONGEST, resources=place, config=Config(KernelManager=SECRET)).execute()
+    return NotebookClient(
+        notebook, timeout=LONGEST, resources=place, config=Config(KernelManager=SECRET)
+    ).execute()
 
 
 def page(notebook: Any) -> str:
     """An executed notebook as HTML. Links to other notebooks lead to their pages."""
     exporter = HTMLExporter(
-        template_name="basic", exclude_input_prompt=True, exclude_output_prompt=True, exclude_anchor_links=True
+        template_name="basic",
+        exclude_input_prompt=True,
+        exclude_output_prompt=True,
+        exclude_anchor_links=True,
     )
     body, _ = exporter.from_notebook_node(notebook)
     for path in paths():
         body = body.replace(f'href="{path.name}"', f'href="{path.stem}.html"')
-    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
-    title = re.findall(r"^# (.+)$", "\n".join(cell.source for cell in notebook.cells), re.MULTILINE)[0]
-    light, dark = (HtmlFormatter(style=style).get_style_defs(".highlight") for style in (LIGHT, DARK))
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
+    )
+    title = re.findall(
+        r"^# (.+)$", "\n".join(cell.source for cell in notebook.cells), re.MULTILINE
+    )[0]
+    light, dark = (
+        HtmlFormatter(style=style).get_style_defs(".highlight") for style in (LIGHT, DARK)
+    )
     return environment.get_template("notebook.html").render(
         title=title, colours=palette.report_css(), light=light, dark=dark, body=body
     )

@@ -35,13 +35,22 @@ def main() -> None:
     of_papers(study.parent)
     with serving(study) as address, chromium() as browser:
         for name, (state, window) in WORLDS.items():
-            page = opened(browser, f"{address}#/world?{state}", window, closed=() if name == "guide" else ("world",))
-            expect(page.locator("[data-ready]")).to_have_count(2 if name == "beside" else 1, timeout=60_000)
+            page = opened(
+                browser,
+                f"{address}#/world?{state}",
+                window,
+                closed=() if name == "guide" else ("world",),
+            )
+            expect(page.locator("[data-ready]")).to_have_count(
+                2 if name == "beside" else 1, timeout=60_000
+            )
             keep(page, name)
         page = opened(browser, f"{address}#/results?study=.", (1280, 1000), closed=("results",))
         page.get_by_test_id("curves").locator("canvas").wait_for(timeout=120_000)
         keep(page, "results")
-        page = opened(browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",))
+        page = opened(
+            browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",)
+        )
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-caption")).to_contain_text("Generation 9", timeout=120_000)
         keep(page, "live")
@@ -58,9 +67,13 @@ def of_papers(folder: Path) -> None:
         keep(page, "cells")
 
 
-def opened(browser: Browser, address: str, window: tuple[int, int], closed: tuple[str, ...]) -> Page:
+def opened(
+    browser: Browser, address: str, window: tuple[int, int], closed: tuple[str, ...]
+) -> Page:
     """A page of a reader who has closed the words about these views."""
-    page = browser.new_page(viewport={"width": window[0], "height": window[1]}, color_scheme="light")
+    page = browser.new_page(
+        viewport={"width": window[0], "height": window[1]}, color_scheme="light"
+    )
     for view in closed:
         page.add_init_script(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '')")
     page.goto(address)

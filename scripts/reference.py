@@ -20,7 +20,16 @@ from baldwinlab.papers.paper import CARD, KINDS, Paper
 from baldwinlab.papers.words import Assay, Figure
 from baldwinlab.parts import evolution, kinds
 from baldwinlab.parts.kinds import Part, phase_names
-from scripts.described import capital, fields_of, function, name, prose, table, table_of_fields, table_of_variables
+from scripts.described import (
+    capital,
+    fields_of,
+    function,
+    name,
+    prose,
+    table,
+    table_of_fields,
+    table_of_variables,
+)
 
 ROOT: Final = Path(__file__).parents[1]
 
@@ -38,14 +47,19 @@ def pages() -> dict[str, str]:
         "reference/papers.md": catalogue(),
         "reference/kinds.md": kinds_of_part(),
         "reference/citation.md": citation(),
-        **{f"{path.relative_to(ROOT).as_posix()}.md": example(path) for path in sorted((ROOT / "examples").rglob("*.py"))},
+        **{
+            f"{path.relative_to(ROOT).as_posix()}.md": example(path)
+            for path in sorted((ROOT / "examples").rglob("*.py"))
+        },
     }
 
 
 def commands() -> str:
     """Every command with its options."""
     told = str(app.generate_docs(output_format="markdown", recursive=True))
-    told = re.sub(r"^## Table of Contents\n\n(- .*\n)+\n", "", told, flags=re.MULTILINE)  # the list of commands is one, too
+    told = re.sub(
+        r"^## Table of Contents\n\n(- .*\n)+\n", "", told, flags=re.MULTILINE
+    )  # the list of commands is one, too
     return told.replace("# baldwinlab\n", "# Commands\n", 1)
 
 
@@ -55,7 +69,9 @@ def python() -> str:
 
 Every public name of `import baldwinlab as bl`; [whole studies in Python](../docs/python.md) shows how they are used.
 
-""" + "\n".join(name(each, getattr(baldwinlab, each)) for each in sorted(baldwinlab.__all__, key=_caseless))
+""" + "\n".join(
+        name(each, getattr(baldwinlab, each)) for each in sorted(baldwinlab.__all__, key=_caseless)
+    )
 
 
 def fields() -> str:
@@ -69,8 +85,12 @@ these, and a table of the model's own.
 """
     tables: dict[str, list[tuple[str, object]]] = {}
     for path, node in fields_of(Experiment):
-        tables.setdefault(path.partition(".")[0] if "." in path else "The experiment", []).append((path, node))
-    return text + "".join(f"\n## {title}\n\n{table_of_fields(rows)}" for title, rows in tables.items())
+        tables.setdefault(path.partition(".")[0] if "." in path else "The experiment", []).append(
+            (path, node)
+        )
+    return text + "".join(
+        f"\n## {title}\n\n{table_of_fields(rows)}" for title, rows in tables.items()
+    )
 
 
 def library() -> str:
@@ -97,15 +117,28 @@ experiment has are [here](fields.md); where a model has other defaults of them, 
             continue
         model = choices.find("model", each)
         text += f"\n## {each}\n\n{prose(model.__doc__)}\n\n{table_of_fields(fields_of(model, choices.key_of(each)))}"
-        other = [f"`{of}.{field} = {json.dumps(value)}`" for of, some in model.defaults.items() for field, value in some.items()]
+        other = [
+            f"`{of}.{field} = {json.dumps(value)}`"
+            for of, some in model.defaults.items()
+            for field, value in some.items()
+        ]
         text += f"\nOther defaults: {', '.join(other)}.\n" if other else ""
         for title, told in (
             ("Measures of a run, for claims", model.measures),
             ("Drawn as shares", model.shares),
             ("Views", model.views),
         ):
-            text += f"\n{title}:\n\n" + "".join(f"- `{one}`: {what.meaning}\n" for one, what in told.items()) if told else ""
-        text += f"\nRecorded beside fitness ({model.payoff}):\n\n{table_of_variables(model.records)}" if model.records else ""
+            text += (
+                f"\n{title}:\n\n"
+                + "".join(f"- `{one}`: {what.meaning}\n" for one, what in told.items())
+                if told
+                else ""
+            )
+        text += (
+            f"\nRecorded beside fitness ({model.payoff}):\n\n{table_of_variables(model.records)}"
+            if model.records
+            else ""
+        )
     return text
 
 
@@ -194,7 +227,11 @@ def _paper(paper: Paper) -> str:
 Source: {paper.about.citation}
 
 """
-    text += table(("claim", "what"), [(one.id, f"{one.title}: {one.text}") for one in paper.claims]) if paper.claims else ""
+    text += (
+        table(("claim", "what"), [(one.id, f"{one.title}: {one.text}") for one in paper.claims])
+        if paper.claims
+        else ""
+    )
     for kind in KINDS:
         rows = [(f"`{each}`", paper.describe(kind, each)) for each in paper.names(kind)]
         text += "\n" + table((kind.removesuffix("s"), "what it is"), rows) if rows else ""
@@ -212,7 +249,11 @@ beside this one.
 
 {prose(evolution.__doc__)}
 """
-    of_part = {each: kind for each, kind in vars(parts).items() if isinstance(kind, type) and issubclass(kind, Part)}
+    of_part = {
+        each: kind
+        for each, kind in vars(parts).items()
+        if isinstance(kind, type) and issubclass(kind, Part)
+    }
     order = ["", *choices.BUILT_IN]  # a part is of no kind
     for each, kind in sorted(of_part.items(), key=lambda item: order.index(item[1].kind)):
         text += f"\n## {each}\n\n{prose(kind.__doc__)}\n\n```py\n{_declared(kind)}\n```\n"
@@ -226,8 +267,15 @@ beside this one.
 def _declared(kind: type[Part]) -> str:
     """What a kind declares, as it is written, without its docstring, its phases, and how Python makes a class of it."""
     source = inspect.getsource(kind).replace(f'    """{kind.__doc__}"""\n\n', "", 1)
-    source = re.sub(r"^(    @classmethod\n)?    def __\w+__.*\n(        .*\n|\n)*", "", source, flags=re.MULTILINE)
-    return re.sub(r"^    \w+: ClassVar\[Any\] = staticmethod.*\n", "", source, flags=re.MULTILINE).strip()
+    source = re.sub(
+        r"^(    @classmethod\n)?    def __\w+__.*\n(        .*\n|\n)*",
+        "",
+        source,
+        flags=re.MULTILINE,
+    )
+    return re.sub(
+        r"^    \w+: ClassVar\[Any\] = staticmethod.*\n", "", source, flags=re.MULTILINE
+    ).strip()
 
 
 def citation() -> str:
@@ -235,7 +283,9 @@ def citation() -> str:
     source = (ROOT / "CITATION.cff").read_text("utf-8")
     said = dict(re.findall(r'^(\w+): "?(.*?)"?$', source, re.MULTILINE))
     authors = ", ".join(re.findall(r'^  - name: "(.*)"$', source, re.MULTILINE))
-    listed = "\n".join(f"- {paper.about.citation}" for paper in by_year() if paper.about.authors != ("baldwinlab",))
+    listed = "\n".join(
+        f"- {paper.about.citation}" for paper in by_year() if paper.about.authors != ("baldwinlab",)
+    )
     return f"""# How to cite
 
 {said["message"]}
@@ -257,8 +307,13 @@ def example(path: Path) -> str:
     """An example in full, under what it says of itself."""
     source = path.read_text("utf-8")
     title, _, more = (ast.get_docstring(ast.parse(source)) or "").partition("\n")
-    paragraphs = (re.sub("  +", " ", textwrap.dedent(each)) for each in more.strip("\n").split("\n\n"))
-    more = "\n\n".join(f"```console\n{each}\n```" if each.startswith("baldwinlab ") else each for each in paragraphs)
+    paragraphs = (
+        re.sub("  +", " ", textwrap.dedent(each)) for each in more.strip("\n").split("\n\n")
+    )
+    more = "\n\n".join(
+        f"```console\n{each}\n```" if each.startswith("baldwinlab ") else each
+        for each in paragraphs
+    )
     return f"""# {capital(path.stem.replace("_", " "))}
 
 {title}

@@ -9,4 +9,8 @@ from playwright.sync_api import Page
 def barriers(page: Page) -> list[str]:
     """Every violation of every rule that axe-core has, a line each place."""
     found = Axe().run(page).response["violations"]
-    return [f"{rule['id']}: {node['target']}: {node['failureSummary']}" for rule in found for node in rule["nodes"]]
+    return [
+        f"{rule['id']}: {node['target']}: {node['failureSummary']}"
+        for rule in found
+        for node in rule["nodes"]
+    ]

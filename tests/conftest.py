@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-os.environ.setdefault("BALDWINLAB_POISON", "1")  # before the package reads it, and for the processes that tests start
+os.environ.setdefault(
+    "BALDWINLAB_POISON", "1"
+)  # before the package reads it, and for the processes that tests start
 
 from baldwinlab.experiment import choices
 from tests.commands import Command, Outcome
@@ -32,12 +34,24 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files that take minutes go first, so that no worker is left alone with one at the end."""
     items.sort(
         key=lambda item: (
-            item.path.name not in ("test_docs.py", "test_check.py", "test_cuda.py", "test_cli.py", "test_page_live.py")
+            item.path.name
+            not in (
+                "test_docs.py",
+                "test_check.py",
+                "test_cuda.py",
+                "test_cli.py",
+                "test_page_live.py",
+            )
         )
     )
 
 
-BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")  # as `make browser` has them
+BROWSERS = (
+    "chromium-headless-shell",
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+)  # as `make browser` has them
 
 
 @pytest.fixture(scope="session")
@@ -46,17 +60,31 @@ def browser() -> Iterator[Browser]:
 
     path = next(filter(None, map(shutil.which, BROWSERS)), None)
     if path is None:
-        (pytest.fail if os.environ.get("CI") else pytest.skip)("there is no Chromium on this machine to open pages with")
-    quiet = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-    expect.set_options(timeout=30_000)  # ms, as long as other waits have; a page takes its time on a busy machine
+        (pytest.fail if os.environ.get("CI") else pytest.skip)(
+            "there is no Chromium on this machine to open pages with"
+        )
+    quiet = [
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-quic",
+        "--no-first-run",
+        "--disable-background-networking",
+    ]
+    expect.set_options(
+        timeout=30_000
+    )  # ms, as long as other waits have; a page takes its time on a busy machine
     with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"])
+        opened = playwright.chromium.launch(
+            executable_path=path, args=[*quiet, "--disable-component-update", "--disable-sync"]
+        )
         yield opened
         opened.close()
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Command:
+def command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
     """Run the command line in an empty folder."""
     monkeypatch.chdir(tmp_path)
 

@@ -109,10 +109,19 @@ def distance_of_bodies(agent: Agent, item: Item, experiment: Experiment) -> floa
     return max(abs(dx), abs(dy)) if experiment.contact.shape == "square" else math.hypot(dx, dy)
 
 
-def eat(agent: Agent, items: Sequence[Item], fresh: list[Item], experiment: Experiment, reappear: Reappear) -> None:
+def eat(
+    agent: Agent,
+    items: Sequence[Item],
+    fresh: list[Item],
+    experiment: Experiment,
+    reappear: Reappear,
+) -> None:
     """Eat what the body touches. What reappeared in this step is `fresh`, and is left for the next."""
     for item in items:
-        if item not in fresh and distance_of_bodies(agent, item, experiment) < experiment.contact.reach:
+        if (
+            item not in fresh
+            and distance_of_bodies(agent, item, experiment) < experiment.contact.reach
+        ):
             agent.eaten += 1
             agent.energy += item.region.energy
             reappear(item)
@@ -141,7 +150,10 @@ def think(layers: Layers, inputs: Sequence[float], biases: bool) -> list[list[fl
     activations = [[float(value) for value in inputs]]
     for layer in layers:
         sources = activations[-1] + [1.0] * biases
-        sums = [sum(source * row[unit] for source, row in zip(sources, layer, strict=True)) for unit in range(len(layer[0]))]
+        sums = [
+            sum(source * row[unit] for source, row in zip(sources, layer, strict=True))
+            for unit in range(len(layer[0]))
+        ]
         activations.append([1 / (1 + math.exp(-total)) for total in sums])
     return activations
 
@@ -151,11 +163,16 @@ def choose(outputs: Sequence[float]) -> int:
     return max(range(len(outputs)), key=lambda action: (outputs[action], -action))
 
 
-def learn(layers: Layers, inputs: Sequence[float], target: Sequence[float], rate: float, biases: bool) -> None:
+def learn(
+    layers: Layers, inputs: Sequence[float], target: Sequence[float], rate: float, biases: bool
+) -> None:
     """One step of backpropagation (half the squared error) towards `target`."""
     activations = think(layers, inputs, biases)
     slopes = [[value * (1 - value) for value in units] for units in activations]
-    errors = [(value - goal) * slope for value, goal, slope in zip(activations[-1], target, slopes[-1], strict=True)]
+    errors = [
+        (value - goal) * slope
+        for value, goal, slope in zip(activations[-1], target, slopes[-1], strict=True)
+    ]
     for depth in range(len(layers) - 1, -1, -1):
         layer, sources = layers[depth], activations[depth] + [1.0] * biases
         # The errors of the units below come from the weights of before the step.
@@ -180,7 +197,12 @@ def self_teach(time: int, agent: Agent, experiment: Experiment) -> None:
 
 
 def step(
-    time: int, agents: Sequence[Agent], items: Sequence[Item], experiment: Experiment, reappear: Reappear, act_noisily: ActNoisily
+    time: int,
+    agents: Sequence[Agent],
+    items: Sequence[Item],
+    experiment: Experiment,
+    reappear: Reappear,
+    act_noisily: ActNoisily,
 ) -> None:
     """One time step of all agents."""
     fresh: list[Item] = []
@@ -214,7 +236,10 @@ def step(
 
 def born(genome: Genome, x: float, y: float, experiment: Experiment) -> Agent:
     count, rate = experiment.weight_count, experiment.learning.rate
-    modules = [layers_of(weights[:count], experiment.layer_sizes, experiment.network.biases) for weights in genome]
+    modules = [
+        layers_of(weights[:count], experiment.layer_sizes, experiment.network.biases)
+        for weights in genome
+    ]
     if experiment.learning.evolved_rate:
         rate = min(rate * 10 ** genome[0][count], 10)
     return Agent(x, y, modules[0], modules[1] if experiment.learns else None, rate)
@@ -227,7 +252,11 @@ def live(genomes: Sequence[Genome], experiment: Experiment, random: Random) -> l
         item.x, item.y = random.uniform(*item.region.x), random.uniform(*item.region.y)
 
     def birthplace() -> tuple[float, float]:
-        world, distance, angle = experiment.world, math.sqrt(random.random()), random.uniform(0, 2 * math.pi)
+        world, distance, angle = (
+            experiment.world,
+            math.sqrt(random.random()),
+            random.uniform(0, 2 * math.pi),
+        )
         x = world.start.x + world.start.radius * distance * math.cos(angle)
         y = world.start.y + world.start.radius * distance * math.sin(angle)
         return x % world.width, y % world.height
@@ -265,14 +294,25 @@ def select(fitness: Sequence[float], scheme: str, random: Random) -> int:
     return random.choices(agents, shares if any(shares) else None)[0]
 
 
-def child(genomes: Sequence[Genome], fitness: Sequence[float], evolution: Evolution, random: Random) -> Genome:
+def child(
+    genomes: Sequence[Genome], fitness: Sequence[float], evolution: Evolution, random: Random
+) -> Genome:
     """Every weight from the fitter of two parents or from the other, then mutation."""
-    fitter, other = (genomes[select(fitness, evolution.selection, random)] for _ in range(2))  # a coin has no side for the fitter
-    copied = [[random.choice(pair) for pair in zip(*modules, strict=True)] for modules in zip(fitter, other, strict=True)]
+    fitter, other = (
+        genomes[select(fitness, evolution.selection, random)] for _ in range(2)
+    )  # a coin has no side for the fitter
+    copied = [
+        [random.choice(pair) for pair in zip(*modules, strict=True)]
+        for modules in zip(fitter, other, strict=True)
+    ]
     whole_child = random.random() < evolution.mutation_rate
 
     def mutated(weight: float) -> float:
-        opens = random.random() < evolution.mutation_rate if evolution.mutation_gate == "weight" else whole_child
+        opens = (
+            random.random() < evolution.mutation_rate
+            if evolution.mutation_gate == "weight"
+            else whole_child
+        )
         return weight + random.uniform(-evolution.mutation_size, evolution.mutation_size) * opens
 
     return [[mutated(weight) for weight in module] for module in copied]

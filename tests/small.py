@@ -33,7 +33,11 @@ def silent(description: str, total: int) -> Iterator[Callable[[int], None]]:
 
 
 def small_study(
-    directory: Path, experiments: list[Experiment] | None = None, runs: int = 3, seed: int = 5, workers: int = 2
+    directory: Path,
+    experiments: list[Experiment] | None = None,
+    runs: int = 3,
+    seed: int = 5,
+    workers: int = 2,
 ) -> Study:
     experiments = experiments or [small("evo/A"), small("evo+self-taught/A")]
     study = create(directory, experiments, seed, factors=factors())
@@ -52,4 +56,7 @@ def as_older(directory: Path, conditions: list[str], seed: int = 5) -> Path:
 
 def contents(directory: Path) -> dict[str, bytes]:
     """Every record of a study, by its path in it."""
-    return {str(path.relative_to(directory)): path.read_bytes() for path in sorted(directory.rglob("*.nc"))}
+    return {
+        str(path.relative_to(directory)): path.read_bytes()
+        for path in sorted(directory.rglob("*.nc"))
+    }

@@ -72,7 +72,11 @@ def imported(module: str) -> set[str]:
     """The modules of the package that a module imports when it is loaded or used."""
     names = set()
     for node in statements(ast.parse(MODULES[module].read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "baldwinlab":
+        if (
+            isinstance(node, ast.ImportFrom)
+            and node.module
+            and node.module.split(".")[0] == "baldwinlab"
+        ):
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
@@ -92,7 +96,9 @@ def loaded(module: str) -> set[str]:
 
 def reads(module: str) -> bool:
     first, *rest = module.split(".")
-    return first in READS or (first in CAPABILITIES and rest[:1] != [] and rest[0] in FILES_THAT_READ)
+    return first in READS or (
+        first in CAPABILITIES and rest[:1] != [] and rest[0] in FILES_THAT_READ
+    )
 
 
 def test_every_room_imports_only_from_floors_below() -> None:
@@ -109,7 +115,9 @@ def test_every_room_has_its_floor() -> None:
 
 
 @pytest.mark.parametrize("capability", CAPABILITIES)
-def test_of_a_capability_design_analysis_figures_section_and_command_lie_beside_each_other(capability: str) -> None:
+def test_of_a_capability_design_analysis_figures_section_and_command_lie_beside_each_other(
+    capability: str,
+) -> None:
     files = {path.name for path in (PACKAGE / capability).iterdir()}
     assert {"analysis.py", "figures.py", "section.py", "section.html", "command.py"} <= files
 

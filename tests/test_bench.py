@@ -25,11 +25,15 @@ def test_a_case_is_measured_with_its_cost(case: str) -> None:
 
 
 def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds() -> None:
-    assert {"study", "world-10000", *(experiment.name for experiment in paper())} <= set(bench.cases())
+    assert {"study", "world-10000", *(experiment.name for experiment in paper())} <= set(
+        bench.cases()
+    )
     assert "world-10000" not in bench.cases("cuda")
 
 
-def test_every_learning_rule_is_a_case_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_learning_rule_is_a_case_where_it_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     assert {"rule-none", "rule-self-taught", "rule-prediction"} <= set(bench.rules())
     monkeypatch.setattr(bench, "cases", lambda backend: [])
     monkeypatch.setattr(bench, "rules", lambda: ["rule-none"])
@@ -45,7 +49,9 @@ def test_a_crowd_has_the_density_of_the_paper() -> None:
         (region,) = experiment.world.food
         area = (region.x[1] - region.x[0]) * (region.y[1] - region.y[0])
         assert region.count / area == pytest.approx(50 / 160**2)
-        assert agents / (experiment.world.width * experiment.world.height) == pytest.approx(20 / 640**2)
+        assert agents / (experiment.world.width * experiment.world.height) == pytest.approx(
+            20 / 640**2
+        )
 
 
 def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,11 +65,17 @@ def test_the_command_prints_a_line_a_case_and_writes_the_records(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.setattr(bench, "cases", lambda backend: ["evo/A", "evo/B"])
-    monkeypatch.setattr(sys, "argv", ["baldwinlab", "bench", "--quick", "--json", str(tmp_path / "bench.json")])
+    monkeypatch.setattr(
+        sys, "argv", ["baldwinlab", "bench", "--quick", "--json", str(tmp_path / "bench.json")]
+    )
     with pytest.raises(SystemExit) as end:
         cli.main()
     assert not end.value.code
     shown = capsys.readouterr().out.splitlines()
     found = json.loads((tmp_path / "bench.json").read_text())
-    assert [line.split()[0] for line in shown[1:3]] == [record["case"] for record in found["records"]] == ["evo/A", "evo/B"]
+    assert (
+        [line.split()[0] for line in shown[1:3]]
+        == [record["case"] for record in found["records"]]
+        == ["evo/A", "evo/B"]
+    )
     assert {"processor", "cores", "numba"} <= set(found["machine"])

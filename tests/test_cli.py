@@ -42,17 +42,27 @@ def test_presets_lists_every_preset_with_a_line(command: Command) -> None:
     assert done.code == 0
     for kind in KINDS:
         for name in names(kind):
-            assert any(line.split()[:1] == [name] and len(line.split()) > 3 for line in done.out.splitlines())
+            assert any(
+                line.split()[:1] == [name] and len(line.split()) > 3
+                for line in done.out.splitlines()
+            )
 
 
-def test_show_prints_an_experiment_that_can_be_edited_and_run(command: Command, tmp_path: Path) -> None:
+def test_show_prints_an_experiment_that_can_be_edited_and_run(
+    command: Command, tmp_path: Path
+) -> None:
     done = command("show", "evo/B", "--set", "lifetime.steps=50", "evolution.generations=2")
     (tmp_path / "mine.toml").write_text(done.out)
     changes = {"lifetime": {"steps": 50}, "evolution": {"generations": 2}}
     assert load(tmp_path / "mine.toml") == load("evo/B").replace(name="mine", **changes)
     done = command("run", "mine.toml", "--runs", "2", "--seed", "4")
     assert done.code == 0
-    assert dict(open_study("results/mine").food_eaten.sizes) == {"condition": 1, "run": 2, "generation": 2, "agent": 20}
+    assert dict(open_study("results/mine").food_eaten.sizes) == {
+        "condition": 1,
+        "run": 2,
+        "generation": 2,
+        "agent": 20,
+    }
 
 
 def test_several_experiments_are_run_as_one_study(command: Command) -> None:
@@ -66,48 +76,86 @@ def test_several_experiments_are_run_as_one_study(command: Command) -> None:
     )
 
 
-def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(command: Command, tmp_path: Path) -> None:
+def test_conditions_of_ones_own_are_an_ordinary_study_whatever_their_names(
+    command: Command, tmp_path: Path
+) -> None:
     for name in ("rank/A", "biases/A"):
         path = tmp_path / f"{name[:4]}.toml"
-        path.write_text(to_toml(load("evo/A").replace(name=name, lifetime={"steps": 60}, evolution={"generations": 2})))
+        path.write_text(
+            to_toml(
+                load("evo/A").replace(
+                    name=name, lifetime={"steps": 60}, evolution={"generations": 2}
+                )
+            )
+        )
     assert command("run", "rank.toml", "bias.toml", "--runs", "2", "--out", "mine").code == 0
     done = command("report", "mine")
     assert done.code == 0, done.err
     page = (tmp_path / "mine/report.html").read_text()
-    assert "Evolution and lifetime learning: rank/A, biases/A" in page and "Comparison of the conditions" in page
+    assert (
+        "Evolution and lifetime learning: rank/A, biases/A" in page
+        and "Comparison of the conditions" in page
+    )
     assert not (tmp_path / "mine/multiverse.json").exists()
 
 
-def test_a_preset_and_an_experiment_of_ones_own_are_compared(command: Command, tmp_path: Path) -> None:
+def test_a_preset_and_an_experiment_of_ones_own_are_compared(
+    command: Command, tmp_path: Path
+) -> None:
     """In the terminal, the report, the table and Python alike."""
-    cut = ("--set", "lifetime.steps=60", "evolution.generations=2", "world.start.x=400", "world.start.y=160")
-    (tmp_path / "short.toml").write_text(command("show", "evo/A", "--set", "senses.visual_radius=20").out)
+    cut = (
+        "--set",
+        "lifetime.steps=60",
+        "evolution.generations=2",
+        "world.start.x=400",
+        "world.start.y=160",
+    )
+    (tmp_path / "short.toml").write_text(
+        command("show", "evo/A", "--set", "senses.visual_radius=20").out
+    )
     done = command("run", "evo/A", "short.toml", *cut, "--runs", "4", "--out", "pair")
     assert done.code == 0, done.err
     needed = "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
     before, after = done.out.split("Comparison of the conditions")
     assert needed in before and needed in after
-    assert "short against evo/A, average agent" in after and "Each condition is compared with evo/A." in after
+    assert (
+        "short against evo/A, average agent" in after
+        and "Each condition is compared with evo/A." in after
+    )
     reported = command("report", "pair", "--baseline", "short")
     assert "evo/A against short, best agent" in reported.out and needed in reported.out
     rows = pd.read_csv(tmp_path / "pair/statistics.csv", keep_default_na=False)
     expected = bl.open(tmp_path / "pair").compare("short")
-    pd.testing.assert_frame_equal(rows.drop(columns="claim"), expected[rows.columns[1:]], check_dtype=False)
+    pd.testing.assert_frame_equal(
+        rows.drop(columns="claim"), expected[rows.columns[1:]], check_dtype=False
+    )
     assert "too few runs" in (tmp_path / "pair/report.html").read_text()
     assert json.loads((tmp_path / "pair/claims.json").read_text())["claims"] == []
     claimed = command("report", "pair", "--paper", "le-2019")
-    assert claimed.code == 0 and len(json.loads((tmp_path / "pair/claims.json").read_text())["claims"]) == 9
+    assert (
+        claimed.code == 0
+        and len(json.loads((tmp_path / "pair/claims.json").read_text())["claims"]) == 9
+    )
 
 
-def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(command: Command, tmp_path: Path) -> None:
+def test_a_baseline_that_the_study_has_not_is_refused_before_the_runs(
+    command: Command, tmp_path: Path
+) -> None:
     done = command("run", "evo/A", "evo+drift/A", "--baseline", "evo+drft/A", "--out", "pair")
-    assert done.code == 2 and "baseline 'evo+drft/A' is not a condition of the study (did you mean 'evo+drift/A'?)" in done.err
+    assert (
+        done.code == 2
+        and "baseline 'evo+drft/A' is not a condition of the study (did you mean 'evo+drift/A'?)"
+        in done.err
+    )
     assert not (tmp_path / "pair").exists()
 
 
 def test_claims_need_a_paper_or_a_file(command: Command, tmp_path: Path) -> None:
     small_study(tmp_path / "study", runs=1)
-    assert "study was made by no paper: give claims by --claims FILE or --paper NAME" in command("claims", "study").err
+    assert (
+        "study was made by no paper: give claims by --claims FILE or --paper NAME"
+        in command("claims", "study").err
+    )
     assert "The claims of le-2019" in command("claims", "study", "--paper", "le-2019").out
 
 
@@ -125,21 +173,42 @@ def test_a_part_of_ones_own_is_given_as_a_file(command: Command) -> None:
 
 
 @pytest.mark.nightly  # README has a smaller one, which the quick suite runs
-def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_report(command: Command, tmp_path: Path) -> None:
+def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_report(
+    command: Command, tmp_path: Path
+) -> None:
     done = command("reproduce", *TINY, "--out", "small")
     assert done.code == 0, done.err
     for number in range(1, 10):
         assert f"C{number}" in done.out
-    first, then = (part.strip() for part in done.out.split("report: small/report.html")[:2])  # before the assays, and with them
+    first, then = (
+        part.strip() for part in done.out.split("report: small/report.html")[:2]
+    )  # before the assays, and with them
     assert "assays to do" not in first
-    assert then.startswith("so far without assays: they follow, and then the report is written again, with them")
+    assert then.startswith(
+        "so far without assays: they follow, and then the report is written again, with them"
+    )
     assert "assays to do" in then and done.out.count("report: ") == 2
     claims = json.loads((tmp_path / "small/claims.json").read_text())["claims"]
     assert [claim["id"] for claim in claims] == [f"C{number}" for number in range(1, 10)]
-    fields = {"id", "condition", "comparison", "effect", "interval", "p", "p_holm", "a12", "verdict", "paper"}
+    fields = {
+        "id",
+        "condition",
+        "comparison",
+        "effect",
+        "interval",
+        "p",
+        "p_holm",
+        "a12",
+        "verdict",
+        "paper",
+    }
     assert all(fields <= set(claim) for claim in claims)
     assert (tmp_path / "small/statistics.csv").read_text().count("\n") > 15
-    assert {path.suffix for path in (tmp_path / "small/figures").iterdir()} == {".svg", ".png", ".csv"}
+    assert {path.suffix for path in (tmp_path / "small/figures").iterdir()} == {
+        ".svg",
+        ".png",
+        ".csv",
+    }
     assert "<html" in (tmp_path / "small/report.html").read_text()
     again = command("reproduce", *TINY, "--out", "small")
     assert "runs: 12, all of them stored already" in again.out
@@ -148,7 +217,19 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
 
 @pytest.mark.nightly  # which draws all figures, as the test before it does
 def test_reproduce_takes_a_reading_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
-    done = command("reproduce", "--runs", "1", "--generations", "1", "--steps", "10", "--reading", "literal", "--workers", "1")
+    done = command(
+        "reproduce",
+        "--runs",
+        "1",
+        "--generations",
+        "1",
+        "--steps",
+        "10",
+        "--reading",
+        "literal",
+        "--workers",
+        "1",
+    )
     assert done.code == 0, done.err
     (study,) = (tmp_path / "results").iterdir()
     assert study.name == "paper-literal-generations1-steps10"
@@ -180,9 +261,18 @@ def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path
     assert done.code == 0, done.err
     assert "report: results/food/report.html" in done.out
     study = tmp_path / "results/food"
-    assert dict(open_sweep(study).energy.sizes) == {"world.food.0.count": 2, "run": 2, "generation": 2, "agent": 20}
+    assert dict(open_sweep(study).energy.sizes) == {
+        "world.food.0.count": 2,
+        "run": 2,
+        "generation": 2,
+        "agent": 20,
+    }
     rows = (study / "responses.csv").read_text().splitlines()
-    assert rows[1:4] == ["0,0,best,2,0.0,0.0,0.0", "0,0,mean,2,0.0,0.0,0.0", "0,0,share,2,0.0,0.0,0.0"]
+    assert rows[1:4] == [
+        "0,0,best,2,0.0,0.0,0.0",
+        "0,0,mean,2,0.0,0.0,0.0",
+        "0,0,share,2,0.0,0.0,0.0",
+    ]
     (study / "report.html").unlink()
     assert command("report", "results/food").code == 0
     assert "swept over world.food.0.count" in (study / "report.html").read_text()
@@ -190,7 +280,9 @@ def test_a_sweep_is_run_reported_and_carried_on(command: Command, tmp_path: Path
     assert "runs: 6, stored already: 4" in command("sweep", "food.toml", "--workers", "1").out
 
 
-def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(command: Command, tmp_path: Path) -> None:
+def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(
+    command: Command, tmp_path: Path
+) -> None:
     (tmp_path / "food.toml").write_text(SWEEP.replace("[0, 50]", "[0, -50]"))
     done = command("sweep", "food.toml", "--out", "swept")
     assert done.code == 2
@@ -198,23 +290,43 @@ def test_a_sweep_that_cannot_be_is_refused_before_anything_is_written(command: C
         "baldwinlab: food.toml: point-0001: world.food.0.count = -50: input should be greater than or equal to 0\n"
     )
     assert not (tmp_path / "swept").exists()
-    assert "cannot read nothing.toml: No such file or directory" in command("sweep", "nothing.toml").err
+    assert (
+        "cannot read nothing.toml: No such file or directory"
+        in command("sweep", "nothing.toml").err
+    )
 
 
-def test_replay_writes_a_trace_a_movie_or_a_picture(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replay_writes_a_trace_a_movie_or_a_picture(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("baldwinlab.movie.LONGEST", 1)  # second
     study = small_study(tmp_path / "study")
     for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
-        done = command("replay", "study", "--condition", "evo+self-taught/A", "--run", "1", "--generation", "2", "--out", name)
+        done = command(
+            "replay",
+            "study",
+            "--condition",
+            "evo+self-taught/A",
+            "--run",
+            "1",
+            "--generation",
+            "2",
+            "--out",
+            name,
+        )
         assert done.code == 0, done.err
         assert (tmp_path / name).stat().st_size > 1000
     with xr.open_dataset(tmp_path / "life.nc") as trace:
-        assert np.array_equal(trace.eaten.sum("step"), study.read("evo+self-taught/A", 1).food_eaten[2])
+        assert np.array_equal(
+            trace.eaten.sum("step"), study.read("evo+self-taught/A", 1).food_eaten[2]
+        )
     with Image.open(tmp_path / "life.png") as picture:
         assert min(picture.size) > 500
 
 
-def test_replay_takes_the_only_condition_and_lists_them_where_there_are_several(command: Command, tmp_path: Path) -> None:
+def test_replay_takes_the_only_condition_and_lists_them_where_there_are_several(
+    command: Command, tmp_path: Path
+) -> None:
     small_study(tmp_path / "two")
     small_study(tmp_path / "one", [small("evo/A")], runs=1)
     life = ("--run", "0", "--generation", "1", "--out", "life.nc")
@@ -223,13 +335,21 @@ def test_replay_takes_the_only_condition_and_lists_them_where_there_are_several(
     assert done.code == 2 and "two: condition is missing; there are evo/A" in done.err
 
 
-def test_assay_measures_a_study_once_and_rebuilds_its_report(command: Command, stored: Path, tmp_path: Path) -> None:
+def test_assay_measures_a_study_once_and_rebuilds_its_report(
+    command: Command, stored: Path, tmp_path: Path
+) -> None:
     shutil.copytree(stored, tmp_path / "study")
     done = command("assay", "study", "--only", "descent,modules", "--workers", "2")
     assert done.code == 0, done.err
-    assert "assays to do: 3, agent-steps: 24,000" in done.out  # 4 pairs of modules of 20 learners who live 300 steps
+    assert (
+        "assays to do: 3, agent-steps: 24,000" in done.out
+    )  # 4 pairs of modules of 20 learners who live 300 steps
     assert (tmp_path / "study/report.html").exists()
-    assert open_assay("study", "modules", "evo+self-taught/A").energy.dims == ("run", "modules", "agent")
+    assert open_assay("study", "modules", "evo+self-taught/A").energy.dims == (
+        "run",
+        "modules",
+        "agent",
+    )
     again = command("assay", "study", "--only", "descent")
     assert "all of these assays are stored already" in again.out
 
@@ -250,12 +370,16 @@ def test_assays_that_are_stopped_say_how_far_they_came_and_carry_on(
         patched.setattr("baldwinlab.console.progress", stopped_at_once)
         done = command("assay", "study", "--only", "reaction")
     assert done.code == 130
-    assert "stopped; 0 of 2 assays are stored and kept; an unfinished assay is not stored" in done.err
+    assert (
+        "stopped; 0 of 2 assays are stored and kept; an unfinished assay is not stored" in done.err
+    )
     assert "assays to do: 2" in command("assay", "study", "--only", "reaction").out
 
 
 def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None:
-    done = command("phylogeny", str(stored), "--condition", "evo/A", "--run", "0", "--out", "descent.csv")
+    done = command(
+        "phylogeny", str(stored), "--condition", "evo/A", "--run", "0", "--out", "descent.csv"
+    )
     assert done.code == 0, done.err
     lines = Path("descent.csv").read_text(encoding="utf-8").splitlines()
     assert lines[:2] == ["id,ancestor_list,origin_time,destruction_time", '0,"[none]",0,1']
@@ -263,10 +387,27 @@ def test_phylogeny_writes_who_begot_whom(command: Command, stored: Path) -> None
 
 
 def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "baldwinlab", "run", "evo+self-taught/A", "--runs", "24", "--out", "study"]
+    words = [
+        sys.executable,
+        "-m",
+        "baldwinlab",
+        "run",
+        "evo+self-taught/A",
+        "--runs",
+        "24",
+        "--out",
+        "study",
+    ]
     words += ["--set", "evolution.generations=4", "--set", "lifetime.steps=2000"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
-    process = subprocess.Popen(words, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        words,
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     while process.poll() is None and not contents(tmp_path):
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
@@ -274,9 +415,14 @@ def test_ctrl_c_says_what_is_stored_and_the_same_command_carries_on(tmp_path: Pa
     assert process.returncode == 130
     stored = len(contents(tmp_path))
     assert 0 < stored < 24
-    assert f"stopped; {stored} of 24 runs are stored in study and kept; an unfinished run is not stored" in err
+    assert (
+        f"stopped; {stored} of 24 runs are stored in study and kept; an unfinished run is not stored"
+        in err
+    )
     assert "Traceback" not in err
-    again = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    again = subprocess.run(
+        words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
     assert f"runs: 24, stored already: {stored}" in again.stdout
     assert len(contents(tmp_path)) == 24
 
@@ -295,6 +441,13 @@ import os, matplotlib
 print(matplotlib.rcParams["lines.linewidth"], os.getcwd())
 """
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.splitlines()[-1] == f"1.5 {tmp_path}"
     assert done.stderr == ""

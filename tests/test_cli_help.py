@@ -15,11 +15,20 @@ def test_every_argument_and_option_is_described(name: str) -> None:
 
 
 def test_the_help_of_run_says_where_it_writes_and_how_fields_are_changed() -> None:
-    described = {argument.name: argument.parameter.help or "" for argument in app["run"].assemble_argument_collection()}
+    described = {
+        argument.name: argument.parameter.help or ""
+        for argument in app["run"].assemble_argument_collection()
+    }
     assert "results/NAME" in described["--out"]
-    assert "--set learning.rate=0.05 population.size=30" in described["--set"] and "show" in described["--set"]
+    assert (
+        "--set learning.rate=0.05 population.size=30" in described["--set"]
+        and "show" in described["--set"]
+    )
 
 
 def test_the_help_of_replay_says_where_numbers_begin() -> None:
-    described = {argument.name: argument.parameter.help or "" for argument in app["replay"].assemble_argument_collection()}
+    described = {
+        argument.name: argument.parameter.help or ""
+        for argument in app["replay"].assemble_argument_collection()
+    }
     assert all("from 0" in described[name] for name in ("--run", "--generation"))

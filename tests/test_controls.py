@@ -15,7 +15,9 @@ from baldwinlab.runs.simulate import simulate
 from tests.worlds import small
 
 
-def learned_in(experiment: Experiment, generation: int, seed: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+def learned_in(
+    experiment: Experiment, generation: int, seed: int
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
     """The action modules of a generation at death, [agent, weight]."""
     trace = replay(experiment, seed=seed, generation=generation)
     weights: np.ndarray[tuple[int, ...], np.dtype[np.float32]] = trace["weight_death"].values[:, 0]
@@ -24,7 +26,10 @@ def learned_in(experiment: Experiment, generation: int, seed: int) -> np.ndarray
 
 def test_the_twin_that_learns_nothing_is_evolution_alone_to_the_bit() -> None:
     """As every weight has a gate of its own, a second module that does nothing takes no mutation from the first."""
-    evo, twin = (simulate(small(name, learning=given), seed=2) for name, given in (("evo", {}), ("evo+self-taught", {"rate": 0})))
+    evo, twin = (
+        simulate(small(name, learning=given), seed=2)
+        for name, given in (("evo", {}), ("evo+self-taught", {"rate": 0}))
+    )
     assert evo["food_eaten"].sum() > 0
     for name in ("food_eaten", "energy", "parents"):
         np.testing.assert_array_equal(twin[name], evo[name])
@@ -34,25 +39,41 @@ def test_the_twin_that_learns_nothing_is_evolution_alone_to_the_bit() -> None:
 @pytest.mark.parametrize("share", [0.3, 1.0])
 def test_lamarck_without_learning_is_darwin(share: float) -> None:
     still = small("evo+self-taught", learning={"rate": 0})
-    darwin, lamarck = (simulate(still.replace(evolution={"lamarckian_share": each}), seed=2) for each in (0, share))
+    darwin, lamarck = (
+        simulate(still.replace(evolution={"lamarckian_share": each}), seed=2) for each in (0, share)
+    )
     assert darwin["energy"].sum() > 0
     for name in ("energy", "genome", "parents"):
         np.testing.assert_array_equal(lamarck[name], darwin[name])
 
 
 def test_lamarckian_children_are_born_with_what_their_parents_learned() -> None:
-    experiment = small("evo+self-taught", learning={"rate": 0.5}, evolution={"lamarckian_share": 1, "mutation_rate": 0})
+    experiment = small(
+        "evo+self-taught",
+        learning={"rate": 0.5},
+        evolution={"lamarckian_share": 1, "mutation_rate": 0},
+    )
     result = simulate(experiment, seed=2)
     for generation in (1, 2):
-        learned, parents = learned_in(experiment, generation - 1, 2), result["parents"].values[generation]
+        learned, parents = (
+            learned_in(experiment, generation - 1, 2),
+            result["parents"].values[generation],
+        )
         children = result["genome"].values[generation]
-        assert ((children[:, 0] == learned[parents[:, 0]]) | (children[:, 0] == learned[parents[:, 1]])).all()
+        assert (
+            (children[:, 0] == learned[parents[:, 0]]) | (children[:, 0] == learned[parents[:, 1]])
+        ).all()
         teachers = result["genome"].values[generation - 1, :, 1]
-        assert ((children[:, 1] == teachers[parents[:, 0]]) | (children[:, 1] == teachers[parents[:, 1]])).all()
+        assert (
+            (children[:, 1] == teachers[parents[:, 0]])
+            | (children[:, 1] == teachers[parents[:, 1]])
+        ).all()
 
 
 def test_a_share_of_what_was_learned_is_inherited() -> None:
-    experiment = load("evo+self-taught/A").replace(evolution={"lamarckian_share": 0.25}, population={"size": 3})
+    experiment = load("evo+self-taught/A").replace(
+        evolution={"lamarckian_share": 0.25}, population={"size": 3}
+    )
     born = draw_genome(experiment, Moment(1, 0, 0))
     learned = born[:, 0] + 4
     inherited = bequeath(experiment, born, learned)
@@ -61,7 +82,12 @@ def test_a_share_of_what_was_learned_is_inherited() -> None:
 
 
 def test_a_replay_under_lamarckian_inheritance_agrees_with_its_run() -> None:
-    experiment = small("evo+self-taught", learning={"rate": 0.5}, evolution={"lamarckian_share": 0.5}, record={"genome_every": 9})
+    experiment = small(
+        "evo+self-taught",
+        learning={"rate": 0.5},
+        evolution={"lamarckian_share": 0.5},
+        record={"genome_every": 9},
+    )
     run = simulate(experiment, seed=3)
     for generation in range(3):
         trace = replay(experiment, seed=3, generation=generation, energy=run["energy"])
@@ -70,7 +96,10 @@ def test_a_replay_under_lamarckian_inheritance_agrees_with_its_run() -> None:
 
 def test_learning_costs_energy_for_its_steps_and_never_more_than_there_is() -> None:
     free, dear = (small("evo+self-taught", learning={"cost_per_step": cost}) for cost in (0, 0.05))
-    before, after = simulate(free, seed=2).isel(generation=0), simulate(dear, seed=2).isel(generation=0)
+    before, after = (
+        simulate(free, seed=2).isel(generation=0),
+        simulate(dear, seed=2).isel(generation=0),
+    )
     np.testing.assert_array_equal(after["food_eaten"], before["food_eaten"])
     np.testing.assert_allclose(after["energy"], np.maximum(0, before["energy"] - 0.05 * 80))
     short = simulate(small("evo+self-taught", learning={"cost_per_step": 0.05, "steps": 0}), seed=2)
@@ -83,16 +112,25 @@ def test_learning_costs_energy_for_the_distance_that_weights_moved() -> None:
     change = (trace["weight_death"] - trace["weight_birth"]).sel(module="action").astype(float)
     distance = np.sqrt((change**2).sum("weight"))
     assert (distance > 0.1).all()
-    np.testing.assert_allclose(run["energy"][0], np.maximum(0, run["food_eaten"][0] - 0.7 * distance), atol=1e-6)
+    np.testing.assert_allclose(
+        run["energy"][0], np.maximum(0, run["food_eaten"][0] - 0.7 * distance), atol=1e-6
+    )
 
 
 def test_who_does_not_learn_pays_nothing() -> None:
     experiment = small("evo", learning={"cost_per_step": 5, "cost_per_change": 5})
-    assert cost_of_learning(experiment, draw_genome(experiment, Moment(1, 0, 0)), None).tolist() == [0] * 6
+    assert (
+        cost_of_learning(experiment, draw_genome(experiment, Moment(1, 0, 0)), None).tolist()
+        == [0] * 6
+    )
 
 
-def children_with(teacher: str) -> tuple[Experiment, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
-    experiment = load("evo+self-taught/A").replace(learning={"teacher": teacher}, population={"size": 200})
+def children_with(
+    teacher: str,
+) -> tuple[Experiment, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
+    experiment = load("evo+self-taught/A").replace(
+        learning={"teacher": teacher}, population={"size": 200}
+    )
     genome = draw_genome(experiment, Moment(1, 0, 0))
     return experiment, breed(experiment, genome, np.arange(200.0), Moment(1, 0, 1))[0]
 
@@ -113,7 +151,9 @@ def test_fresh_teachers_are_normal_and_have_nothing_of_the_parents() -> None:
 
 
 def test_the_gene_of_the_learning_rate_is_inherited_like_a_weight() -> None:
-    experiment = small("evo+self-taught", learning={"evolved_rate": True}, evolution={"mutation_rate": 0})
+    experiment = small(
+        "evo+self-taught", learning={"evolved_rate": True}, evolution={"mutation_rate": 0}
+    )
     run = simulate(experiment, seed=2)
     genes, parents = run["genome"].values[:, :, 0, -1], run["parents"].values
     assert run.sizes["weight"] == experiment.weight_count + 1
@@ -123,7 +163,10 @@ def test_the_gene_of_the_learning_rate_is_inherited_like_a_weight() -> None:
 
 
 def test_weights_are_drawn_the_same_with_and_without_a_gene_of_the_learning_rate() -> None:
-    with_gene, without = (load("evo+self-taught/A").replace(learning={"evolved_rate": evolved}) for evolved in (True, False))
+    with_gene, without = (
+        load("evo+self-taught/A").replace(learning={"evolved_rate": evolved})
+        for evolved in (True, False)
+    )
     one, other = (draw_genome(experiment, Moment(1, 0, 0)) for experiment in (with_gene, without))
     np.testing.assert_array_equal(one[..., :-1], other)
 
@@ -132,7 +175,10 @@ def test_weights_are_drawn_the_same_with_and_without_a_gene_of_the_learning_rate
 def test_every_control_differs_from_its_base_and_lives(control: str) -> None:
     shrink = {"lifetime": {"steps": 60}, "evolution": {"generations": 2}, "population": {"size": 5}}
     experiment = load(f"{control}/A").replace(**shrink)
-    bases = [load(f"{base}/A").replace(**shrink, name=experiment.name) for base in ("evo", "evo+self-taught")]
+    bases = [
+        load(f"{base}/A").replace(**shrink, name=experiment.name)
+        for base in ("evo", "evo+self-taught")
+    ]
     assert experiment not in bases
     assert simulate(experiment, seed=1).sizes["generation"] == 2
 

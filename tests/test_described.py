@@ -32,4 +32,6 @@ def test_sections_of_numpydoc_are_lists_under_a_title_in_bold() -> None:
 
 def test_no_public_docstring_leaves_an_underlined_heading() -> None:
     pages = [name(each, getattr(baldwinlab, each)) for each in baldwinlab.__all__]
-    assert not [line for page in pages for line in page.splitlines() if line and not line.strip("-=")]
+    assert not [
+        line for page in pages for line in page.splitlines() if line and not line.strip("-=")
+    ]

@@ -18,7 +18,12 @@ NAIVE_RUNS, ENGINE_RUNS = 20, 300
 
 def experiment(condition: str, update: str) -> Experiment:
     evolution = {"generations": 4, "mutation_rate": 0.2, "mutation_size": 1.0}
-    return small(condition, lifetime={"steps": 150, "update": update}, learning={"rate": 0.2}, evolution=evolution)
+    return small(
+        condition,
+        lifetime={"steps": 150, "update": update},
+        learning={"rate": 0.2},
+        evolution=evolution,
+    )
 
 
 @pytest.mark.nightly  # half a minute for each, and a life of the engine is held against the oracle step by step elsewhere
@@ -33,9 +38,14 @@ def experiment(condition: str, update: str) -> Experiment:
 )
 def test_engine_and_oracle_eat_as_much(condition: str, update: str) -> None:
     tested = experiment(condition, update)
-    ours = np.array([result["food_eaten"].values for result in simulate_batch(tested, 1, range(ENGINE_RUNS))])
+    ours = np.array(
+        [result["food_eaten"].values for result in simulate_batch(tested, 1, range(ENGINE_RUNS))]
+    )
     theirs = np.array(
-        [[[agent.eaten for agent in agents] for agents in naive.evolve(tested, Random(seed))] for seed in range(NAIVE_RUNS)]
+        [
+            [[agent.eaten for agent in agents] for agents in naive.evolve(tested, Random(seed))]
+            for seed in range(NAIVE_RUNS)
+        ]
     )
     assert theirs[:, 0].sum() > 100, "too little is eaten to tell"
     for statistic in (np.sum, np.max, np.min):

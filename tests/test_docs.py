@@ -16,14 +16,33 @@ from tests.commands import Command
 ROOT = Path(__file__).parent.parent
 # A quarter of a minute each, or more.
 LONG = {
-    *("assays.md", "breeding.md", "changing-the-model.md", "controls.md", "learning-rules.md", "library.md", "multiverse.md"),
-    *("networks.md", "papers.md", "python.md", "results.md", "senses.md", "start.md", "sweeps.md", "worlds.md"),
+    *(
+        "assays.md",
+        "breeding.md",
+        "changing-the-model.md",
+        "controls.md",
+        "learning-rules.md",
+        "library.md",
+        "multiverse.md",
+    ),
+    *(
+        "networks.md",
+        "papers.md",
+        "python.md",
+        "results.md",
+        "senses.md",
+        "start.md",
+        "sweeps.md",
+        "worlds.md",
+    ),
 }
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def blocks(page: Path, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    return re.findall(
+        rf"^```{language}\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL
+    )
 
 
 SHOWING = [
@@ -53,7 +72,13 @@ def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(
         if target:
             (tmp_path / target).write_text(done.out)
     code = "\n".join(blocks(document, "python"))
-    python = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
+    python = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=path_to(ROOT),
+        capture_output=True,
+        text=True,
+    )
     assert python.returncode == 0, python.stderr
 
 
@@ -62,8 +87,20 @@ def test_the_optimiser_that_needs_jax_improves_on_the_founders(tmp_path: Path) -
     """Its code goes on from the first block of its page."""
     pytest.importorskip("evosax", reason="make nightly installs it")
     page = ROOT / "docs" / "optimisers.md"
-    code = "\n".join([blocks(page, "python")[0], *blocks(page, "py"), "assert -state.best_fitness > told.fitness.max()"])
-    python = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=path_to(ROOT), capture_output=True, text=True)
+    code = "\n".join(
+        [
+            blocks(page, "python")[0],
+            *blocks(page, "py"),
+            "assert -state.best_fitness > told.fitness.max()",
+        ]
+    )
+    python = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=path_to(ROOT),
+        capture_output=True,
+        text=True,
+    )
     assert python.returncode == 0, python.stderr
     assert re.fullmatch(r"evosax: \d+\.\d items", python.stdout.splitlines()[-1])
 
@@ -77,7 +114,9 @@ def test_links_between_pages_lead_somewhere() -> None:
 def test_the_parts_that_the_documentation_shows_are_the_examples() -> None:
     shown = blocks(ROOT / "docs" / "changing-the-model.md", "py")
     assert len(shown) >= 6
-    examples = {path.read_text("utf-8"): path.name for path in (ROOT / "examples" / "parts").glob("*.py")}
+    examples = {
+        path.read_text("utf-8"): path.name for path in (ROOT / "examples" / "parts").glob("*.py")
+    }
     assert [part[:80] for part in shown if part not in examples] == []
 
 

@@ -9,7 +9,9 @@ from importlib.util import find_spec
 
 import baldwinlab
 from baldwinlab.errors import ArgumentError, BaldwinLabError
-from baldwinlab.studies.executors.tasks import StoppedError  # ends a worker between two generations; nobody sees it
+from baldwinlab.studies.executors.tasks import (
+    StoppedError,
+)  # ends a worker between two generations; nobody sees it
 
 
 def test_no_class_of_errors_is_left_out() -> None:
@@ -19,7 +21,11 @@ def test_no_class_of_errors_is_left_out() -> None:
     for module in pkgutil.walk_packages(baldwinlab.__path__, "baldwinlab."):
         if module.name not in left_out:
             for name, found in vars(importlib.import_module(module.name)).items():
-                if name.endswith("Error") and found.__module__.startswith("baldwinlab") and found is not StoppedError:
+                if (
+                    name.endswith("Error")
+                    and found.__module__.startswith("baldwinlab")
+                    and found is not StoppedError
+                ):
                     assert issubclass(found, BaldwinLabError), (module.name, name)
 
 

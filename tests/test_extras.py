@@ -41,7 +41,9 @@ def test_an_installation_from_an_index_is_extended_by_name(site: Path) -> None:
 
 
 @pytest.mark.parametrize("editable", [True, False])
-def test_an_installation_from_a_folder_is_extended_from_that_folder(site: Path, tmp_path: Path, editable: bool) -> None:
+def test_an_installation_from_a_folder_is_extended_from_that_folder(
+    site: Path, tmp_path: Path, editable: bool
+) -> None:
     source = tmp_path / "my source"
     source.mkdir()
     (source / "pyproject.toml").touch()
@@ -51,17 +53,25 @@ def test_an_installation_from_a_folder_is_extended_from_that_folder(site: Path, 
 
 def test_a_folder_that_was_deleted_is_not_named(site: Path, tmp_path: Path) -> None:
     record_installation(site, {"url": (tmp_path / "deleted").as_uri(), "dir_info": {}})
-    assert installation_command("lab") == 'pip install ".[lab]" in the folder of the source of baldwinlab'
+    assert (
+        installation_command("lab")
+        == 'pip install ".[lab]" in the folder of the source of baldwinlab'
+    )
 
 
 @pytest.mark.parametrize(
     ("origin", "source"),
     [
         ({"url": "file:///w/b.whl", "archive_info": {}}, "file:///w/b.whl"),
-        ({"url": "https://x/b", "vcs_info": {"vcs": "git", "commit_id": "abc"}}, "git+https://x/b@abc"),
+        (
+            {"url": "https://x/b", "vcs_info": {"vcs": "git", "commit_id": "abc"}},
+            "git+https://x/b@abc",
+        ),
     ],
 )
-def test_an_installation_from_a_file_or_repository_is_extended_from_it(site: Path, origin: dict[str, Any], source: str) -> None:
+def test_an_installation_from_a_file_or_repository_is_extended_from_it(
+    site: Path, origin: dict[str, Any], source: str
+) -> None:
     record_installation(site, origin)
     assert installation_command("lab") == f'pip install "baldwinlab[lab] @ {source}"'
 
@@ -75,7 +85,9 @@ def test_a_source_that_is_not_installed_is_installed_from_its_folder(site: Path)
 def test_the_error_names_the_missing_packages_alone(site: Path) -> None:
     record_installation(site, None)
     (site / "numpy-2.dist-info").mkdir()
-    (site / "numpy-2.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: numpy\nVersion: 2\n")
+    (site / "numpy-2.dist-info" / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: numpy\nVersion: 2\n"
+    )
     assert str(missing_extra("lab", "the lab")) == (
         "the lab needs the extra 'lab' (not installed: no-such-package): pip install \"baldwinlab[lab]\""
     )
@@ -87,5 +99,7 @@ def test_every_extra_with_a_purpose_is_declared() -> None:
 
 def test_one_module_alone_writes_the_command() -> None:
     package = Path(baldwinlab.__file__).parent
-    writes = {path.name for path in package.rglob("*.py") if re.search(r"baldwinlab\[", path.read_text())}
+    writes = {
+        path.name for path in package.rglob("*.py") if re.search(r"baldwinlab\[", path.read_text())
+    }
     assert writes == {"extras.py"}

@@ -31,12 +31,20 @@ from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiver
 from tests.statistics.studies import AS_THE_PAPER, Claims, study, trace
 
 FORAGERS = "evo+self-taught/B"
-MULTIVERSE = multiverse_of(reading_of(), reading_of("literal", NOBODY_EATS), reading_of("literal+rank", TAUGHT_BEAT_EVOLVED))
+MULTIVERSE = multiverse_of(
+    reading_of(),
+    reading_of("literal", NOBODY_EATS),
+    reading_of("literal+rank", TAUGHT_BEAT_EVOLVED),
+)
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
 STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
 STRINGS = STRINGS.assign(dict.fromkeys(("ones", "unset", "used"), STRINGS["energy"] / 5))
-MEASURED = figures.Measured("items", "items of a run", {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()})
+MEASURED = figures.Measured(
+    "items",
+    "items of a run",
+    {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
+)
 STANDINGS = figures.standings(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER)), 10)
 
 
@@ -46,12 +54,16 @@ def six_traces() -> list[xr.Dataset]:
 
 def kind(name: str, modules: int) -> figures.Kind:
     named = ("action module", "reinforcement module: teaches, fixed for life")[:modules]
-    return figures.Kind(name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named)
+    return figures.Kind(
+        name, ("evolves",), ("left", "front", "right"), (10,), ("left", "forward", "right"), named
+    )
 
 
 DRAW: dict[str, Callable[[], Figure]] = {
     "fitness": lambda: figures.fitness_curves(study(AS_THE_PAPER)),
-    "final-fitness": lambda: figures.fitness_boxes(study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))),
+    "final-fitness": lambda: figures.fitness_boxes(
+        study(AS_THE_PAPER), evaluate(study(AS_THE_PAPER))
+    ),
     "overview": lambda: figures.overview({"": STANDINGS}),
     "emergence": lambda: figures.emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.trajectories(trace(FORAGERS, 3)),
@@ -124,12 +136,22 @@ def test_where_agents_were_sums_up_to_all_their_time() -> None:
 def test_of_two_networks_one_is_said_to_teach() -> None:
     texts = [text.get_text() for text in DRAW["networks"]().axes[0].texts]
     assert texts.count("action module, 3 - 10 - 3 units") == 2
-    assert texts.count("reinforcement module, 3 - 10 - 3 units") == texts.count("teaches,\nfixed for life") == 1
+    assert (
+        texts.count("reinforcement module, 3 - 10 - 3 units")
+        == texts.count("teaches,\nfixed for life")
+        == 1
+    )
 
 
 def test_no_band_of_fitness_reaches_below_nought() -> None:
     bands = figures.fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
-    assert bands and min(np.asarray(path.vertices)[:, 1].min() for band in bands for path in band.get_paths()) == 0
+    assert (
+        bands
+        and min(
+            np.asarray(path.vertices)[:, 1].min() for band in bands for path in band.get_paths()
+        )
+        == 0
+    )
 
 
 def test_a_way_is_broken_where_it_leaves_the_map() -> None:
@@ -143,7 +165,10 @@ def test_a_way_is_broken_where_it_leaves_the_map() -> None:
 
 def test_the_same_kind_looks_the_same_on_every_map_and_kinds_differ_in_more_than_colour() -> None:
     shown = conditions(study(AS_THE_PAPER))
-    assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [("evo", "A"), ("evo", "B")]
+    assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [
+        ("evo", "A"),
+        ("evo", "B"),
+    ]
     assert shown[0].look == shown[3].look
     assert len({(look.line, look.marker) for look in map(series, range(28))}) == 28
 
@@ -155,7 +180,11 @@ def test_brackets_show_the_corrected_p() -> None:
 
 
 def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_map() -> None:
-    names = ["evo", "evo+self-taught", *(f"evo+something-that-is-long-{number}" for number in range(10))]
+    names = [
+        "evo",
+        "evo+self-taught",
+        *(f"evo+something-that-is-long-{number}" for number in range(10)),
+    ]
     claims = tuple(
         Claim.model_validate({"id": f"{a}/{place}", "title": "", "claim": "", "comparisons": [
             {"a": f"{a}/{place}", "b": f"evo/{place}", "measure": "mean", "rule": "greater"}]})
@@ -164,21 +193,30 @@ def test_of_many_conditions_p_stands_below_the_titles_and_names_below_the_last_m
     many = study({f"{name}/{place}": range(20, 28) for place in "AB" for name in names})
     figure = figures.fitness_boxes(many, evaluate(many, 10, Claims(claims)))
     figures.svg(figure)  # which lays it out
-    upper, lower = (axes for axes in figure.axes if axes.get_title("left").endswith("average agent"))
+    upper, lower = (
+        axes for axes in figure.axes if axes.get_title("left").endswith("average agent")
+    )
     for axes in (upper, lower):
         labels = [text.get_window_extent() for text in axes.texts]
-        assert len(labels) == 12 and max(label.y1 for label in labels) <= axes.get_window_extent().y1
+        assert (
+            len(labels) == 12 and max(label.y1 for label in labels) <= axes.get_window_extent().y1
+        )
     assert [label.get_text() for label in lower.get_xticklabels()] == names
     assert not any(label.get_text() for label in upper.get_xticklabels())
 
 
 def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> None:
     texts = [text.get_text() for text in figures.overview({"": STANDINGS}).findobj(Text)]
-    taught, alone = (next(one for one in STANDINGS if one.condition == name) for name in ("evo+self-taught/A", "evo/A"))
+    taught, alone = (
+        next(one for one in STANDINGS if one.condition == name)
+        for name in ("evo+self-taught/A", "evo/A")
+    )
     assert f"{taught.median:.0f} ▲" in texts
     assert f"{alone.median:.0f}" in texts
     failed = figures.overview({"Above": [alone], "Below": [taught._replace(direction=-1)]})
-    assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {text.get_text() for text in failed.findobj(Text)}
+    assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {
+        text.get_text() for text in failed.findobj(Text)
+    }
 
 
 def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:
@@ -190,9 +228,19 @@ def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_c
 
 def test_the_map_of_shares_has_a_row_for_each_alternative_with_the_standard() -> None:
     axes = DRAW["readings-shares"]().axes[0]
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["standard  R1", "literal  R1", "standard  R4", "rank  R4"]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [
+        "standard  R1",
+        "literal  R1",
+        "standard  R4",
+        "rank  R4",
+    ]
     cells = [text.get_text() for text in axes.texts]
-    assert (cells[5], cells[14], cells[23], cells[32]) == ("100%", "0%", "50%", "0%")  # C6 in each row
+    assert (cells[5], cells[14], cells[23], cells[32]) == (
+        "100%",
+        "0%",
+        "50%",
+        "0%",
+    )  # C6 in each row
 
 
 def test_emergence_needs_a_trace() -> None:
@@ -210,7 +258,10 @@ def test_a_figure_is_kept_as_svg_and_as_png(tmp_path: Path) -> None:
 def test_measures_are_drawn_in_a_box_for_each_condition_that_has_any() -> None:
     some = MEASURED._replace(of=dict(MEASURED.of) | {"evo/B": np.empty(0)})
     axes = figures.measures(study(AS_THE_PAPER), [MEASURED, some]).axes
-    points = [sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in one.lines) for one in axes]
+    points = [
+        sum(line.get_marker() != "None" and np.size(line.get_xdata()) == 8 for line in one.lines)
+        for one in axes
+    ]
     assert points == [6, 5]
     assert [label.get_text() for label in axes[0].get_xticklabels()] == ["A", "B"]
     assert axes[0].get_title(loc="left") == "Items of a run"

@@ -11,7 +11,9 @@ import pytest
 from baldwinlab.files import location, write_atomically
 
 
-def test_a_write_that_fails_leaves_the_old_file_and_no_trace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_write_that_fails_leaves_the_old_file_and_no_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "record"
     write_atomically(path, b"old")
 
@@ -25,7 +27,9 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_trace(tmp_path: Path, mon
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_where_no_space_is_left_the_file_and_the_folder_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_no_space_is_left_the_file_and_the_folder_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def no_space(handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -44,6 +48,10 @@ def test_a_location_is_a_path_or_what_fsspec_makes_of_a_url(tmp_path: Path) -> N
     place = location("memory://tests/location")
     write_atomically(place / "folder" / "file", b"content")
     assert location(place / "folder").name == "folder"
-    assert [entry.name for entry in location("memory://tests/location/folder").iterdir()] == ["file"]
-    with pytest.raises(ValueError, match="nowhere://study cannot be reached: Unsupported filesystem: 'nowhere'"):
+    assert [entry.name for entry in location("memory://tests/location/folder").iterdir()] == [
+        "file"
+    ]
+    with pytest.raises(
+        ValueError, match="nowhere://study cannot be reached: Unsupported filesystem: 'nowhere'"
+    ):
         location("nowhere://study")

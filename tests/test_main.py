@@ -15,14 +15,18 @@ STARTED = "import sys; sys.stderr.write('began\\n'); sys.stderr.flush(); from ba
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-C", "SIGTERM"])
 @pytest.mark.parametrize("delay", [0.1, 0.8, 2.0])
-def test_a_command_that_is_stopped_says_so_and_no_more(tmp_path: Path, number: signal.Signals, delay: float) -> None:
+def test_a_command_that_is_stopped_says_so_and_no_more(
+    tmp_path: Path, number: signal.Signals, delay: float
+) -> None:
     process = _running(tmp_path)
     time.sleep(delay)
     process.send_signal(number)
     _has_stopped(process)
 
 
-def test_it_is_stopped_also_where_a_module_that_is_loaded_swallows_every_error(tmp_path: Path) -> None:
+def test_it_is_stopped_also_where_a_module_that_is_loaded_swallows_every_error(
+    tmp_path: Path,
+) -> None:
     process = _running(tmp_path, "try:\n    time.sleep(2)\nexcept BaseException:\n    pass")
     process.send_signal(signal.SIGTERM)
     _has_stopped(process)
@@ -40,10 +44,19 @@ def _running(folder: Path, slow: str = "") -> subprocess.Popen[str]:
     """A long command that has begun; with what a slow module does that a part imports, that has begun."""
     words = ["run", "evo/A", "--runs", "200", "--out", str(folder / "study"), "--workers", "1"]
     if slow:
-        (folder / "slow.py").write_text(f"import sys, time\nsys.stderr.write('loading\\n')\nsys.stderr.flush()\n{slow}\n")
-        (folder / "part.py").write_text(f"import sys\nsys.path.insert(0, {str(folder)!r})\nimport slow\nslow.time.sleep(9)\n")
+        (folder / "slow.py").write_text(
+            f"import sys, time\nsys.stderr.write('loading\\n')\nsys.stderr.flush()\n{slow}\n"
+        )
+        (folder / "part.py").write_text(
+            f"import sys\nsys.path.insert(0, {str(folder)!r})\nimport slow\nslow.time.sleep(9)\n"
+        )
         words += ["--part", str(folder / "part.py")]
-    process = subprocess.Popen([sys.executable, "-c", STARTED, *words], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", STARTED, *words],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     assert process.stderr is not None
     for word in ("began\n", *(["loading\n"] if slow else [])):
         assert process.stderr.readline() == word

@@ -44,7 +44,9 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     assert sum(1 for _ in frames) == 300
 
 
-def test_an_mp4_that_ffmpeg_could_not_end_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_mp4_that_ffmpeg_could_not_end_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def cut_short(path: str, *size: object, **how: object) -> Generator[None, object, None]:
         Path(path).write_bytes(b"ftyp, mdat and no index")
         while True:
@@ -63,12 +65,17 @@ def test_two_lives_stand_side_by_side_and_the_shorter_waits_for_the_longer(tmp_p
         assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
         assert getattr(movie, "n_frames", 1) > 30
         picture = movie.convert("RGB")
-    assert {picture.getpixel((640 + at, y)) for at in range(GAP) for y in (0, 300, 640)} == {rgb("line")}
+    assert {picture.getpixel((640 + at, y)) for at in range(GAP) for y in (0, 300, 640)} == {
+        rgb("line")
+    }
 
 
 def test_agents_and_their_region_are_told_by_the_lab_s_marks(tmp_path: Path) -> None:
     """A hollow agent has not eaten, a full one has, and one that eats now flashes."""
-    near = {"world": {"start": {"x": 330, "y": 160}}, "lifetime": {"steps": 60}}  # a little before the food
+    near = {
+        "world": {"start": {"x": 330, "y": 160}},
+        "lifetime": {"steps": 60},
+    }  # a little before the food
     trace = replay(small().replace(**near), seed=1)
     assert 0 < (trace.eaten.sum("step") > 0).sum() < 20
     write_movie(trace, 640, 640, tmp_path / "life.gif")
@@ -89,11 +96,15 @@ def test_a_movie_tells_how_far_it_is(tmp_path: Path) -> None:
 
 
 def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:
-    experiment = small("evo/A").replace(world={"food": []}, population={"size": 1}, lifetime={"steps": 1})
+    experiment = small("evo/A").replace(
+        world={"food": []}, population={"size": 1}, lifetime={"steps": 1}
+    )
     write_movie(replay(experiment, seed=1), 640, 640, tmp_path / "life.gif")
     assert (tmp_path / "life.gif").stat().st_size > 0
 
 
-def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(tmp_path: Path, no_video_extra: None) -> None:
+def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(
+    tmp_path: Path, no_video_extra: None
+) -> None:
     with pytest.raises(MovieError, match=re.escape(installation_command("video"))):
         write_movie(replay(small(), seed=1), 640, 640, tmp_path / "life.mp4")

@@ -13,7 +13,9 @@ from tests.small import small
 
 
 def test_names_and_numbers_come_back() -> None:
-    data = xr.Dataset({"height": ("who", np.arange(2.0))}, {"who": ["Ada", "B\u00e9la"]}, {"seed": 3})
+    data = xr.Dataset(
+        {"height": ("who", np.arange(2.0))}, {"who": ["Ada", "B\u00e9la"]}, {"seed": 3}
+    )
     raw = sealed(data)
     verify(raw)
     xr.testing.assert_identical(opened(raw).assign_attrs(seed=3), data)

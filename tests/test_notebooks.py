@@ -18,9 +18,21 @@ TABLE, PLAYER, CURVES = "differ from their defaults", "<iframe sandbox", "data:i
 SHOWN: Final = {  # what stands in the outputs: what is displayed, and numbers that the text tells
     "first-steps": (TABLE, PLAYER, CURVES, "last generation: 2539 items, eaten by 20 of 20 agents"),
     "reading-a-study": (PLAYER, CURVES, "image/png", r"evo/B +(0\.0 +){6}0\.0"),
-    "own-learning-rule": (TABLE, CURVES, "ok: the oracle agrees", "p = 0.55", "between -99 and 307 items"),
+    "own-learning-rule": (
+        TABLE,
+        CURVES,
+        "ok: the oracle agrees",
+        "p = 0.55",
+        "between -99 and 307 items",
+    ),
     "baldwin-effect": (
-        *("all fields are at their defaults", PLAYER, CURVES, "image/png", "a life of guessing: 0.62"),
+        *(
+            "all fields are at their defaults",
+            PLAYER,
+            CURVES,
+            "image/png",
+            "a life of guessing: 0.62",
+        ),
         r"50 +0\.76 +0\.24 +0\.00 +1\.00",
         r"evo\+self-taught/A +76\.1 +235\.2 +224\.6 +319\.4 +20\.9",
         r"evo/B +(0\.0 *){5}\n",
@@ -51,7 +63,11 @@ def test_links_of_a_notebook_lead_somewhere(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in LONG)) for path in paths()]
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in LONG))
+        for path in paths()
+    ],
 )
 def test_a_notebook_runs_without_a_warning_and_shows_what_it_tells(
     path: Path, tmp_path: Path, browser: Browser, capfd: pytest.CaptureFixture[str]
@@ -69,7 +85,10 @@ def test_a_notebook_runs_without_a_warning_and_shows_what_it_tells(
 
 def _text(output: Any) -> str:
     """All that a cell gave in one output, and of what types."""
-    return "\n".join(["".join(output.get("text", ""))] + [f"{kind}\n{value}" for kind, value in output.get("data", {}).items()])
+    return "\n".join(
+        ["".join(output.get("text", ""))]
+        + [f"{kind}\n{value}" for kind, value in output.get("data", {}).items()]
+    )
 
 
 def _opens_alone(browser: Browser, path: Path, content: str) -> None:

@@ -18,7 +18,9 @@ COLOUR = re.compile(r"#(?:[0-9a-fA-F]{3}){1,2}\b(?![\w-])")
 def drawing() -> list[Path]:
     """All that may draw: the package's own code and pages."""
     own = [path for end in ("py", "html", "css", "js") for path in PACKAGE.rglob(f"*.{end}")]
-    return [path for path in own if path != PACKAGE / "palette.py" and path.parent != STATIC / "vendor"]
+    return [
+        path for path in own if path != PACKAGE / "palette.py" and path.parent != STATIC / "vendor"
+    ]
 
 
 @pytest.mark.parametrize("path", drawing(), ids=lambda path: str(path.relative_to(PACKAGE)))
@@ -28,10 +30,16 @@ def test_nobody_else_writes_a_colour(path: Path) -> None:
 
 def test_every_colour_that_the_page_asks_for_is_there() -> None:
     there = set(re.findall(r"--([\w-]+):", palette.lab_css()))
-    own = set(re.findall(r"--([\w-]+):", "".join(path.read_text("utf-8") for path in STATIC.glob("*.css"))))
+    own = set(
+        re.findall(
+            r"--([\w-]+):", "".join(path.read_text("utf-8") for path in STATIC.glob("*.css"))
+        )
+    )
     for path in [*STATIC.glob("*.css"), *STATIC.glob("*.js")]:
         text = path.read_text("utf-8")
-        asked = set(re.findall(r"var\(--([\w-]+)\)", text)) | set(re.findall(r"\bpalette\.(\w+)", text)) - {"py"}
+        asked = set(re.findall(r"var\(--([\w-]+)\)", text)) | set(
+            re.findall(r"\bpalette\.(\w+)", text)
+        ) - {"py"}
         assert asked <= there | own | {"css", "js", "text"}, path.name
 
 

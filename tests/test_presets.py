@@ -16,7 +16,14 @@ from baldwinlab.presets import KINDS, describe, factors, load, names, paper
 
 def test_the_paper_has_three_conditions_on_two_maps() -> None:
     assert sorted(experiment.name for experiment in paper()) == sorted(
-        ["evo/A", "evo/B", "evo+self-taught/A", "evo+self-taught/B", "self-taught/A", "self-taught/B"]
+        [
+            "evo/A",
+            "evo/B",
+            "evo+self-taught/A",
+            "evo+self-taught/B",
+            "self-taught/A",
+            "self-taught/B",
+        ]
     )
 
 
@@ -40,7 +47,9 @@ def test_the_paper_has_three_conditions_on_two_maps() -> None:
         ("open-boundaries", {"senses": {"boundaries": "open"}}),
     ],
 )
-def test_a_reading_changes_the_one_field_that_it_names(reading: str, changed: dict[str, dict[str, object]]) -> None:
+def test_a_reading_changes_the_one_field_that_it_names(
+    reading: str, changed: dict[str, dict[str, object]]
+) -> None:
     standard = load("evo+self-taught/B")
     assert load("evo+self-taught/B", reading).to_dict() == merge(standard.to_dict(), changed)
 
@@ -53,13 +62,21 @@ def test_every_alternative_of_the_open_choices_has_a_reading() -> None:
 
 def test_every_part_of_the_library_is_in_a_preset() -> None:
     everything = [load(name) for name in factors()]
-    everything += [one.experiment(one.own()[0], name) for one in papers.built_in().values() for name in one.names("readings")]
-    chosen = {part for experiment in [*everything, load("neat-xor")] for part in added_choices(experiment)}
+    everything += [
+        one.experiment(one.own()[0], name)
+        for one in papers.built_in().values()
+        for name in one.names("readings")
+    ]
+    chosen = {
+        part for experiment in [*everything, load("neat-xor")] for part in added_choices(experiment)
+    }
     assert chosen >= {(kind, name) for kind, parts in LIBRARY.items() for name in parts}
 
 
 def test_a_reading_of_another_paper_is_laid_over_as_well() -> None:
-    assert load("evo+drift/B", "gaussian") == load("evo+drift/B").replace(evolution={"variation": "gaussian"})
+    assert load("evo+drift/B", "gaussian") == load("evo+drift/B").replace(
+        evolution={"variation": "gaussian"}
+    )
 
 
 def test_every_preset_says_what_it_is() -> None:
@@ -72,7 +89,11 @@ def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
     experiment = Experiment()
     assert experiment.population.size == 20
     assert (experiment.evolution.generations, experiment.lifetime.steps) == (100, 5000)
-    assert (experiment.learning.rate, experiment.evolution.mutation_rate, experiment.evolution.mutation_size) == (
+    assert (
+        experiment.learning.rate,
+        experiment.evolution.mutation_rate,
+        experiment.evolution.mutation_size,
+    ) == (
         0.01,
         0.05,
         0.05,
@@ -87,7 +108,10 @@ def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
         ("evolution/A", "there is no condition 'evolution'"),
         ("evo+selftaught/B", "did you mean 'evo+self-taught'?"),
         ("evo", "evo names no map; there are A, B: write evo/A"),
-        ("le-2019:evo+self-taught", "evo+self-taught names no map; there are A, B: write evo+self-taught/A"),
+        (
+            "le-2019:evo+self-taught",
+            "evo+self-taught names no map; there are A, B: write evo+self-taught/A",
+        ),
         ("le-2019:nothing", "there is no preset 'nothing'; the nearest of "),
         ("absent.toml", "cannot read absent.toml: No such file or directory"),
     ],
@@ -99,7 +123,9 @@ def test_an_unknown_preset_is_refused_with_what_there_is(name: str, message: str
 
 
 def test_an_unknown_reading_is_refused_with_the_nearest_one() -> None:
-    with pytest.raises(ExperimentError, match=r"there is no reading 'litteral' \(did you mean 'literal'\?\)"):
+    with pytest.raises(
+        ExperimentError, match=r"there is no reading 'litteral' \(did you mean 'literal'\?\)"
+    ):
         load("evo/A", "litteral")
 
 

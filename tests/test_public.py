@@ -18,7 +18,18 @@ import pytest
 import baldwinlab
 
 PACKAGE = Path(baldwinlab.__file__).parent
-HEAVY = {"numba", "scipy", "matplotlib", "xarray", "numpy", "pandas", "PIL", "jinja2", "starlette", "distributed"}
+HEAVY = {
+    "numba",
+    "scipy",
+    "matplotlib",
+    "xarray",
+    "numpy",
+    "pandas",
+    "PIL",
+    "jinja2",
+    "starlette",
+    "distributed",
+}
 
 
 def loaded_by(code: str) -> set[str]:
@@ -49,7 +60,9 @@ def public_docstrings() -> Iterator[tuple[str, str]]:
         yield name, inspect.getdoc(public) or ""
         if inspect.isclass(public):
             own = (each for each in vars(public) if not each.startswith("_"))
-            yield from ((f"{name}.{each}", inspect.getdoc(getattr(public, each)) or "") for each in own)
+            yield from (
+                (f"{name}.{each}", inspect.getdoc(getattr(public, each)) or "") for each in own
+            )
 
 
 def test_docstrings_name_only_exceptions_that_the_package_exports() -> None:
@@ -69,8 +82,17 @@ def test_no_public_name_is_that_of_a_module() -> None:
 
 
 def test_types_are_those_of_what_is_loaded() -> None:
-    batch = next(node for node in ast.parse((PACKAGE / "__init__.py").read_text()).body if isinstance(node, ast.If))
-    typed = {each.name: node.module for node in batch.body if isinstance(node, ast.ImportFrom) for each in node.names}
+    batch = next(
+        node
+        for node in ast.parse((PACKAGE / "__init__.py").read_text()).body
+        if isinstance(node, ast.If)
+    )
+    typed = {
+        each.name: node.module
+        for node in batch.body
+        if isinstance(node, ast.ImportFrom)
+        for each in node.names
+    }
     assert typed == {name: f"baldwinlab.{home}" for name, home in baldwinlab._HOME.items()}
 
 
@@ -83,38 +105,66 @@ def test_to_import_it_loads_nothing_and_makes_no_folder(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "words",
-    [["--help"], ["--version"], ["papers"], ["presets"], ["show", "evo+self-taught/B", "--set", "lifetime.steps=5"], ["rum"]],
+    [
+        ["--help"],
+        ["--version"],
+        ["papers"],
+        ["presets"],
+        ["show", "evo+self-taught/B", "--set", "lifetime.steps=5"],
+        ["rum"],
+    ],
 )
 def test_a_command_that_only_tells_loads_no_engine(words: list[str]) -> None:
     assert not loaded_by(command(*words)) & HEAVY
 
 
-@pytest.mark.parametrize("words", [["--help"], ["presets"], ["bench", "--help"], ["lab", "--help"], ["run", "--help"]])
+@pytest.mark.parametrize(
+    "words", [["--help"], ["presets"], ["bench", "--help"], ["lab", "--help"], ["run", "--help"]]
+)
 def test_no_command_needs_what_only_unix_has(words: list[str]) -> None:
     without = "import sys\nfor name in ('resource', 'fcntl', 'pwd', 'grp', 'termios'): sys.modules[name] = None\n"
-    done = subprocess.run([sys.executable, "-c", without + command(*words)], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", without + command(*words)], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout
 
 
 def test_to_run_a_study_loads_no_figures() -> None:
-    assert not loaded_by("import baldwinlab.cli.run") & {"matplotlib", "PIL", "jinja2", "starlette", "distributed"}
+    assert not loaded_by("import baldwinlab.cli.run") & {
+        "matplotlib",
+        "PIL",
+        "jinja2",
+        "starlette",
+        "distributed",
+    }
 
 
 def test_whatever_is_imported_is_declared() -> None:
     """In pyproject.toml, so that it is there wherever baldwinlab is; what comes by way of another package may go."""
     project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]
-    extras = [project["optional-dependencies"][name] for name in ("cuda", "cluster", "exchange", "lab", "rl", "video")]
+    extras = [
+        project["optional-dependencies"][name]
+        for name in ("cuda", "cluster", "exchange", "lab", "rl", "video")
+    ]
     lines = sum(extras, project["dependencies"])
     declared = {re.split(r"[^A-Za-z0-9_-]", line)[0].replace("_", "-").lower() for line in lines}
     owners = packages_distributions()
-    for name in imported() - sys.stdlib_module_names - {"baldwinlab", "IPython"}:  # a notebook has that
-        assert {owner.replace("_", "-").lower() for owner in owners.get(name, [name])} & declared, name
+    for name in (
+        imported() - sys.stdlib_module_names - {"baldwinlab", "IPython"}
+    ):  # a notebook has that
+        assert {owner.replace("_", "-").lower() for owner in owners.get(name, [name])} & declared, (
+            name
+        )
 
 
 def imported() -> set[str]:
     """The packages that any module of ours imports."""
-    nodes = [node for path in PACKAGE.rglob("*.py") for node in ast.walk(ast.parse(path.read_text("utf-8")))]
+    nodes = [
+        node
+        for path in PACKAGE.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+    ]
     names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     names |= {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
     return {name.partition(".")[0] for name in names}

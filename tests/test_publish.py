@@ -23,7 +23,9 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     of_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(path, engine="scipy")
     publish(study, page, 10, ignore)
     assert '<h2 id="baldwin">Is it the Baldwin effect?</h2>' in page.read_text("utf-8")
-    assert (study.directory / "baldwin.csv").exists() and (study.directory / "baldwin.json").exists()
+    assert (study.directory / "baldwin.csv").exists() and (
+        study.directory / "baldwin.json"
+    ).exists()
     path.write_bytes(path.read_bytes()[:99])
     with pytest.raises(ValueError, match=r"A\.nc is damaged"):
         publish(study, page, 10, ignore)

@@ -18,17 +18,29 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
 CORE = PROJECT["project"]["dependencies"]
 LOCKED = {
-    "requirements.txt": [*CORE, *(line for name in ("build", "lab", "video") for line in EXTRAS[name])],
+    "requirements.txt": [
+        *CORE,
+        *(line for name in ("build", "lab", "video") for line in EXTRAS[name]),
+    ],
     "requirements-dev.txt": [
         *CORE,
-        *(line for name, lines in EXTRAS.items() if name not in ("bench", "cuda", "wasm") for line in lines),
+        *(
+            line
+            for name, lines in EXTRAS.items()
+            if name not in ("bench", "cuda", "wasm")
+            for line in lines
+        ),
     ],
     "requirements-bench.txt": [*CORE, *EXTRAS["bench"]],
     "requirements-cuda.txt": [*CORE, *EXTRAS["cuda"]],
     "requirements-wasm.txt": [*CORE, *EXTRAS["wasm"]],
     "requirements-validators.txt": PROJECT["dependency-groups"]["validators"],
 }
-SUPPORTED = [line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if re.search(r"Python :: 3\.\d", line)]
+SUPPORTED = [
+    line.rpartition(" ")[2]
+    for line in PROJECT["project"]["classifiers"]
+    if re.search(r"Python :: 3\.\d", line)
+]
 
 
 def pins(file: str) -> list[tuple[Requirement, int]]:
@@ -50,7 +62,11 @@ def test_every_line_of_a_locked_file_is_a_pin_with_hashes_and_no_address(file: s
 @pytest.mark.parametrize("file", LOCKED)
 @pytest.mark.parametrize("python", SUPPORTED)
 def test_a_locked_file_has_one_fitting_version_of_each_requirement(file: str, python: str) -> None:
-    system = {"python_version": python, "python_full_version": f"{python}.0", "sys_platform": "linux"}
+    system = {
+        "python_version": python,
+        "python_full_version": f"{python}.0",
+        "sys_platform": "linux",
+    }
     versions: dict[str, list[str]] = {}
     for pin, _ in pins(file):
         if pin.marker is None or pin.marker.evaluate(system):

@@ -13,11 +13,27 @@ import pytest
 
 from baldwinlab import resources
 from baldwinlab.errors import RefusedError
-from baldwinlab.resources import Need, amount, available_memory, free_disk, memory_of_groups, peak_memory, require
+from baldwinlab.resources import (
+    Need,
+    amount,
+    available_memory,
+    free_disk,
+    memory_of_groups,
+    peak_memory,
+    require,
+)
 
 GIB = 2**30
-V1 = {"memory.limit_in_bytes": "8000", "memory.usage_in_bytes": "5000", "memory.stat": "total_inactive_file 1000\ncache 9\n"}
-V2 = {"memory.max": "8000\n", "memory.current": "5000\n", "memory.stat": "anon 4000\ninactive_file 1000\n"}
+V1 = {
+    "memory.limit_in_bytes": "8000",
+    "memory.usage_in_bytes": "5000",
+    "memory.stat": "total_inactive_file 1000\ncache 9\n",
+}
+V2 = {
+    "memory.max": "8000\n",
+    "memory.current": "5000\n",
+    "memory.stat": "anon 4000\ninactive_file 1000\n",
+}
 
 
 def group(folder: Path, files: dict[str, str]) -> None:
@@ -31,7 +47,9 @@ def left_in_groups(tmp_path: Path, membership: str) -> list[int]:
     return list(memory_of_groups(tmp_path / "groups", tmp_path / "membership"))
 
 
-def test_more_memory_than_is_left_is_refused_with_both_amounts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_memory_than_is_left_is_refused_with_both_amounts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(resources, "available_memory", lambda: 8 * GIB)
     require("evo/A", Need(memory=8 * GIB))
     with pytest.raises(RefusedError) as refused:
@@ -46,20 +64,27 @@ def test_more_memory_than_is_left_is_refused_with_both_amounts(monkeypatch: pyte
 def test_more_disk_than_is_left_is_refused_before_a_folder_is_made(tmp_path: Path) -> None:
     folder = tmp_path / "results" / "study"
     require("runs: 3", Need(disk=1), folder)
-    with pytest.raises(RefusedError, match=r"runs: 3: about 1024\.0 TiB of disk would be needed, and .* are free for .*study"):
+    with pytest.raises(
+        RefusedError,
+        match=r"runs: 3: about 1024\.0 TiB of disk would be needed, and .* are free for .*study",
+    ):
         require("runs: 3", Need(disk=2**50 - 1), folder)
     assert free_disk(folder) == pytest.approx(shutil.disk_usage(tmp_path).free, rel=0.1)
     assert not list(tmp_path.iterdir())
 
 
-def test_nothing_is_said_of_a_store_elsewhere_nor_where_no_system_tells(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_said_of_a_store_elsewhere_nor_where_no_system_tells(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     upath = pytest.importorskip("upath")
     require("runs: 3", Need(disk=2**60), upath.UPath("memory://study"))
     monkeypatch.setattr(resources, "available_memory", lambda: None)
     require("evo/A", Need(memory=2**60))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere all that there is counts as available")
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="elsewhere all that there is counts as available"
+)
 def test_what_is_available_is_no_more_than_the_machine_has() -> None:
     there = available_memory()
     assert there is not None
@@ -89,7 +114,8 @@ def test_a_group_without_a_limit_and_a_machine_without_groups_say_nothing(tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("count", "words"), [(0, "0.0 bytes"), (1023, "1023.0 bytes"), (48 * 10**9, "44.7 GiB"), (10**102, "8.88e+86 PiB")]
+    ("count", "words"),
+    [(0, "0.0 bytes"), (1023, "1023.0 bytes"), (48 * 10**9, "44.7 GiB"), (10**102, "8.88e+86 PiB")],
 )
 def test_amounts_in_words(count: int, words: str) -> None:
     assert amount(count) == words

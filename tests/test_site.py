@@ -22,7 +22,9 @@ from scripts import documentation, reference
 from tests.lab.conftest import offline
 
 ROOT = Path(__file__).parent.parent
-pytestmark = pytest.mark.filterwarnings("ignore:.*MystReferenceResolver.app")  # of MyST, for a Sphinx that is to come
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:.*MystReferenceResolver.app"
+)  # of MyST, for a Sphinx that is to come
 pytest.importorskip("furo", reason="the site needs the extra 'docs'")
 
 
@@ -63,7 +65,13 @@ def lonely(browser: Browser) -> Iterator[Page]:
 def words(site: Path, page: str) -> str:
     """The text of a page."""
     text = re.sub(r"<[^>]+>", "", (site / page).read_text("utf-8"))
-    return text.replace("&gt;", ">").replace("&lt;", "<").replace("&quot;", '"').replace("&amp;", "&").replace("&#39;", "'")
+    return (
+        text.replace("&gt;", ">")
+        .replace("&lt;", "<")
+        .replace("&quot;", '"')
+        .replace("&amp;", "&")
+        .replace("&#39;", "'")
+    )
 
 
 def test_no_link_is_dead_and_nothing_is_loaded_from_elsewhere(site: Path) -> None:
@@ -82,13 +90,24 @@ def test_no_link_is_dead_and_nothing_is_loaded_from_elsewhere(site: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    "fault", ["[a](nowhere.md)", "[a](index.md#nowhere)", "[a](#nowhere)", "![a](none.png)", "## a\n\n#### b"]
+    "fault",
+    [
+        "[a](nowhere.md)",
+        "[a](index.md#nowhere)",
+        "[a](#nowhere)",
+        "![a](none.png)",
+        "## a\n\n#### b",
+    ],
 )
-def test_whatever_leads_nowhere_is_a_fault(tmp_path: Path, fault: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_whatever_leads_nowhere_is_a_fault(
+    tmp_path: Path, fault: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "source").mkdir()
     (tmp_path / "source" / "index.md").write_text("# Here\n\n```{toctree}\nother\n```\n")
     (tmp_path / "source" / "other.md").write_text("# There\n\n[well](index.md#here)\n")
-    assert documentation.is_made(tmp_path / "source", tmp_path / "out") and not capsys.readouterr().err
+    assert (
+        documentation.is_made(tmp_path / "source", tmp_path / "out") and not capsys.readouterr().err
+    )
     with (tmp_path / "source" / "other.md").open("a") as page:
         page.write(f"\n{fault}\n")
     assert not documentation.is_made(tmp_path / "source", tmp_path / "out")
@@ -122,7 +141,16 @@ def test_every_command_is_on_its_page_with_its_options(site: Path) -> None:
     told = words(site, "reference/commands.html")
     for command in COMMANDS:
         assert re.search(rf"^baldwinlab {command}¶$", told, re.MULTILINE), command
-    for option in ("--runs", "--set", "--executor", "--reading", "--part", "--force", "--quick", "--port"):
+    for option in (
+        "--runs",
+        "--set",
+        "--executor",
+        "--reading",
+        "--part",
+        "--force",
+        "--quick",
+        "--port",
+    ):
         assert option in told, option
 
 
@@ -137,7 +165,10 @@ def test_every_field_is_on_its_page(site: Path) -> None:
         for name in choices.packaged(kind):
             assert re.search(rf"^{name}¶$", library, re.MULTILINE), name
             for each in choices.find(kind, name).model_fields:
-                assert f"{field.partition('.')[0]}.{choices.key_of(name)}.{each}" in library, (name, each)
+                assert f"{field.partition('.')[0]}.{choices.key_of(name)}.{each}" in library, (
+                    name,
+                    each,
+                )
     models = words(site, "reference/models.html")
     for name in choices.packaged("model"):
         if name != "miniworld":
@@ -159,7 +190,9 @@ def leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[str]:
 
 def test_limits_defaults_and_meanings_are_those_of_the_fields(site: Path) -> None:
     told = words(site, "reference/fields.html").split("learning.rate\n")[1]
-    assert told.split("\n")[:4] != [] and re.match(r"\s*number, ≥ 0, ≤ 10\s+0.01\s+learning rate, per step", told)
+    assert told.split("\n")[:4] != [] and re.match(
+        r"\s*number, ≥ 0, ≤ 10\s+0.01\s+learning rate, per step", told
+    )
 
 
 def test_every_recorded_variable_and_every_paper_s_presets_are_on_their_pages(site: Path) -> None:
@@ -172,12 +205,17 @@ def test_every_recorded_variable_and_every_paper_s_presets_are_on_their_pages(si
         assert f"baldwinlab reproduce {paper.name}" in told and paper.about.citation in told
         for kind in ("conditions", "controls", "maps", "readings"):
             for name in paper.names(kind):
-                assert name in told and paper.describe(kind, name).replace("`", "") in told, (paper.name, name)
+                assert name in told and paper.describe(kind, name).replace("`", "") in told, (
+                    paper.name,
+                    name,
+                )
 
 
 def test_examples_are_shown_in_full(site: Path) -> None:
     for path in (ROOT / "examples" / "parts").glob("*.py"):
-        assert path.read_text("utf-8").strip() in words(site, f"examples/parts/{path.name}.html"), path.name
+        assert path.read_text("utf-8").strip() in words(site, f"examples/parts/{path.name}.html"), (
+            path.name
+        )
 
 
 def test_a_word_is_found_and_the_hit_leads_to_it(site: Path, lonely: Page) -> None:
@@ -201,7 +239,9 @@ def test_a_laboratory_evolves_inside_its_page(site: Path, lonely: Page, page: st
     expect(inside.get_by_text(re.compile(r"^([2-9]|\d\d+) of 100 generations$"))).to_be_visible()
 
 
-@pytest.mark.parametrize("page", ["index.html", "docs/start.html", "reference/fields.html", "reference/papers.html"])
+@pytest.mark.parametrize(
+    "page", ["index.html", "docs/start.html", "reference/fields.html", "reference/papers.html"]
+)
 def test_a_page_fits_a_phone(site: Path, lonely: Page, page: str) -> None:
     lonely.set_viewport_size({"width": 390, "height": 844})
     lonely.goto((site / page).as_uri())
@@ -224,13 +264,23 @@ def test_a_folder_that_holds_anything_else_is_left_as_it_is(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("one.py", "# ---\n# jupyter: x\n# ---\n\n# %% [markdown]\n# # Title\n#\n# Words.\n\n# %%\nprint(1)\n"),
+        (
+            "one.py",
+            "# ---\n# jupyter: x\n# ---\n\n# %% [markdown]\n# # Title\n#\n# Words.\n\n# %%\nprint(1)\n",
+        ),
         ("one.md", "# Title\n\nWords.\n\n```{code-cell} python\n:tags: [one]\n\nprint(1)\n```\n"),
     ],
 )
 def test_a_notebook_s_text_is_a_page(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_text(text)
-    assert documentation.markdown_of(tmp_path / name).split() == ["#", "Title", "Words.", "```python", "print(1)", "```"]
+    assert documentation.markdown_of(tmp_path / name).split() == [
+        "#",
+        "Title",
+        "Words.",
+        "```python",
+        "print(1)",
+        "```",
+    ]
 
 
 def test_papers_are_named_as_one_cites_them() -> None:

@@ -30,5 +30,7 @@ def test_a_name_that_is_like_no_other_still_gets_some() -> None:
 def test_an_unknown_preset_lists_at_most_five_of_all_presets(name: str) -> None:
     with pytest.raises(ExperimentError) as refusal:
         load(name)
-    (listed,) = (part for part in str(refusal.value).split("; ") if part.startswith("the nearest of "))
+    (listed,) = (
+        part for part in str(refusal.value).split("; ") if part.startswith("the nearest of ")
+    )
     assert listed.count(",") == NEAREST - 1 and len(str(refusal.value)) < 300 < len(str(factors()))

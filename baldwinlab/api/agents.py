@@ -68,7 +68,9 @@ class AgentNetwork:
             outputs[step] = activations[-len(self.outputs) :, 0]
         variable = TRACE["output"]
         attributes = {"units": variable.unit, "long_name": "outputs of the network"}
-        found = xr.DataArray(outputs, {"action": list(self.outputs)}, ("step", "action"), attrs=attributes)
+        found = xr.DataArray(
+            outputs, {"action": list(self.outputs)}, ("step", "action"), attrs=attributes
+        )
         return found[0] if given.ndim == 1 else found
 
     def _checked(self, inputs: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -76,10 +78,14 @@ class AgentNetwork:
         try:
             given = np.asarray(inputs, np.float32)
         except (TypeError, ValueError):
-            raise RefusedError(f"inputs must be {count} numbers, or an array [step, input]") from None
+            raise RefusedError(
+                f"inputs must be {count} numbers, or an array [step, input]"
+            ) from None
         if given.ndim not in (1, 2) or given.shape[-1] != count:
             names = ", ".join(self.inputs)
-            raise RefusedError(f"inputs of shape {given.shape} must be [{count}] or [step, {count}]: {names}")
+            raise RefusedError(
+                f"inputs of shape {given.shape} must be [{count}] or [step, {count}]: {names}"
+            )
         if not ((given >= 0) & (given <= 1)).all():
             raise RefusedError("inputs must be numbers from 0 to 1, as those of senses are")
         return given
@@ -88,11 +94,15 @@ class AgentNetwork:
         return f"<AgentNetwork: {', '.join(self.inputs)} -> {', '.join(self.outputs)}, {self.weights.size} weights>"
 
 
-def read_genomes(study: Study, condition: str, run: int, generation: int, agent: int | Sequence[int] | None) -> xr.DataArray:
+def read_genomes(
+    study: Study, condition: str, run: int, generation: int, agent: int | Sequence[int] | None
+) -> xr.DataArray:
     """Return the genomes of a generation, as `baldwinlab.api.study.Study.genomes` does."""
     experiment = study.experiment(condition)
     _require_index("generation", generation, experiment.evolution.generations)
-    for each in agent if isinstance(agent, Sequence | np.ndarray) else [0 if agent is None else agent]:
+    for each in (
+        agent if isinstance(agent, Sequence | np.ndarray) else [0 if agent is None else agent]
+    ):
         _require_index("agent", each, experiment.population.size)
     genome = _genome(study, condition, run, generation)
     variable = RUN["genome"]
@@ -106,7 +116,9 @@ def read_genomes(study: Study, condition: str, run: int, generation: int, agent:
     return found if agent is None else found.sel(agent=agent)
 
 
-def make_network(study: Study, condition: str, run: int, generation: int, agent: int, module: str) -> AgentNetwork:
+def make_network(
+    study: Study, condition: str, run: int, generation: int, agent: int, module: str
+) -> AgentNetwork:
     """Return the network of an agent, as `baldwinlab.api.study.Study.network` does."""
     experiment = _foragers(study.experiment(condition))
     _require_index("generation", generation, experiment.evolution.generations)

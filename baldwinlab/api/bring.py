@@ -70,34 +70,58 @@ def bring(
     place = how.place()
     check_seed(seed)
     engine = _engine(how.backend, place, runs, experiments)
-    tasks = place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)  # one lives, another breeds
+    tasks = (
+        place.workers if engine.name != "cuda" else max(place.workers, len(experiments), 2)
+    )  # one lives, another breeds
     need = _of_runs(experiments, directory, runs, tasks, engine, place).then(afterwards)
     require(f"runs: {runs * len(experiments):,}", need, directory, force=how.force)
     for experiment in experiments:
-        estimate.require_storable(variables.of_record(experiment), estimate.sizes(experiment), experiment.name)
+        estimate.require_storable(
+            variables.of_record(experiment), estimate.sizes(experiment), experiment.name
+        )
     if factors is None:
         factors = paper.factors() if paper else presets.factors()
-    study = store.create(directory, experiments, seed, kind, factors, paper=paper.name if paper else "", changes=changes)
+    study = store.create(
+        directory,
+        experiments,
+        seed,
+        kind,
+        factors,
+        paper=paper.name if paper else "",
+        changes=changes,
+    )
     if paper:
         keep(paper, directory)
     for name, content in beside.items():
         write_atomically(directory / name, content)
     missing = missing_runs(study, runs, console.complain)
-    total = sum(agent_steps_of_run(study.experiments[condition]) * len(numbers) for condition, numbers in missing.items())
+    total = sum(
+        agent_steps_of_run(study.experiments[condition]) * len(numbers)
+        for condition, numbers in missing.items()
+    )
     wanted = runs * len(experiments)
     if not total:
         console.say(f"{directory}: runs: {wanted}, all of them stored already")
         return study
-    study.require_writable(study.path(condition, lacking[0]) for condition, lacking in missing.items() if lacking)
+    study.require_writable(
+        study.path(condition, lacking[0]) for condition, lacking in missing.items() if lacking
+    )
     stored = wanted - sum(map(len, missing.values()))
-    console.say(f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}")
+    console.say(
+        f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}"
+    )
     with _saying_where_it_stands(study, lambda: _standing(study, runs)):
         run_study(study, missing, tasks, console.progress, console.say, engine, place)
     return study
 
 
 def _of_runs(
-    experiments: Sequence[Experiment], directory: Path, runs: int, workers: int, engine: Backend, place: Executor
+    experiments: Sequence[Experiment],
+    directory: Path,
+    runs: int,
+    workers: int,
+    engine: Backend,
+    place: Executor,
 ) -> Need:
     """What the runs take that the directory lacks."""
     there = is_study(directory)
@@ -117,7 +141,11 @@ def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experim
     """Whether there is a GPU here says nothing about workers elsewhere, and models that are parts live on the CPU alone."""
     foragers = all(isinstance(experiment, Experiment) for experiment in experiments)
     chosen = "cpu" if name == "auto" and not (foragers and place.name == "threads") else name
-    return choose(chosen, runs * len(experiments), max(experiment.population.size for experiment in experiments))
+    return choose(
+        chosen,
+        runs * len(experiments),
+        max(experiment.population.size for experiment in experiments),
+    )
 
 
 def assay(study: Study, names: Sequence[str], how: How) -> None:
@@ -134,9 +162,16 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
     for condition, lacking in missing.items():
         for name in lacking:
             require_place(assay_path(study.directory, name, condition))
-    need = of_assays(study, missing, {condition: len(study.runs(condition)) for condition in missing}, place.workers)
+    need = of_assays(
+        study,
+        missing,
+        {condition: len(study.runs(condition)) for condition in missing},
+        place.workers,
+    )
     require(f"assays: {count}", _here(need, place), study.directory, force=how.force)
-    console.say(f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}")
+    console.say(
+        f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}"
+    )
 
     def standing() -> str:
         done = count - sum(map(len, missing_assays(study, names).values()))
@@ -164,7 +199,9 @@ def _saying_where_it_stands(study: Study, standing: Callable[[], str]) -> Iterat
 
 
 def _standing(study: Study, runs: int) -> str:
-    stored = sum(len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments)
+    stored = sum(
+        len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments
+    )
     wanted = runs * len(study.experiments)
     return (
         f"{stored} of {wanted} runs are stored in {study.directory} and kept; an unfinished run is not "

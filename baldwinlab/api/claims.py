@@ -35,7 +35,9 @@ class Own:
         return None if model is None else model.measures
 
 
-def claims(study: Study, file: Path | None = None, *, paper: str = "", last: int = 10) -> list[ClaimResult]:
+def claims(
+    study: Study, file: Path | None = None, *, paper: str = "", last: int = 10
+) -> list[ClaimResult]:
     """Decide the claims in a file, those of a paper, or those of the study's paper, and show them; nothing is written.
 
     A run counts with its average over its `last` generations; all tests are corrected together. Raises StudyError where no run is
@@ -45,7 +47,9 @@ def claims(study: Study, file: Path | None = None, *, paper: str = "", last: int
     require_positive("last", last)
     study.require_runs()
     title, wanted = _wanted(study, file, paper)
-    about = sorted(set().union(*(claim.conditions for claim in wanted.claims)) & set(study.experiments))
+    about = sorted(
+        set().union(*(claim.conditions for claim in wanted.claims)) & set(study.experiments)
+    )
     found = evaluate(open_conditions(study, about or list(study.experiments)), last, wanted)
     console.console.print(claims_table(found, title, study.changed_model))
     console.say_if_any(describe_claims_too_few(found))
@@ -54,15 +58,21 @@ def claims(study: Study, file: Path | None = None, *, paper: str = "", last: int
 
 def _wanted(study: Study, file: Path | None, paper: str) -> tuple[str, Claiming]:
     if file and paper:
-        raise RefusedError(f"--claims {file} and --paper {paper} exclude each other: give one of them")
+        raise RefusedError(
+            f"--claims {file} and --paper {paper} exclude each other: give one of them"
+        )
     if file is None:
         if not (paper or study.paper):
-            raise RefusedError(f"{study.directory} was made by no paper: give claims by --claims FILE or --paper NAME")
+            raise RefusedError(
+                f"{study.directory} was made by no paper: give claims by --claims FILE or --paper NAME"
+            )
         chosen = load(paper) if paper else of_study(study.directory, study.paper)
         return f"The claims of {chosen.name}", chosen
     made = read_claims(file)
     if not made:
-        raise PaperError(f"there is no {file}, or no [[claims]] in it; docs/papers.md says what a claim is")
+        raise PaperError(
+            f"there is no {file}, or no [[claims]] in it; docs/papers.md says what a claim is"
+        )
     own = Own(made, study)
     require_known(made, file, list(study.experiments), own.measures)
     return f"The claims of {file.name}", own

@@ -36,7 +36,9 @@ class _Worlds:
 
     def __init__(self, experiment: BaseExperiment, worlds: int) -> None:
         if not isinstance(experiment, Experiment):
-            raise RefusedError(f"{experiment.name} is of the model {experiment.model}, whose lives have no steps to take")
+            raise RefusedError(
+                f"{experiment.name} is of the model {experiment.model}, whose lives have no steps to take"
+            )
         require_positive("worlds", worlds)
         self._steered = Steered(experiment, 0, range(worlds))
         self.shape = (worlds, experiment.population.size)
@@ -52,7 +54,11 @@ class _Worlds:
 
     def action_space(self) -> Any:
         """One of the body's actions; or a number in [0, 1] for each, where a body does something of all of them."""
-        return spaces.Discrete(len(self.actions)) if self.chooses else spaces.Box(0, 1, (len(self.actions),), np.float32)
+        return (
+            spaces.Discrete(len(self.actions))
+            if self.chooses
+            else spaces.Box(0, 1, (len(self.actions),), np.float32)
+        )
 
     @property
     def over(self) -> bool:
@@ -66,7 +72,11 @@ class _Worlds:
 
     def act(self, actions: npt.NDArray[Any]) -> tuple[Numbers, npt.NDArray[np.float64]]:
         """A step of all agents; `actions` is [agent of all worlds] or [agent of all worlds, action]."""
-        outputs = np.eye(len(self.actions), dtype=np.float32)[actions] if self.chooses else np.asarray(actions, np.float32)
+        outputs = (
+            np.eye(len(self.actions), dtype=np.float32)[actions]
+            if self.chooses
+            else np.asarray(actions, np.float32)
+        )
         return self._steered.act(outputs.reshape(*self.shape, -1))
 
 
@@ -80,7 +90,9 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
         self._worlds = _Worlds(experiment, 1)
         self.possible_agents = [f"agent_{number}" for number in range(self._worlds.shape[1])]
         self.agents: list[str] = []
-        self.observation_spaces = {agent: self._worlds.observation_space() for agent in self.possible_agents}
+        self.observation_spaces = {
+            agent: self._worlds.observation_space() for agent in self.possible_agents
+        }
         self.action_spaces = {agent: self._worlds.action_space() for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> Any:
@@ -99,7 +111,9 @@ class ForagersTogether(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]  #
     def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
         """Raises RefusedError where an agent is told nothing."""
         if missing := [agent for agent in self.agents if agent not in actions]:
-            raise RefusedError(f"{missing[0]} is told no action; all of {len(self.agents)} agents need one in every step")
+            raise RefusedError(
+                f"{missing[0]} is told no action; all of {len(self.agents)} agents need one in every step"
+            )
         if not self.agents:
             raise RefusedError("the life is over: reset() begins the next one")
         sensed, gained = self._worlds.act(np.array([actions[agent] for agent in self.agents]))
@@ -137,9 +151,14 @@ class ForagerAlone(gymnasium.Env[Numbers, Any]):
                 f"population.size = {size}: one agent alone needs 1; for more there are parallel_env and vector_env"
             )
         self._worlds = _Worlds(experiment, 1)
-        self.observation_space, self.action_space = self._worlds.observation_space(), self._worlds.action_space()
+        self.observation_space, self.action_space = (
+            self._worlds.observation_space(),
+            self._worlds.action_space(),
+        )
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Numbers, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Numbers, dict[str, Any]]:
         super().reset(seed=seed)
         return self._worlds.reset(seed)[0, 0], {}
 
@@ -156,25 +175,46 @@ class ManyForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def __init__(self, experiment: BaseExperiment, worlds: int) -> None:
         self._worlds = _Worlds(experiment, worlds)
         self.num_envs = worlds * experiment.population.size
-        self.single_observation_space, self.single_action_space = self._worlds.observation_space(), self._worlds.action_space()
-        self.observation_space = gymnasium.vector.utils.batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = gymnasium.vector.utils.batch_space(self.single_action_space, self.num_envs)
+        self.single_observation_space, self.single_action_space = (
+            self._worlds.observation_space(),
+            self._worlds.action_space(),
+        )
+        self.observation_space = gymnasium.vector.utils.batch_space(
+            self.single_observation_space, self.num_envs
+        )
+        self.action_space = gymnasium.vector.utils.batch_space(
+            self.single_action_space, self.num_envs
+        )
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
         """One seed, which is that of all worlds: the first is its run 0, the second its run 1, and so on."""
         if isinstance(seed, list):
-            raise RefusedError("the worlds of a vector of foragers have one seed, and differ by their run")
+            raise RefusedError(
+                "the worlds of a vector of foragers have one seed, and differ by their run"
+            )
         super().reset(seed=seed)
         return self._rows(self._worlds.reset(seed)), {}
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
         none = np.zeros(self.num_envs, bool)
         if self._worlds.over:  # the step after the last one begins the next life, as Gymnasium asks
-            return self._rows(self._worlds.reset(None)), np.zeros(self.num_envs), none, none.copy(), {}
+            return (
+                self._rows(self._worlds.reset(None)),
+                np.zeros(self.num_envs),
+                none,
+                none.copy(),
+                {},
+            )
         sensed, gained = self._worlds.act(np.asarray(actions))
-        return self._rows(sensed), gained.reshape(-1), none, np.full(self.num_envs, self._worlds.over), {}
+        return (
+            self._rows(sensed),
+            gained.reshape(-1),
+            none,
+            np.full(self.num_envs, self._worlds.over),
+            {},
+        )
 
     def _rows(self, sensed: Numbers) -> Numbers:
         return sensed.reshape(self.num_envs, -1)

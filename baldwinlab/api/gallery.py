@@ -15,7 +15,13 @@ from baldwinlab.outputs import REPORT, require_writable
 ALL = "all"  # the word for every paper, where one could be named
 
 
-def compare_papers(folder: str | Path = "results", out: str | Path | None = None, *, last: int = 10, force: bool = False) -> Path:
+def compare_papers(
+    folder: str | Path = "results",
+    out: str | Path | None = None,
+    *,
+    last: int = 10,
+    force: bool = False,
+) -> Path:
     """Write the page of all papers whose studies lie in a folder, with one table and one figure across them; gives its path.
 
     `out` is gallery.html in the folder unless given; gallery.json and figures/ are written beside the studies. Raises
@@ -33,7 +39,9 @@ def compare_papers(folder: str | Path = "results", out: str | Path | None = None
     return page
 
 
-def reproduce_all(folder: str | Path = "results", *, steps: int | None = None, last: int = 10, **how: Any) -> Path:
+def reproduce_all(
+    folder: str | Path = "results", *, steps: int | None = None, last: int = 10, **how: Any
+) -> Path:
     """Reproduce every paper that comes with baldwinlab, each in a folder of `folder`, and write the gallery; gives its page.
 
     `steps` is the length of foragers' lives; `how` is as in `reproduce`, without `reading`, which is of one paper. What is stored

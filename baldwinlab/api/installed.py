@@ -15,7 +15,9 @@ from baldwinlab.papers.paper import STANDARD
 def load_installed() -> None:
     """Make known the parts of the entry point group `baldwinlab.parts`, once. Raises PartError for one that fails."""
     if entry_points(group="baldwinlab.parts"):
-        from baldwinlab.parts import load_entry_points  # here, because to load the engine takes a while
+        from baldwinlab.parts import (
+            load_entry_points,
+        )  # here, because to load the engine takes a while
 
         load_entry_points()
 

@@ -35,14 +35,18 @@ Numbers = npt.NDArray[np.float64]
 class Evaluation(NamedTuple):
     """What became of some genomes."""
 
-    fitness: Numbers  # [genome], as selection would see it: what life gained, less the cost of learning
+    fitness: (
+        Numbers  # [genome], as selection would see it: what life gained, less the cost of learning
+    )
     behaviour: Numbers  # [genome, number], what `Problem.behaviours` names
 
 
 class Problem:
     """An experiment's lives, for genomes that anybody proposes. Its selection and variation are of no account."""
 
-    def __init__(self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None) -> None:
+    def __init__(
+        self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None
+    ) -> None:
         """`workers` are threads, as many as there are cores unless given.
 
         Raises ArgumentError for a seed or workers out of range, and RefusedError for genomes that are no free numbers, or that
@@ -51,13 +55,19 @@ class Problem:
         check_seed(seed)
         require_positive("workers", 1 if workers is None else workers)
         if getattr(
-            experiment.part("network.kind") if isinstance(experiment, Experiment) else experiment.of_model, "graphs", False
+            experiment.part("network.kind")
+            if isinstance(experiment, Experiment)
+            else experiment.of_model,
+            "graphs",
+            False,
         ):
             raise RefusedError(
                 f"the genomes of {experiment.name} are graphs that grow, and their entries no numbers to choose freely"
             )
         if experiment.births_in_life:
-            raise RefusedError(f"agents of {experiment.name} are born in mid-life, so that a life is not of one genome")
+            raise RefusedError(
+                f"agents of {experiment.name} are born in mid-life, so that a life is not of one genome"
+            )
         self.experiment, self.seed = experiment, seed
         self._workers = workers or available_cores()
         warm_up([experiment], CPU, lambda _: None)
@@ -75,7 +85,11 @@ class Problem:
     @property
     def behaviours(self) -> tuple[str, ...]:
         """The numbers that tell how a life went: of foragers where it ended, of other models what they record."""
-        return ("x", "y") if isinstance(self.experiment, Experiment) else tuple(self.experiment.of_model.records)
+        return (
+            ("x", "y")
+            if isinstance(self.experiment, Experiment)
+            else tuple(self.experiment.of_model.records)
+        )
 
     def founders(self, count: int) -> npt.NDArray[np.float32]:
         """So many genomes [genome, number] as a first generation has them: those of run 0, of run 1, and so on."""
@@ -98,7 +112,11 @@ class Problem:
         worlds = range(len(whole))
         chunks = [worlds[first : first + CPU.worlds] for first in range(0, len(whole), CPU.worlds)]
         with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:
-            lived = list(pool.map(lambda runs: self._live(runs, generation, whole[runs[0] : runs[-1] + 1]), chunks))
+            lived = list(
+                pool.map(
+                    lambda runs: self._live(runs, generation, whole[runs[0] : runs[-1] + 1]), chunks
+                )
+            )
         return Evaluation(*(np.concatenate(part) for part in zip(*lived, strict=True)))
 
     def _worlds(self, genomes: npt.ArrayLike) -> Genomes:
@@ -109,7 +127,9 @@ class Problem:
                 f"genomes of shape {given.shape} must be [genome, {self.length}] or [genome, {modules}, {weights}], one at least"
             )
         if not np.isfinite(given).all():
-            raise RefusedError(f"genome {int(np.argwhere(~np.isfinite(given))[0, 0])} has a number that is not finite")
+            raise RefusedError(
+                f"genome {int(np.argwhere(~np.isfinite(given))[0, 0])} has a number that is not finite"
+            )
         if len(given) % agents:
             raise RefusedError(
                 f"{len(given)} genomes do not fill worlds of {agents} agents: give a multiple of population.size = {agents}, or "
@@ -117,9 +137,14 @@ class Problem:
             )
         return given.reshape(-1, agents, *self.shape)
 
-    def _live(self, runs: Sequence[int], generation: int, genomes: Genomes) -> tuple[Numbers, Numbers]:
+    def _live(
+        self, runs: Sequence[int], generation: int, genomes: Genomes
+    ) -> tuple[Numbers, Numbers]:
         lives, behaviour = self._lives(runs, generation, genomes)
-        worth = [fitness(self.experiment, *of_run) for of_run in zip(lives.energy, lives.cost, strict=True)]
+        worth = [
+            fitness(self.experiment, *of_run)
+            for of_run in zip(lives.energy, lives.cost, strict=True)
+        ]
         return np.concatenate(worth), behaviour
 
     def _lives(self, runs: Sequence[int], generation: int, genomes: Genomes) -> tuple[Any, Numbers]:
@@ -127,12 +152,14 @@ class Problem:
         if isinstance(self.experiment, Experiment):
             batch = born(self.experiment, self.seed, runs, generation, genomes)
             batch.live(0, self.experiment.lifetime.steps)
-            return lives_in(self.experiment, batch, genomes), batch.state.places[:, : len(runs) * genomes.shape[1]].T.astype(
-                float
-            )
+            return lives_in(self.experiment, batch, genomes), batch.state.places[
+                :, : len(runs) * genomes.shape[1]
+            ].T.astype(float)
         lives = living(self.experiment, self.seed, runs).live(generation, genomes)
         told = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviours]
-        return lives, np.stack(told, axis=1) if told else np.empty((len(runs) * genomes.shape[1], 0))
+        return lives, np.stack(told, axis=1) if told else np.empty(
+            (len(runs) * genomes.shape[1], 0)
+        )
 
 
 def problem(experiment: BaseExperiment, seed: int = 0, *, workers: int | None = None) -> Problem:

@@ -20,12 +20,24 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
     if "experiment" in record.attrs:
         return from_toml(record.attrs["experiment"], where="the record's experiment", reading=True)
     if "experiment" not in record:
-        raise RefusedError("this dataset carries no experiment; it is no record of baldwinlab, or was computed from one")
+        raise RefusedError(
+            "this dataset carries no experiment; it is no record of baldwinlab, or was computed from one"
+        )
     texts = record["experiment"]
     if condition is not None and "condition" in texts.coords:
-        texts = texts.sel(condition=condition) if condition in texts.condition.values else texts.isel(condition=[])
+        texts = (
+            texts.sel(condition=condition)
+            if condition in texts.condition.values
+            else texts.isel(condition=[])
+        )
     if texts.size != 1:
-        names = [str(name) for name in record.condition.values.ravel()] if "condition" in record.coords else []
+        names = (
+            [str(name) for name in record.condition.values.ravel()]
+            if "condition" in record.coords
+            else []
+        )
         known = list_names(str(condition), names) if names else "select one point of it"
-        raise RefusedError(f"condition = {condition!r} does not pick one experiment of this dataset; {known}")
+        raise RefusedError(
+            f"condition = {condition!r} does not pick one experiment of this dataset; {known}"
+        )
     return from_toml(str(texts.item()), where="the record's experiment", reading=True)

@@ -64,9 +64,13 @@ def report(
     require_positive("last", last)
     results.require_baseline(study, baseline)
     if baseline and study.kind == MULTIVERSE:
-        raise RefusedError(f"--baseline {baseline}: {study.directory} is a multiverse, whose report compares no conditions")
+        raise RefusedError(
+            f"--baseline {baseline}: {study.directory} is a multiverse, whose report compares no conditions"
+        )
     if paper and study.kind != CONDITIONS:
-        raise RefusedError(f"--paper {paper.name}: {study.directory} is a {study.kind}, whose report decides no claims by it")
+        raise RefusedError(
+            f"--paper {paper.name}: {study.directory} is a {study.kind}, whose report decides no claims by it"
+        )
     if out is None:
         out = study.directory / "report.html"
     elif is_local(out):

@@ -78,13 +78,17 @@ def reproduce(
     chosen = papers.load(paper)
     assignments = [*lengths(chosen, generations, steps), *assignments_of(set or {})]
     how = How(workers, backend, executor, force)
-    return reproduce_changed(chosen, assignments, how, runs=runs, seed=seed, reading=reading, out=out, last=last)
+    return reproduce_changed(
+        chosen, assignments, how, runs=runs, seed=seed, reading=reading, out=out, last=last
+    )
 
 
 def lengths(paper: papers.Paper, generations: int | None, steps: int | None) -> list[str]:
     """Return the assignments of these lengths. Raises RefusedError for steps where lives have none."""
     if steps is not None and not are_foragers(paper.experiments()):
-        raise RefusedError(f"--steps is of foragers; {paper.name} has none, and its lives are as long as its model says")
+        raise RefusedError(
+            f"--steps is of foragers; {paper.name} has none, and its lives are as long as its model says"
+        )
     given = {"evolution.generations": generations, "lifetime.steps": steps}
     return [f"{path}={value}" for path, value in given.items() if value is not None]
 
@@ -124,7 +128,9 @@ def reproduce_changed(
     )
 
     def assays() -> None:
-        console.say("so far without assays: they follow, and then the report is written again, with them")
+        console.say(
+            "so far without assays: they follow, and then the report is written again, with them"
+        )
         assay(study, paper.about.assays, how)
 
     then = assays if any(missing_assays(study, paper.about.assays).values()) else None
@@ -137,7 +143,9 @@ def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
 
-def too_few_runs(experiments: Sequence[Experiment], paper: papers.Paper, runs: int) -> Iterator[str]:
+def too_few_runs(
+    experiments: Sequence[Experiment], paper: papers.Paper, runs: int
+) -> Iterator[str]:
     """Say which verdicts so few runs cannot give: on the claims, and on the Baldwin effect."""
     names = [experiment.name for experiment in experiments]
     if claims := describe_too_few(planned_claim_designs(paper.claims, names, runs)):
@@ -148,15 +156,23 @@ def too_few_runs(experiments: Sequence[Experiment], paper: papers.Paper, runs: i
 
 def _planned(experiments: Sequence[Experiment], paper: papers.Paper) -> Planned:
     by_name = {experiment.name: experiment for experiment in experiments}
-    return Planned(by_name, {name: found for name, found in paper.factors().items() if name in by_name})
+    return Planned(
+        by_name, {name: found for name, found in paper.factors().items() if name in by_name}
+    )
 
 
-def _afterwards(experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None) -> Need:
+def _afterwards(
+    experiments: Sequence[Experiment], paper: papers.Paper, runs: int, workers: int | None
+) -> Need:
     """What the assays and the report take."""
     by_name = {experiment.name: experiment for experiment in experiments}
-    assays = _planned(experiments, paper).need(runs, workers or available_cores(), paper.about.assays)
+    assays = _planned(experiments, paper).need(
+        runs, workers or available_cores(), paper.about.assays
+    )
     shown = by_name.get(paper.about.emergence, experiments[0])
-    return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(of_emergence(shown))
+    return assays.then(estimate.of_tables([(one, runs) for one in experiments])).then(
+        of_emergence(shown)
+    )
 
 
 def _name(paper: papers.Paper, reading: str, assignments: Sequence[str], seed: int) -> str:

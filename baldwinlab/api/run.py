@@ -74,11 +74,16 @@ def run(
     InterruptedStudyError
         Where the study stops before its end. The stored runs stay.
     """
-    given = [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
+    given = (
+        [experiments] if isinstance(experiments, str | Path | BaseExperiment) else list(experiments)
+    )
     if not given:
         raise RefusedError("a study needs at least one experiment")
     load_installed()
-    loaded = [Loaded(each) if isinstance(each, BaseExperiment) else load_with_origin(each) for each in given]
+    loaded = [
+        Loaded(each) if isinstance(each, BaseExperiment) else load_with_origin(each)
+        for each in given
+    ]
     how = How(workers, backend, executor, force)
     return run_loaded(loaded, assignments_of(set or {}), how, runs=runs, seed=seed, out=out)
 
@@ -101,18 +106,28 @@ def run_loaded(
     require_effect(experiments, [each.origin for each in loaded])
     names = [each.name for each in experiments]
     if baseline and baseline not in names:
-        raise RefusedError(f"baseline {baseline!r} is not a condition of the study{suggest(baseline, names)}")
+        raise RefusedError(
+            f"baseline {baseline!r} is not a condition of the study{suggest(baseline, names)}"
+        )
     console.say_if_any(_describe_too_few(names, runs, baseline))
-    directory = Path("results") / "-".join(name.replace("/", "-") for name in names) if out is None else location(out)
+    directory = (
+        Path("results") / "-".join(name.replace("/", "-") for name in names)
+        if out is None
+        else location(out)
+    )
     return Study(bring(experiments, directory, how, runs=runs, seed=seed))
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
-    from baldwinlab.statistics.contrasts import planned_designs  # here, because SciPy's statistics take a while to load
+    from baldwinlab.statistics.contrasts import (
+        planned_designs,
+    )  # here, because SciPy's statistics take a while to load
     from baldwinlab.statistics.sample_sizes import describe_too_few
 
     known = factors()
-    return describe_too_few(planned_designs({name: known.get(name, Factors(name)) for name in names}, runs, baseline))
+    return describe_too_few(
+        planned_designs({name: known.get(name, Factors(name)) for name in names}, runs, baseline)
+    )
 
 
 def assignments_of(tables: Mapping[str, Any]) -> list[str]:

@@ -101,7 +101,14 @@ class Study:
             raise StudyError(f"{self.directory}: {why}")
         found = [open_assay(self.directory, name, each) for each in measured]
         texts = [each.attrs["experiment"] for each in found]
-        whole = xr.concat(found, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
+        whole = xr.concat(
+            found,
+            "condition",
+            join="outer",
+            data_vars="all",
+            coords="minimal",
+            combine_attrs="drop",
+        )
         whole = whole.assign_coords(condition=measured)
         return whole.assign(experiment=("condition", texts)).assign_attrs(seed=self.seed)
 
@@ -157,7 +164,10 @@ class Study:
 
         require_positive("last", last)
         contrasts = results.compare(self._stored, last, baseline or "")
-        decided = [{"smallest_p_holm": row.smallest_p_holm, "verdict": row.verdict} for row in contrasts.rows]
+        decided = [
+            {"smallest_p_holm": row.smallest_p_holm, "verdict": row.verdict}
+            for row in contrasts.rows
+        ]
         rows = [row.row() | verdict for row, verdict in zip(contrasts.rows, decided, strict=True)]
         table = pd.DataFrame(rows, columns=[*COLUMNS, "smallest_p_holm", "verdict"])
         table.attrs = {"pairing": contrasts.pairing, "too_few": contrasts.too_few}
@@ -229,7 +239,9 @@ class Study:
         experiment = self.experiment(condition)
         self._stored.require_parts(condition)
         energy = self._stored.read(condition, run, genomes=False).energy
-        return replay(experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force)
+        return replay(
+            experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force
+        )
 
     def genomes(
         self,
@@ -324,7 +336,12 @@ class Study:
         written.write_csv(Table(self._stored), Path(path), force=force)
 
     def to_phylogeny(
-        self, path: str | Path, condition: str | None = None, run: int | None = None, *, force: bool = False
+        self,
+        path: str | Path,
+        condition: str | None = None,
+        run: int | None = None,
+        *,
+        force: bool = False,
     ) -> None:
         """Write who begot whom in all runs, those of a condition, or one: CSV in the ALife data standard.
 
@@ -342,7 +359,9 @@ class Study:
 
     def to_arviz(self, *, last: int = 10) -> xr.DataTree:
         """The outcome of each run, averaged over its `last` generations, as ArviZ has observations: see `exchange.inference`."""
-        from baldwinlab.exchange.inference import outcomes  # here, because to load SciPy's statistics takes a while
+        from baldwinlab.exchange.inference import (
+            outcomes,
+        )  # here, because to load SciPy's statistics takes a while
 
         self._stored.require_runs()
         return outcomes(self.data(), last)
@@ -355,12 +374,21 @@ class Study:
         return write_crate(self._stored, authors, license, force=force)
 
     def __repr__(self) -> str:
-        shown = [f"  {condition}: runs: {len(self.runs(condition))}" for condition in self.conditions[:SHOWN]]
+        shown = [
+            f"  {condition}: runs: {len(self.runs(condition))}"
+            for condition in self.conditions[:SHOWN]
+        ]
         more = len(self.conditions) - SHOWN
         if more > 0:
             shown.append(f"  and {more:,} more conditions")
         stored = [name for name in ASSAYS if (self.directory / "assays" / name).exists()]
-        return "\n".join([f"<Study {self.directory}, seed {self.seed}>", *shown, f"  assays: {', '.join(stored) or 'none'}"])
+        return "\n".join(
+            [
+                f"<Study {self.directory}, seed {self.seed}>",
+                *shown,
+                f"  assays: {', '.join(stored) or 'none'}",
+            ]
+        )
 
     def _repr_html_(self) -> str:
         """In a notebook: what it holds, and the curves of its first conditions."""

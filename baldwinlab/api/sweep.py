@@ -51,7 +51,19 @@ def sweep(
     points = experiments(design, path)
     require_as_many(directory, points)
     console.say_if_any(describe_too_few_runs(design, len(points)))
-    how, need = How(workers, backend, executor, force), of_tables([(point, design.runs) for point in points])
+    how, need = (
+        How(workers, backend, executor, force),
+        of_tables([(point, design.runs) for point in points]),
+    )
     return Study(
-        bring(points, directory, how, runs=design.runs, seed=design.seed, kind=SWEEP, beside={FILE: content}, afterwards=need)
+        bring(
+            points,
+            directory,
+            how,
+            runs=design.runs,
+            seed=design.seed,
+            kind=SWEEP,
+            beside={FILE: content},
+            afterwards=need,
+        )
     )

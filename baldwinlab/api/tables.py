@@ -25,7 +25,9 @@ MEASURES = {"mean": "average agent", "best": "best agent"}
 def contrasts_table(contrasts: Contrasts) -> Table:
     """Return the comparisons of the conditions with their verdicts, at most `MOST_SHOWN`."""
     hidden = len(contrasts.rows) - MOST_SHOWN
-    more = f" {hidden} more comparisons are in statistics.csv and in the report." if hidden > 0 else ""
+    more = (
+        f" {hidden} more comparisons are in statistics.csv and in the report." if hidden > 0 else ""
+    )
     table = Table(
         title="Comparison of the conditions",
         caption=f"{contrasts.pairing}{more}",
@@ -35,9 +37,13 @@ def contrasts_table(contrasts: Contrasts) -> Table:
         padding=(0, 1, 1, 0),
     )
     table.add_column("verdict", width=13)
-    table.add_column("condition, measured effect [95 % interval], p, corrected p, effect size, runs")
+    table.add_column(
+        "condition, measured effect [95 % interval], p, corrected p, effect size, runs"
+    )
     for contrast in contrasts.rows[:MOST_SHOWN]:
-        compared = f"{contrast.condition} against {contrast.reference}, {MEASURES[contrast.measure]}"
+        compared = (
+            f"{contrast.condition} against {contrast.reference}, {MEASURES[contrast.measure]}"
+        )
         verdict = Text(contrast.verdict, style=LABEL_STYLE[contrast.verdict])
         table.add_row(verdict, Text.assemble(compared, (f"\n{_numbers(contrast)}", "dim")))
     return table
@@ -82,25 +88,38 @@ def claims_table(results: Sequence[ClaimResult], title: str = "", changed_model:
     for result in results:
         record = result.record()
         verdict = Text(result.label, style=LABEL_STYLE.get(result.label, ""))
-        table.add_row(record["id"], verdict, Text.assemble(record["claim"], ("\n" + _measured(record), "dim")))
+        table.add_row(
+            record["id"], verdict, Text.assemble(record["claim"], ("\n" + _measured(record), "dim"))
+        )
     return table
 
 
 def _measured(record: dict[str, Any]) -> str:
     """For example: `282.4 [212, 293.2], p 1.9e-08, A12 0.95; paper: about 40 items more`."""
-    parts = [f"{record['effect']:.4g}" if record["effect"] is not None else record["why_not"] or "not measured"]
+    parts = [
+        f"{record['effect']:.4g}"
+        if record["effect"] is not None
+        else record["why_not"] or "not measured"
+    ]
     if record["interval"]:
         parts[0] += " [{:.4g}, {:.4g}]".format(*record["interval"])
     if record["p_holm"] is not None:
         parts.append(f"p {record['p_holm']:.2g}")
     if record["a12"] is not None:
         parts.append(f"A12 {record['a12']:.2f}")
-    return "; ".join([", ".join(parts), *([f"paper: {record['paper']}"] if record["paper"] else [])])
+    return "; ".join(
+        [", ".join(parts), *([f"paper: {record['paper']}"] if record["paper"] else [])]
+    )
 
 
 def readings_table(multiverse: Multiverse) -> Table:
     """Every claim under each reading that makes at most one choice otherwise, and how near the reading comes to the paper."""
-    table = Table(title="Every reading of the paper", title_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table(
+        title="Every reading of the paper",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
     for heading in ("reading", *(claim.id for claim in multiverse.claims), "hold"):
         table.add_column(heading, no_wrap=True)
     table.add_column("distance", justify="right")
@@ -108,5 +127,7 @@ def readings_table(multiverse: Multiverse) -> Table:
         verdicts = [reading.outcomes[claim.id].verdict for claim in multiverse.claims]
         marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
         distance = "" if reading.distance is None else f"{reading.distance:.2f}"
-        table.add_row(" ".join((reading.name, *reading.choices)), *marks, str(reading.held), distance)
+        table.add_row(
+            " ".join((reading.name, *reading.choices)), *marks, str(reading.held), distance
+        )
     return table

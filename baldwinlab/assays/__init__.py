@@ -7,9 +7,25 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from baldwinlab.assays.run import ASSAYS, agent_steps, is_stored, misfits, missing_assays, open_assay, run_assays
+    from baldwinlab.assays.run import (
+        ASSAYS,
+        agent_steps,
+        is_stored,
+        misfits,
+        missing_assays,
+        open_assay,
+        run_assays,
+    )
 
-__all__ = ["ASSAYS", "agent_steps", "is_stored", "misfits", "missing_assays", "open_assay", "run_assays"]
+__all__ = [
+    "ASSAYS",
+    "agent_steps",
+    "is_stored",
+    "misfits",
+    "missing_assays",
+    "open_assay",
+    "run_assays",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -86,7 +86,9 @@ class Subject:
 
     condition: str
     factors: Factors
-    rival: str  # the condition that differs only in that it does not learn; empty where there is none
+    rival: (
+        str  # the condition that differs only in that it does not learn; empty where there is none
+    )
     answers: tuple[Answer, ...]
     without_learning_nobody_ate: bool  # in any run and any generation that was assayed
     lamarckian: bool  # part of what is learned is inherited
@@ -124,12 +126,19 @@ class Analysis:
     subjects: tuple[Subject, ...]
     numbers: tuple[Number, ...]
     last: int  # generations in a window
-    tables: Mapping[str, Table]  # by condition: its quantities, and with `RIVAL` what its rival's agents gain at last
+    tables: Mapping[
+        str, Table
+    ]  # by condition: its quantities, and with `RIVAL` what its rival's agents gain at last
 
     @property
     def too_few(self) -> str:
         """Whether the runs are too few for the tests, in a sentence; "" where they are not."""
-        measured = [answer.numbers for subject in self.subjects for answer in subject.answers if answer.numbers]
+        measured = [
+            answer.numbers
+            for subject in self.subjects
+            for answer in subject.answers
+            if answer.numbers
+        ]
         return describe_too_few([_design(found.n) for found in measured])
 
     @property
@@ -140,7 +149,14 @@ class Analysis:
 
     def number(self, condition: str, measure: str, when: str) -> Number | None:
         wanted = (condition, measure, when)
-        return next((found for found in self.numbers if (found.condition, found.measure, found.when) == wanted), None)
+        return next(
+            (
+                found
+                for found in self.numbers
+                if (found.condition, found.measure, found.when) == wanted
+            ),
+            None,
+        )
 
 
 @cache
@@ -151,7 +167,9 @@ def _data() -> dict[str, Any]:
 @cache
 def criteria() -> tuple[Criterion, ...]:
     entries = _data()["criteria"]
-    return tuple(Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])}) for entry in entries)
+    return tuple(
+        Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])}) for entry in entries
+    )
 
 
 def rules() -> dict[str, str]:
@@ -174,10 +192,16 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     Raises ValueError unless `last` is at least 1.
     """
     experiments = conditions(assays)
-    factors = {name: factors_of(data) for stored in assays.values() for name, data in stored.items()}
+    factors = {
+        name: factors_of(data) for stored in assays.values() for name, data in stored.items()
+    }
     tables = {name: quantities(assays, name, last) for name in experiments}
     numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
-    evolving = [name for name in experiments if _evolves_and_learns(experiments[name], assays.get("innate", {}).get(name))]
+    evolving = [
+        name
+        for name in experiments
+        if _evolves_and_learns(experiments[name], assays.get("innate", {}).get(name))
+    ]
     rivals = {name: _rival(name, experiments) for name in evolving}
     for name, rival in rivals.items():
         if rival and OFF in tables[rival]:
@@ -190,8 +214,13 @@ def evaluate(assays: Assays, last: int = 10) -> Analysis:
     family = dict(zip(tested, zip(corrected, smallest, strict=True), strict=True))
 
     def answer(name: str, one: Criterion) -> Answer:
-        (found, left_out), (p_holm, smallest_p) = measured[name, one], family.get((name, one), (nan, nan))
-        return Answer(one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm), smallest_p)
+        (found, left_out), (p_holm, smallest_p) = (
+            measured[name, one],
+            family.get((name, one), (nan, nan)),
+        )
+        return Answer(
+            one, found, left_out, p_holm, _verdict(SIGNS[one.rule], found, p_holm), smallest_p
+        )
 
     def subject(name: str) -> Subject:
         answers = tuple(answer(name, one) for one in asked[name])
@@ -214,7 +243,14 @@ def _rival(name: str, experiments: Mapping[str, Experiment]) -> str:
     """The condition that differs from this one in its learning and in nothing else; empty where there is none."""
     own = experiments[name]
     if not isinstance(own, Experiment):
-        return next((other for other, there in experiments.items() if other != name and _without_learner(own, there)), "")
+        return next(
+            (
+                other
+                for other, there in experiments.items()
+                if other != name and _without_learner(own, there)
+            ),
+            "",
+        )
     for other, there in experiments.items():
         tree = there.to_dict() | {"name": name, "learning": own.to_dict()["learning"]}
         if other != name and not there.learns and tree == own.to_dict():
@@ -229,7 +265,9 @@ def _without_learner(own: BaseExperiment, other: BaseExperiment) -> bool:
     except ExperimentError:  # its model is not here
         table = key_of(own.model)
         one, two = own.to_dict(), other.to_dict()
-        return two | {"name": own.name, table: one[table]} == one and _differ_in_one(two[table], one[table])
+        return two | {"name": own.name, table: one[table]} == one and _differ_in_one(
+            two[table], one[table]
+        )
 
 
 def _differ_in_one(one: Mapping[str, object], other: Mapping[str, object]) -> bool:
@@ -245,7 +283,9 @@ def _nobody_ate(assays: Assays, condition: str) -> bool:
 
 def _defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
     """The runs in which all of these are defined, and the number of those in which any is not."""
-    values = xr.align(*(table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names), join="inner")
+    values = xr.align(
+        *(table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names), join="inner"
+    )
     stacked = np.stack([np.asarray(part.values, np.float64) for part in values])
     defined = np.isfinite(stacked).all(axis=0)
     return list(stacked[:, defined]), int((~defined).sum())
@@ -262,13 +302,17 @@ def _design(runs: int) -> Design:
     return Design(runs, runs, "Wilcoxon")
 
 
-def planned_designs(experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int) -> list[Design]:
+def planned_designs(
+    experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
+) -> list[Design]:
     """Return the tests that these assays of each condition will allow, at most, of so many runs."""
     asked = [
         (name, one)
         for name in experiments
         for one in criteria()
-        if _evolves_and_learns(experiments[name], None) and one.fits(experiments[name]) and one.assay in assays[name]
+        if _evolves_and_learns(experiments[name], None)
+        and one.fits(experiments[name])
+        and one.assay in assays[name]
     ]
     return [_design(runs) for name, one in asked if one.b != RIVAL or _rival(name, experiments)]
 
@@ -280,7 +324,13 @@ def _verdict(sign: int, found: statistics.Pairs | None, p_holm: float) -> Verdic
         return NO
     if p_holm < SIGNIFICANT and sign * found.effect > 0 and sign * (found.above - found.below) > 0:
         return YES
-    return NO if p_holm < SIGNIFICANT and sign * found.effect < 0 and sign * (found.above - found.below) < 0 else UNDECIDED
+    return (
+        NO
+        if p_holm < SIGNIFICANT
+        and sign * found.effect < 0
+        and sign * (found.above - found.below) < 0
+        else UNDECIDED
+    )
 
 
 def _numbers(condition: str, table: Table) -> Iterator[Number]:
@@ -288,11 +338,30 @@ def _numbers(condition: str, table: Table) -> Iterator[Number]:
         (values,), left_out = _defined(table, (measure, when))
         if values.size:
             yield Number(
-                condition, measure, when, values.size, left_out, float(np.median(values)), *statistics.median_interval(values)
+                condition,
+                measure,
+                when,
+                values.size,
+                left_out,
+                float(np.median(values)),
+                *statistics.median_interval(values),
             )
 
 
-COLUMNS = ("condition", "quantity", "when", "against", "runs", "left_out", "median", "low", "high", "p", "p_holm", "verdict")
+COLUMNS = (
+    "condition",
+    "quantity",
+    "when",
+    "against",
+    "runs",
+    "left_out",
+    "median",
+    "low",
+    "high",
+    "p",
+    "p_holm",
+    "verdict",
+)
 
 
 def write(analysis: Analysis, directory: Path) -> None:
@@ -312,19 +381,32 @@ def write(analysis: Analysis, directory: Path) -> None:
 
 def _record(subject: Subject) -> dict[str, Any]:
     phases = {f"phase_{number}": subject.phase(number) for number in (1, 2)}
-    return {"rival": subject.rival or None, **phases, "criteria": [_answer_record(answer) for answer in subject.answers]}
+    return {
+        "rival": subject.rival or None,
+        **phases,
+        "criteria": [_answer_record(answer) for answer in subject.answers],
+    }
 
 
 def _answer_record(answer: Answer) -> dict[str, Any]:
     criterion = answer.criterion
-    numbers = (answer.numbers._asdict() if answer.numbers else {}) | {"left_out": answer.left_out, "p_holm": answer.p_holm}
+    numbers = (answer.numbers._asdict() if answer.numbers else {}) | {
+        "left_out": answer.left_out,
+        "p_holm": answer.p_holm,
+    }
     numbers |= {"smallest_p_holm": answer.smallest_p_holm, "too_few_runs": answer.has_too_few_runs}
-    return vars(criterion) | {"rule": rules()[criterion.rule], "verdict": answer.verdict} | _json(numbers)
+    return (
+        vars(criterion)
+        | {"rule": rules()[criterion.rule], "verdict": answer.verdict}
+        | _json(numbers)
+    )
 
 
 def _json(values: Mapping[str, Any]) -> dict[str, Any]:
     """Null where a number does not exist."""
-    return {name: finite(value) if isinstance(value, float) else value for name, value in values.items()}
+    return {
+        name: finite(value) if isinstance(value, float) else value for name, value in values.items()
+    }
 
 
 def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
@@ -334,8 +416,17 @@ def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
     for subject in analysis.subjects:
         for answer in subject.answers:
             if answer.numbers:
-                row = answer.numbers._asdict() | {"left_out": answer.left_out, "p_holm": answer.p_holm, "verdict": answer.verdict}
+                row = answer.numbers._asdict() | {
+                    "left_out": answer.left_out,
+                    "p_holm": answer.p_holm,
+                    "verdict": answer.verdict,
+                }
                 (quantity, when), against = answer.criterion.a, ", ".join(answer.criterion.b)
-                row |= {"condition": subject.condition, "quantity": quantity, "when": when, "against": against}
+                row |= {
+                    "condition": subject.condition,
+                    "quantity": quantity,
+                    "when": when,
+                    "against": against,
+                }
                 row |= {"runs": answer.numbers.n, "median": answer.numbers.effect}
                 yield {name: row[name] for name in COLUMNS}

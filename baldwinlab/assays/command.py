@@ -17,7 +17,10 @@ def assay(
     directory: Directory,
     /,
     *,
-    only: Annotated[str | None, Parameter(help=f"some of {', '.join(ASSAYS)}, with commas between; all unless given")] = None,
+    only: Annotated[
+        str | None,
+        Parameter(help=f"some of {', '.join(ASSAYS)}, with commas between; all unless given"),
+    ] = None,
     workers: Workers = None,
     part: Parts = None,
     executor: Executor = "threads",

@@ -16,7 +16,9 @@ Parents = npt.NDArray[np.int32]  # [generation, agent, 2], agents of the generat
 
 
 def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
-    return {"generation": np.arange(study.experiments[condition].evolution.generations, dtype=np.int32)}
+    return {
+        "generation": np.arange(study.experiments[condition].evolution.generations, dtype=np.int32)
+    }
 
 
 def lives(study: Conditions, condition: str) -> int:
@@ -40,7 +42,9 @@ def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
     An agent descends from both parents, and not from itself.
     """
     couples = parents.tolist()
-    return np.array([_common_ancestor_age(couples, generation) for generation in range(len(couples))])
+    return np.array(
+        [_common_ancestor_age(couples, generation) for generation in range(len(couples))]
+    )
 
 
 def _common_ancestor_age(couples: list[list[list[int]]], generation: int) -> float:
@@ -108,6 +112,9 @@ def phylogeny_lines(parents: Parents, first: int = 0) -> Iterator[str]:
     for generation, couples in enumerate(parents.tolist()):
         for agent, couple in enumerate(couples):
             before = first + (generation - 1) * agents
-            ancestors = ",".join(str(before + parent) for parent in dict.fromkeys(couple) if parent >= 0) or "none"
+            ancestors = (
+                ",".join(str(before + parent) for parent in dict.fromkeys(couple) if parent >= 0)
+                or "none"
+            )
             number = first + generation * agents + agent
             yield f'{number},"[{ancestors}]",{generation},{generation + 1}'

@@ -41,21 +41,34 @@ class Planned(NamedTuple):
 
     def fitting(self, assays: Sequence[str]) -> dict[str, list[str]]:
         """Select for each condition the assays that have something to measure there."""
-        return {name: [assay for assay in assays if not misfit(assay, one)] for name, one in self.experiments.items()}
+        return {
+            name: [assay for assay in assays if not misfit(assay, one)]
+            for name, one in self.experiments.items()
+        }
 
 
-def need(study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[str, int], workers: int) -> Need:
+def need(
+    study: Conditions, missing: Mapping[str, Sequence[str]], runs: Mapping[str, int], workers: int
+) -> Need:
     """Of the assays that are missing, by condition, of so many runs of each, on so many threads."""
     total = sum(runs.values())
     size = max(1, min(CPU.worlds, total // workers))
     tasks, disk, results, header = [], 0, 0, 0
     for condition, names in missing.items():
         if names:
-            header = header or HEADER + len(to_toml(study.experiments[condition]).encode())  # they are about as long
-            tasks.append((_task(study.experiments[condition], names, size), -(-runs[condition] // size)))
+            header = header or HEADER + len(
+                to_toml(study.experiments[condition]).encode()
+            )  # they are about as long
+            tasks.append(
+                (_task(study.experiments[condition], names, size), -(-runs[condition] // size))
+            )
             stored = sum(_stored(study, condition, name, runs[condition]) for name in names)
             disk, results = disk + stored + len(names) * header, max(results, stored)
-    return Need(estimate.ENGINE + estimate.most(tasks, workers) + COPIES * results, disk) if tasks else NOTHING
+    return (
+        Need(estimate.ENGINE + estimate.most(tasks, workers) + COPIES * results, disk)
+        if tasks
+        else NOTHING
+    )
 
 
 def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:

@@ -17,7 +17,17 @@ from matplotlib.ticker import MaxNLocator
 from baldwinlab.assays.norms import by_circumstance
 from baldwinlab.assays.stored import RANDOM, Assays, distances, factors_of, lifetime, lives, share
 from baldwinlab.assays.words import of_foragers
-from baldwinlab.figures.style import BLACK, BROWN, GREY, LINES, MARKERS, WIDTH, Series, series, styled
+from baldwinlab.figures.style import (
+    BLACK,
+    BROWN,
+    GREY,
+    LINES,
+    MARKERS,
+    WIDTH,
+    Series,
+    series,
+    styled,
+)
 from baldwinlab.palette import LIVES, NEWBORNS
 from baldwinlab.statistics.fitness import interval_of_median
 
@@ -27,8 +37,14 @@ LIFE_NAMES = {
     "frozen": "weights at death, learning off",
     "drift": "random change in place of learning",
 }
-LIFE_LOOKS = {life: Series(LIVES[life], line, marker) for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)}
-NEWBORN_LOOKS = [Series(colour, line, marker) for colour, line, marker in zip(NEWBORNS, LINES[::-1], MARKERS, strict=False)]
+LIFE_LOOKS = {
+    life: Series(LIVES[life], line, marker)
+    for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)
+}
+NEWBORN_LOOKS = [
+    Series(colour, line, marker)
+    for colour, line, marker in zip(NEWBORNS, LINES[::-1], MARKERS, strict=False)
+]
 
 
 @styled
@@ -41,7 +57,12 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
             _curve(above, food.sel(life=life), look, LIFE_NAMES[life])
         on = food.sel(life="on")
         _curve(below, share(food.sel(life="off"), on), LIFE_LOOKS["off"], "innate share (off / on)")
-        _curve(below, share(food.sel(life="frozen"), on), LIFE_LOOKS["frozen"], "learned weights alone (frozen / on)")
+        _curve(
+            below,
+            share(food.sel(life="frozen"), on),
+            LIFE_LOOKS["frozen"],
+            "learned weights alone (frozen / on)",
+        )
         _from_zero(above)
         below.axhline(1, color=GREY, lw=0.8)
         below.set_ylim(-0.03, max(1.06, below.get_ylim()[1]))
@@ -56,13 +77,19 @@ def innate_and_learned(assays: Assays, subjects: Sequence[str]) -> Figure:
 def what_learning_does(assays: Assays, subjects: Sequence[str]) -> Figure:
     """Above, the gain from learning by generation; below, how far it moves the weights, a line a layer, where models tell it."""
     moved = {subject: distances(assays["innate"][subject]) for subject in subjects}
-    told = any(bool(values.notnull().any()) for found in moved.values() for values in found.values())
+    told = any(
+        bool(values.notnull().any()) for found in moved.values() for values in found.values()
+    )
     figure, grid = _grid(assays["innate"], subjects, rows=1 + told, height=2.2)
     for (above, *below), subject in zip(grid, subjects, strict=True):
         food = lives(assays["innate"][subject])
         _curve(above, food.sel(life="on") - food.sel(life="off"), LIFE_LOOKS["on"], "")
         above.axhline(0, color=GREY, lw=0.8)
-        layers = {name.partition(", ")[2]: values for name, values in moved[subject].items() if ", " in name}
+        layers = {
+            name.partition(", ")[2]: values
+            for name, values in moved[subject].items()
+            if ", " in name
+        }
         for axes in below:
             for number, (layer, values) in enumerate(layers.items()):
                 _curve(axes, values, Series(BROWN, LINES[number % 4], MARKERS[number % 7]), layer)
@@ -83,15 +110,29 @@ def within_life(assays: Assays, subjects: Sequence[str]) -> Figure:
         steps = lifetime(data)
         for name, look in zip(_newborns(data), NEWBORN_LOOKS, strict=False):
             newborns = data.sel(newborns=name)
-            _curve(above, _by_step(newborns["eaten_in_window"].mean("agent"), steps), look, name, "window")
+            _curve(
+                above,
+                _by_step(newborns["eaten_in_window"].mean("agent"), steps),
+                look,
+                name,
+                "window",
+            )
             meals = np.sort(newborns["first_meal"].values.ravel())
             eaters = meals[np.isfinite(meals)]
             shares = np.arange(1, eaters.size + 1) / meals.size
-            below.step([0, *eaters, steps], [0, *shares, eaters.size / meals.size], where="post", color=look.colour, ls=look.line)
+            below.step(
+                [0, *eaters, steps],
+                [0, *shares, eaters.size / meals.size],
+                where="post",
+                color=look.colour,
+                ls=look.line,
+            )
         _from_zero(above)
         below.set(ylim=(0, 1.03), xlabel="step of life")
         above.set_xlim(0, steps)
-    _label(grid, "items eaten by an\nagent in 100 steps", "share of agents that\nhave eaten by then")
+    _label(
+        grid, "items eaten by an\nagent in 100 steps", "share of agents that\nhave eaten by then"
+    )
     figure.legend(handles=_handles(grid[:, 0]), loc="outside upper center", ncols=4)
     return figure
 
@@ -106,7 +147,9 @@ def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
     """Items in 100 steps, at the middle of each part of life; the last part may be shorter."""
     ends = np.append(eaten["window"].values[1:], steps)
     widths = ends - eaten["window"].values
-    return (eaten * 100 / xr.DataArray(widths, dims="window")).assign_coords(window=(eaten["window"].values + ends) / 2)
+    return (eaten * 100 / xr.DataArray(widths, dims="window")).assign_coords(
+        window=(eaten["window"].values + ends) / 2
+    )
 
 
 @styled
@@ -118,10 +161,16 @@ def modules(assays: Assays, subjects: Sequence[str]) -> Figure:
         names = [str(name) for name in data["modules"].values]
         for place, name in enumerate(names):
             food = data["energy"].sel(modules=name).mean("agent").values
-            aside = 0.4 * (np.arange(food.size) * 0.618 % 1 - 0.5)  # spread evenly, and the same each time
+            aside = 0.4 * (
+                np.arange(food.size) * 0.618 % 1 - 0.5
+            )  # spread evenly, and the same each time
             axes.plot(food, place + aside, "o", color=GREY, ms=3.2, alpha=0.6, mew=0)
             axes.vlines(np.median(food), place - 0.32, place + 0.32, color=BLACK, lw=1.8)
-        axes.set(yticks=range(len(names)), yticklabels=[name.replace(", ", ",\n") for name in names], xlabel=_unit(assays))
+        axes.set(
+            yticks=range(len(names)),
+            yticklabels=[name.replace(", ", ",\n") for name in names],
+            xlabel=_unit(assays),
+        )
         axes.tick_params(labelleft=number % 2 == 0)
         axes.grid(visible=False, axis="y")
         axes.invert_yaxis()
@@ -147,8 +196,13 @@ def reaction_norms(assays: Assays) -> Figure:
     for row in grid:
         row[0].set_ylabel(_unit(assays))
     for axes, map_name in zip(grid[0], maps, strict=True):
-        axes.set_title(f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold")
-    _legend(figure, {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}})
+        axes.set_title(
+            f"Evolved on map {map_name}" if map_name else "", loc="left", fontweight="bold"
+        )
+    _legend(
+        figure,
+        {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}},
+    )
     return figure
 
 
@@ -167,7 +221,11 @@ def _unit(assays: Assays) -> str:
 @styled
 def descent(assays: Assays) -> Figure:
     """Left, since when all agents have had a common ancestor; right, of how many founders the gene pool is made, in effect."""
-    stored = {name: data for name, data in assays["descent"].items() if data["effective_ancestors"].notnull().any()}
+    stored = {
+        name: data
+        for name, data in assays["descent"].items()
+        if data["effective_ancestors"].notnull().any()
+    }
     factors, looks = {name: factors_of(data) for name, data in stored.items()}, _learners(assays)
     maps = list(dict.fromkeys(one.map for one in factors.values()))
     figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
@@ -184,11 +242,16 @@ def descent(assays: Assays) -> Figure:
             axes.set_ylabel(label)
             _from_zero(axes)
             _generations(axes)
-    _legend(figure, {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}})
+    _legend(
+        figure,
+        {name: looks[name] for name in looks if name in {one.learner for one in factors.values()}},
+    )
     return figure
 
 
-def _grid(data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, height: float) -> tuple[Figure, np.ndarray]:
+def _grid(
+    data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, height: float
+) -> tuple[Figure, np.ndarray]:
     """A figure, and its panels [subject, row]: a column a subject, two side by side."""
     columns = min(len(subjects), 2)
     blocks = -(-len(subjects) // columns)
@@ -202,7 +265,9 @@ def _grid(data: Mapping[str, xr.Dataset], subjects: Sequence[str], rows: int, he
     return figure, panels[: len(subjects)]
 
 
-def _curve(axes: Axes, values: xr.DataArray, look: Series, label: str, along: str = "generation") -> None:
+def _curve(
+    axes: Axes, values: xr.DataArray, look: Series, label: str, along: str = "generation"
+) -> None:
     """A median over runs with its band; nothing where there is no value."""
     shown = values.dropna(along, how="all")
     if not shown.size:
@@ -210,7 +275,17 @@ def _curve(axes: Axes, values: xr.DataArray, look: Series, label: str, along: st
     middle, low, high = interval_of_median(shown)
     x, every = shown[along].values, max(1, shown.sizes[along] // 8)
     axes.fill_between(x, low, high, color=look.colour, alpha=0.18, lw=0)
-    axes.plot(x, middle, color=look.colour, ls=look.line, lw=1.5, marker=look.marker, ms=3.5, markevery=every, label=label)
+    axes.plot(
+        x,
+        middle,
+        color=look.colour,
+        ls=look.line,
+        lw=1.5,
+        marker=look.marker,
+        ms=3.5,
+        markevery=every,
+        label=label,
+    )
 
 
 def _from_zero(axes: Axes) -> None:
@@ -241,7 +316,9 @@ def _handles(panels: Sequence[Axes] | np.ndarray) -> list[Artist]:
 
 def _legend(figure: Figure, looks: Mapping[str, Series]) -> None:
     handles = [
-        figure.axes[0].plot([], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner)[0]
+        figure.axes[0].plot(
+            [], [], color=look.colour, ls=look.line, marker=look.marker, ms=4, label=learner
+        )[0]
         for learner, look in looks.items()
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)

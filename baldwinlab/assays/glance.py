@@ -55,19 +55,33 @@ def picture(analysis: Analysis, order: Sequence[str]) -> Picture | None:
         return None
     titled = {SHOWN[criterion]: found for criterion, found in panels.items()}
     rows = [{"quantity": title} | one._asdict() for title, found in titled.items() for one in found]
-    said = [f"{title}: {', '.join(f'{one.condition} {round(one.median)}' for one in found)}" for title, found in titled.items()]
+    said = [
+        f"{title}: {', '.join(f'{one.condition} {round(one.median)}' for one in found)}"
+        for title, found in titled.items()
+    ]
     told = "; then, ".join(CAPTIONS[criterion] for criterion in panels)
     name, title = "baldwin-overview", "What learning gives, and what becomes innate"
     return Picture(
-        name, title, f"From above: {told}. {CELLS}", f"{title}. Medians over runs. {'; '.join(said)}.", overview(titled), rows
+        name,
+        title,
+        f"From above: {told}. {CELLS}",
+        f"{title}. Medians over runs. {'; '.join(said)}.",
+        overview(titled),
+        rows,
     )
 
 
 def _standings(subjects: Sequence[Subject], criterion: str) -> list[Standing]:
     answers = {subject: subject.answer(criterion) for subject in subjects}
-    return [_standing(subject, answer.numbers.effect, answer.verdict) for subject, answer in answers.items() if answer.numbers]
+    return [
+        _standing(subject, answer.numbers.effect, answer.verdict)
+        for subject, answer in answers.items()
+        if answer.numbers
+    ]
 
 
 def _standing(subject: Subject, effect: float, verdict: str) -> Standing:
     direction = 0 if verdict not in (YES, NO) or not effect else 1 if effect > 0 else -1
-    return Standing(subject.condition, subject.factors.learner, subject.factors.map, effect, verdict, direction)
+    return Standing(
+        subject.condition, subject.factors.learner, subject.factors.map, effect, verdict, direction
+    )

@@ -20,7 +20,9 @@ from baldwinlab.variables import LIVES
 
 OfAnyModel = TypeVar("OfAnyModel", bound=BaseExperiment)
 MOST_GENERATIONS = 100  # and the last, so every generation of the paper's
-FEW_GENERATIONS = 10  # and the last: of drift, which takes longest, and where generations differ by chance alone
+FEW_GENERATIONS = (
+    10  # and the last: of drift, which takes longest, and where generations differ by chance alone
+)
 
 
 def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -38,7 +40,11 @@ def lives(study: Conditions, condition: str) -> int:
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`energy` [run, generation, life, agent]; NaN for lives that are not lived. `distance` [run, generation, layer, agent]."""
     experiment, lived = sample.experiment, generations(sample.experiment)
-    runs, agents, layers = len(sample.runs), experiment.population.size, len(layer_names(experiment))
+    runs, agents, layers = (
+        len(sample.runs),
+        experiment.population.size,
+        len(layer_names(experiment)),
+    )
     energy = np.full((len(lived), len(LIVES), runs, agents), np.nan)
     distance = np.full((len(lived), layers, runs, agents), np.nan, np.float32)
     measure_one = _learned if experiment.learns else _innate_alone
@@ -47,19 +53,25 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
 
 
-def _innate_alone(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
+def _innate_alone(
+    sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
+) -> None:
     """Agents that do not learn have one kind of life, and the study has lived it."""
     energy[LIVES.index("off")] = sample.energy(generation)
 
 
-def _learned(sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]) -> None:
+def _learned(
+    sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
+) -> None:
     """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of one generation of agents that learn."""
     genomes, without = sample.genomes(generation), sample.experiment.without_learner()
     learned = sample.live_as_evolved(generation, genomes)
     energy[LIVES.index("on")] = learned.energy
     energy[LIVES.index("off")] = sample.live(without, generation, genomes).energy
     if generation in drifting(sample.experiment):
-        energy[LIVES.index("drift")] = sample.live(with_drift(sample.experiment), generation, genomes).energy
+        energy[LIVES.index("drift")] = sample.live(
+            with_drift(sample.experiment), generation, genomes
+        ).energy
     if not learned.told:
         return
     count = learned.weights.shape[-1]
@@ -77,7 +89,9 @@ def generations(experiment: BaseExperiment) -> list[int]:
 
 def drifting(experiment: BaseExperiment) -> list[int]:
     """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
-    if not isinstance(experiment, Experiment) or (experiment.learns and not experiment.part("learning.rule").drift_fits):
+    if not isinstance(experiment, Experiment) or (
+        experiment.learns and not experiment.part("learning.rule").drift_fits
+    ):
         return []
     return _thinned(generations(experiment), FEW_GENERATIONS)
 
@@ -102,7 +116,9 @@ def layer_names(experiment: BaseExperiment) -> list[str]:
     return [f"{source} to {target}" for source, target in pairwise(units)]
 
 
-def distances(experiment: BaseExperiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def distances(
+    experiment: BaseExperiment, birth: npt.NDArray[Any], death: npt.NDArray[Any]
+) -> npt.NDArray[np.float64]:
     """Euclidean distances [layer, ...] between weights [..., weight] at birth and at death, biases with their layer's."""
     counts = [birth.shape[-1]]
     if isinstance(experiment, Experiment):

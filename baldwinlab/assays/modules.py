@@ -11,7 +11,12 @@ import numpy.typing as npt
 from baldwinlab.assays.sample import Conditions, Sample
 
 BOTH_EVOLVED = "both evolved"
-MODULES = (BOTH_EVOLVED, "evolved reinforcement, random action", "random reinforcement, evolved action", "both random")
+MODULES = (
+    BOTH_EVOLVED,
+    "evolved reinforcement, random action",
+    "random reinforcement, evolved action",
+    "both random",
+)
 
 
 def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -32,5 +37,8 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
         np.concatenate([evolved[:, :, action], random[:, :, reinforcement]], axis=2),
         random,
     ]
-    found = [sample.live_as_evolved(last, evolved), *(sample.live(sample.experiment, last, genomes) for genomes in crossed)]
+    found = [
+        sample.live_as_evolved(last, evolved),
+        *(sample.live(sample.experiment, last, genomes) for genomes in crossed),
+    ]
     return {"energy": np.stack([lives.energy for lives in found], axis=1)}

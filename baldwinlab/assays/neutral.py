@@ -53,25 +53,36 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     return {"energy": np.moveaxis(energy, 3, 0)}
 
 
-def _compare(sample: Sample, generation: int, twins: Genome, learned: Lives | None, energy: npt.NDArray[Any]) -> None:
+def _compare(
+    sample: Sample, generation: int, twins: Genome, learned: Lives | None, energy: npt.NDArray[Any]
+) -> None:
     """Fill `energy` [newborns, life, run, agent] of one generation; `learned` is what became of twins that learn."""
     own, other = energy
     without = sample.experiment.without_learner()
     other[OFF] = sample.live(without, generation, twins).energy
-    if learned is None:  # agents that do not learn have one kind of life, and the study has lived it
+    if (
+        learned is None
+    ):  # agents that do not learn have one kind of life, and the study has lived it
         own[OFF] = sample.energy(generation)
         return
     own[ON], other[ON] = sample.energy(generation), learned.energy
     own[OFF] = sample.live(without, generation, sample.genomes(generation)).energy
 
 
-def _next_twins(sample: Sample, twin: Experiment, generation: int, twins: Genome, learned: Lives | None) -> Genome:
+def _next_twins(
+    sample: Sample, twin: Experiment, generation: int, twins: Genome, learned: Lives | None
+) -> Genome:
     """The twin's next generation, [run, agent, module, weight]; of two parents none is the fitter, or it would be no twin."""
     alike = np.zeros(twin.population.size)
     passed_on = [None] * len(sample.runs) if learned is None else learned.weights
     return np.stack(
         [
-            next_genome(twin, Moment(sample.seed, run, generation + 1), bequeath(twin, genome, weights), alike)[0]
+            next_genome(
+                twin,
+                Moment(sample.seed, run, generation + 1),
+                bequeath(twin, genome, weights),
+                alike,
+            )[0]
             for run, genome, weights in zip(sample.runs, twins, passed_on, strict=True)
         ]
     )

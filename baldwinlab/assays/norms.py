@@ -20,7 +20,9 @@ class Panel(NamedTuple):
     map: str  # that the conditions evolved on
     values: tuple[str, ...]  # what the field is, in order
     evolved: frozenset[str]  # those values that any of them evolved with
-    norms: Mapping[str, xr.DataArray]  # by condition, fitness (run, place): its places are those of its values among `values`
+    norms: Mapping[
+        str, xr.DataArray
+    ]  # by condition, fitness (run, place): its places are those of its values among `values`
 
     @property
     def labels(self) -> list[str]:
@@ -40,9 +42,21 @@ def by_circumstance(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
         found = {name: _norm(stored[name], field, base[name]) for name in shown}
         values = tuple(sorted({value for norm in found.values() for value in norm}, key=_number))
         norms = {name: _along(norm, values) for name, norm in found.items() if norm}
-        return Panel(field, name_of(field, *typed.values()), map_name, values, frozenset(base.values()), norms)
+        return Panel(
+            field,
+            name_of(field, *typed.values()),
+            map_name,
+            values,
+            frozenset(base.values()),
+            norms,
+        )
 
-    fields = dict.fromkeys(str(field) for data in stored.values() for field in data["field"].values if field != AS_EVOLVED)
+    fields = dict.fromkeys(
+        str(field)
+        for data in stored.values()
+        for field in data["field"].values
+        if field != AS_EVOLVED
+    )
     return [panel(field, map_name) for field in fields for map_name in dict.fromkeys(maps.values())]
 
 
@@ -52,7 +66,13 @@ def _as_evolved(map_name: str, experiment: Mapping[str, object], field: str) -> 
         return map_name
     value: object = experiment
     for step in field.split("."):
-        value = value[int(step)] if isinstance(value, list) else value[step] if isinstance(value, dict) else None
+        value = (
+            value[int(step)]
+            if isinstance(value, list)
+            else value[step]
+            if isinstance(value, dict)
+            else None
+        )
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
@@ -60,7 +80,9 @@ def _norm(data: xr.Dataset, field: str, as_evolved: str) -> dict[str, xr.DataArr
     """Fitness (run) at each value of a field, the one it evolved with among them; nothing where the field was not varied."""
     food = data["energy"].mean("agent")
     found = {}
-    for number, (name, value) in enumerate(zip(data["field"].values, data["value"].values, strict=True)):
+    for number, (name, value) in enumerate(
+        zip(data["field"].values, data["value"].values, strict=True)
+    ):
         if name in (field, AS_EVOLVED):
             found[as_evolved if name == AS_EVOLVED else str(value)] = food.isel(setting=number)
     return found if len(found) > 1 else {}
@@ -75,5 +97,8 @@ def _number(value: str) -> tuple[float, str]:
 
 def _along(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.DataArray:
     shown = [value for value in values if value in norm]
-    food = xr.concat([norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in shown], "place")
+    food = xr.concat(
+        [norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in shown],
+        "place",
+    )
     return food.assign_coords(place=np.array([values.index(value) for value in shown]))

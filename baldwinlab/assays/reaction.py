@@ -27,7 +27,10 @@ class Setting(NamedTuple):
 
 def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     found = settings(study.experiments[condition], elsewhere(study, condition))
-    named = {name: ("setting", [getattr(setting, name) for setting in found]) for name in ("field", "value")}
+    named = {
+        name: ("setting", [getattr(setting, name) for setting in found])
+        for name in ("field", "value")
+    }
     return {"setting": np.arange(len(found), dtype=np.int32), **named}
 
 
@@ -71,7 +74,9 @@ def _other_values(experiment: Experiment) -> Iterator[Setting]:
     fields: dict[str, list[float]] = {}
     for number, region in enumerate(experiment.world.food):
         fields[f"world.food.{number}.count"] = [round(factor * region.count) for factor in OF_COUNT]
-    fields["senses.visual_radius"] = [factor * experiment.senses.visual_radius for factor in OF_RADIUS]
+    fields["senses.visual_radius"] = [
+        factor * experiment.senses.visual_radius for factor in OF_RADIUS
+    ]
     if experiment.learns:
         fields["learning.rate"] = [factor * experiment.learning.rate for factor in OF_RATE]
     for field, values in fields.items():

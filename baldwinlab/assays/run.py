@@ -67,7 +67,9 @@ class Measure(NamedTuple):
     def experiments(self) -> tuple[Experiment, ...]:
         return (self.experiment, *(experiment for _, experiment in self.elsewhere))
 
-    def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> dict[str, Arrays]:
+    def do(
+        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+    ) -> dict[str, Arrays]:
         """What each assay measured. See `Task`."""
         records = [read_record(directory, self.experiment, seed, run) for run in self.runs]
         sample = Sample(directory, seed, self.experiment, self.runs, records, self.elsewhere, lived)
@@ -84,7 +86,11 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
         if experiment.evolution.inheritance == "none":
             return "the assay neutral is of what selection builds, and where nothing is inherited it builds nothing"
         drawn = experiment.evolution.selection == "neutral"
-        return "the assay neutral is of what selection builds, and parents at random are their own neutral twin" if drawn else ""
+        return (
+            "the assay neutral is of what selection builds, and parents at random are their own neutral twin"
+            if drawn
+            else ""
+        )
     if name == "modules":  # and this through the genome's
         there = "reinforcement" in experiment.modules
         return "" if there else "the assay modules is of agents with a reinforcement module"
@@ -96,7 +102,9 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
 def misfits(study: Study, names: Sequence[str]) -> list[str]:
     """Why assays have nothing to measure of some conditions, each sentence once."""
     _require_known(names)
-    found = (misfit(name, experiment) for experiment in study.experiments.values() for name in names)
+    found = (
+        misfit(name, experiment) for experiment in study.experiments.values() for name in names
+    )
     return [sentence for sentence in dict.fromkeys(found) if sentence]
 
 
@@ -135,7 +143,11 @@ def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
     _require_known(names)
     study.require_runs()
     return {
-        condition: [name for name in names if not (_is_done(study, name, condition) or misfit(name, experiment))]
+        condition: [
+            name
+            for name in names
+            if not (_is_done(study, name, condition) or misfit(name, experiment))
+        ]
         for condition, experiment in study.experiments.items()
         if study.runs(condition)
     }
@@ -143,7 +155,10 @@ def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
 
 def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     """How much is to live for these assays."""
-    return sum(_agent_steps_of_run(study, condition, names) * len(study.runs(condition)) for condition, names in missing.items())
+    return sum(
+        _agent_steps_of_run(study, condition, names) * len(study.runs(condition))
+        for condition, names in missing.items()
+    )
 
 
 def _agent_steps_of_run(study: Study, condition: str, names: Sequence[str]) -> int:
@@ -154,7 +169,9 @@ def _agent_steps_of_run(study: Study, condition: str, names: Sequence[str]) -> i
 
 def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Iterator[BaseExperiment]:
     """The conditions as they evolved, with the learner off, with drift in its place, and as their neutral twins."""
-    for experiment in (study.experiments[condition] for condition, names in missing.items() if names):
+    for experiment in (
+        study.experiments[condition] for condition, names in missing.items() if names
+    ):
         yield experiment
         if experiment.learns:
             yield experiment.without_learner()
@@ -182,10 +199,14 @@ def run_assays(
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()
     compile_seconds = warm_up(_ways_of_living(study, missing), tell=tell)
-    tell(f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
+    tell(
+        f"the engine is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before"
+    )
     tasks = _plan(study, missing, workers)
     left = Counter(task.experiment.name for task in tasks)
-    measured: dict[str, list[tuple[Measure, dict[str, Arrays]]]] = {condition: [] for condition in left}
+    measured: dict[str, list[tuple[Measure, dict[str, Arrays]]]] = {
+        condition: [] for condition in left
+    }
 
     def done(task: Measure, found: dict[str, Arrays]) -> None:
         condition = task.experiment.name
@@ -231,17 +252,31 @@ def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str,
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)
     for name in names:
         declared = variables.ASSAYS[name]
-        arrays = {variable: np.concatenate([found[name][variable] for _, found in measured]) for variable in declared}
-        found = variables.dataset(declared, arrays, _provenance(study, condition)).assign_coords(run=runs)
+        arrays = {
+            variable: np.concatenate([found[name][variable] for _, found in measured])
+            for variable in declared
+        }
+        found = variables.dataset(declared, arrays, _provenance(study, condition)).assign_coords(
+            run=runs
+        )
         found = found.assign_coords(ASSAYS[name].coords(study, condition))
         if "agent" in found.dims:
             found = found.assign_coords(agent=agents)
-        write_in_study(study.directory, assay_path(study.directory, name, condition), sealed(found.assign_attrs(format=FORMAT)))
+        write_in_study(
+            study.directory,
+            assay_path(study.directory, name, condition),
+            sealed(found.assign_attrs(format=FORMAT)),
+        )
 
 
 def _provenance(study: Study, condition: str) -> dict[str, Any]:
     experiment = to_toml(study.experiments[condition])
-    return {"condition": condition, "seed": study.seed, "experiment": experiment, "baldwinlab": __version__}
+    return {
+        "condition": condition,
+        "seed": study.seed,
+        "experiment": experiment,
+        "baldwinlab": __version__,
+    }
 
 
 def _is_done(study: Study, name: str, condition: str) -> bool:
@@ -250,7 +285,9 @@ def _is_done(study: Study, name: str, condition: str) -> bool:
         found = read_one(study, name, condition)
     except (OSError, ValueError):
         return False
-    same = found.attrs.get("condition") == condition and found.attrs.get("baldwinlab") == __version__
+    same = (
+        found.attrs.get("condition") == condition and found.attrs.get("baldwinlab") == __version__
+    )
     return same and found.run.values.tolist() == study.runs(condition)
 
 

@@ -41,16 +41,22 @@ class Sample:
     runs: tuple[int, ...]
     records: Sequence[xr.Dataset]
     elsewhere: Sequence[OnMap]  # the same condition on the study's other maps
-    lived: Callable[[int], None]  # is told the agent-steps that have been lived; what it raises ends the work
+    lived: Callable[
+        [int], None
+    ]  # is told the agent-steps that have been lived; what it raises ends the work
 
     def genomes(self, generation: int) -> Genome:
         """Of that generation, [run, agent, module, weight]."""
-        return np.stack([stored_genome(self.experiment, record, generation) for record in self.records])
+        return np.stack(
+            [stored_genome(self.experiment, record, generation) for record in self.records]
+        )
 
     def random_genomes(self) -> Genome:
         """Freshly drawn genomes, as those of a generation after the last, so that no draw is shared with one that lived."""
         after = self.experiment.evolution.generations
-        return np.stack([draw_genome(self.experiment, Moment(self.seed, run, after)) for run in self.runs])
+        return np.stack(
+            [draw_genome(self.experiment, Moment(self.seed, run, after)) for run in self.runs]
+        )
 
     def energy(self, generation: int) -> Energy:
         return np.stack([record.energy.values[generation] for record in self.records])
@@ -64,7 +70,9 @@ class Sample:
     def live_as_evolved(self, generation: int, genomes: Genome) -> Lives:
         """Lives as they were in the study. Raises StudyError where they are not what is stored."""
         lives = self.live(self.experiment, generation, genomes)
-        for run, found, stored in zip(self.runs, lives.energy, self.energy(generation), strict=True):
+        for run, found, stored in zip(
+            self.runs, lives.energy, self.energy(generation), strict=True
+        ):
             if not np.array_equal(found, stored):
                 path = record_path(self.directory, self.experiment.name, run)
                 gain = "eat" if isinstance(self.experiment, Experiment) else "gain"

@@ -20,7 +20,11 @@ from baldwinlab.report.words import number
 from baldwinlab.statistics.fitness import interval_of_median
 
 TITLE = "Is it the Baldwin effect?"
-PHASES = {1: "Phase one: learning guides selection", 2: "Phase two: what was learned becomes innate", None: "How it comes about"}
+PHASES = {
+    1: "Phase one: learning guides selection",
+    2: "Phase two: what was learned becomes innate",
+    None: "How it comes about",
+}
 
 MEASURES = {
     "off": "fitness, learning off (innate)",
@@ -49,7 +53,11 @@ MEASURES = {
 
 
 def section(
-    assays: Assays, directory: Path, last: int = 10, inference: Inference | None = None, analysis: Analysis | None = None
+    assays: Assays,
+    directory: Path,
+    last: int = 10,
+    inference: Inference | None = None,
+    analysis: Analysis | None = None,
 ) -> Section:
     """The section of a report on these assays, beside how a paper infers the effect if it does.
 
@@ -59,8 +67,14 @@ def section(
     """
     analysis = analysis or evaluate(assays, last)
     write(analysis, directory)
-    headlines = {subject.condition: (verdict.where(subject), verdict.headline(subject)) for subject in analysis.subjects}
-    many, order = glance.of_many(analysis), list(dict.fromkeys(name for stored in assays.values() for name in stored))
+    headlines = {
+        subject.condition: (verdict.where(subject), verdict.headline(subject))
+        for subject in analysis.subjects
+    }
+    many, order = (
+        glance.of_many(analysis),
+        list(dict.fromkeys(name for stored in assays.values() for name in stored)),
+    )
     groups = glance.by_phases(analysis) if many else {}
     overview = glance.picture(analysis, order) if many else None
     body = render(
@@ -71,17 +85,27 @@ def section(
         rules=rules(),
         headlines=headlines,
         many=many,
-        asked=[one for one in analysis.asked if not many or any(each.answer(one.id).numbers for each in analysis.subjects)],
+        asked=[
+            one
+            for one in analysis.asked
+            if not many or any(each.answer(one.id).numbers for each in analysis.subjects)
+        ],
         groups=groups,
         overview=embed(overview, directory / "figures") if overview else None,
-        findings={subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects},
-        paper=verdict.beside_the_paper(analysis, inference) if analysis.subjects and inference and of_foragers(assays) else "",
+        findings={
+            subject.condition: verdict.sentences(analysis, subject) for subject in analysis.subjects
+        },
+        paper=verdict.beside_the_paper(analysis, inference)
+        if analysis.subjects and inference and of_foragers(assays)
+        else "",
         figures=[embed(picture, directory / "figures") for picture in pictures(assays, analysis)],
         table=numbers_table(analysis),
         conditions=list(dict.fromkeys(found.condition for found in analysis.numbers)),
     )
     in_full = [f"On {where}: {headline}" for where, headline in headlines.values()]
-    grouped = [f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()]
+    grouped = [
+        f"In {len(names)} of {len(headlines)} conditions: {said}." for said, names in groups.items()
+    ]
     short = " ".join([*(grouped if many else in_full), *filter(None, [analysis.too_few])])
     return Section("baldwin", TITLE, fitting(body, assays), fitting(short, assays))
 
@@ -94,7 +118,8 @@ def numbers_table(analysis: Analysis) -> list[dict[str, Any]]:
     measures = list(dict.fromkeys(measure for measure, _ in rows))
     rows = dict(sorted(rows.items(), key=lambda row: measures.index(row[0][0])))
     return [
-        {"measure": MEASURES.get(measure, measure), "when": when, "numbers": numbers} for (measure, when), numbers in rows.items()
+        {"measure": MEASURES.get(measure, measure), "when": when, "numbers": numbers}
+        for (measure, when), numbers in rows.items()
     ]
 
 
@@ -102,11 +127,25 @@ def pictures(assays: Assays, analysis: Analysis) -> Iterator[Picture]:
     """In the order in which the report shows them, of the assays that are stored."""
     many = glance.of_many(analysis)
     for assay, name, title, caption, figure, shown in _PICTURES:
-        subjects = [subject.condition for subject in analysis.subjects if subject.condition in assays.get(assay, {})]
+        subjects = [
+            subject.condition
+            for subject in analysis.subjects
+            if subject.condition in assays.get(assay, {})
+        ]
         if subjects and not (many and assay in A_COLUMN_EACH):
-            medians = "; ".join(f"{condition}: {_medians(analysis, condition, shown)}" for condition in subjects)
+            medians = "; ".join(
+                f"{condition}: {_medians(analysis, condition, shown)}" for condition in subjects
+            )
             text, drawn = f"{title}. Medians over runs: {medians}.", assays[assay]
-            yield Picture(f"baldwin-{name}", title, caption, text, figure(assays, subjects), _over_runs(drawn), _measured(assay))
+            yield Picture(
+                f"baldwin-{name}",
+                title,
+                caption,
+                text,
+                figure(assays, subjects),
+                _over_runs(drawn),
+                _measured(assay),
+            )
 
 
 def _over_runs(drawn: Mapping[str, xr.Dataset]) -> list[dict[str, Any]]:
@@ -126,11 +165,17 @@ def _measured(assay: str) -> tuple[str, ...]:
 
 
 def _medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
-    found = [one for one in analysis.numbers if one.condition == condition and one.measure in measures]
+    found = [
+        one for one in analysis.numbers if one.condition == condition and one.measure in measures
+    ]
     return ", ".join(f"{MEASURES[one.measure]}, {one.when}, {number(one.median)}" for one in found)
 
 
-A_COLUMN_EACH = ("innate", "within-life", "modules")  # assays whose figures have one for each condition
+A_COLUMN_EACH = (
+    "innate",
+    "within-life",
+    "modules",
+)  # assays whose figures have one for each condition
 BANDS = "Lines are medians over runs, bands their 95 % intervals, by the sign test, of six runs or more."
 
 _PICTURES: Sequence[tuple[str, str, str, str, Callable[[Assays, Sequence[str]], Figure], Sequence[str]]] = (

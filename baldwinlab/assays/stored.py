@@ -21,7 +21,9 @@ from baldwinlab.netcdf import DamagedError, opened, verify
 from baldwinlab.variables import ASSAYS, LIVES, NEWBORNS, Variable
 
 Assays = Mapping[str, Mapping[str, xr.Dataset]]  # by assay and condition
-Quantity = tuple[str, str]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
+Quantity = tuple[
+    str, str
+]  # what was measured, and when or of whom: ("off", "last"), ("first meal", "random genome")
 Values = tuple[Quantity, xr.DataArray]  # a quantity, one value a run
 
 FORMAT = 2  # of the file of an assay
@@ -78,11 +80,20 @@ def read(study: Measured, names: Iterable[str] = tuple(ASSAYS)) -> dict[str, dic
     learners = list(dict.fromkeys(one.learner for one in study.factors.values()))
     for assay in names:
         folder = study.directory / "assays" / assay
-        there = [path.relative_to(folder).with_suffix("").as_posix() for path in sorted(folder.rglob("*.nc"))]
-        for condition in dict.fromkeys(name for name in (*study.experiments, *there) if name in there):
+        there = [
+            path.relative_to(folder).with_suffix("").as_posix()
+            for path in sorted(folder.rglob("*.nc"))
+        ]
+        for condition in dict.fromkeys(
+            name for name in (*study.experiments, *there) if name in there
+        ):
             known = study.factors.get(condition, Factors())
-            named = known._replace(learner=known.learner or condition)  # of a sweep's points, nothing is written down
-            data = read_one(study, assay, condition).assign_attrs(named._asdict(), learners=learners)
+            named = known._replace(
+                learner=known.learner or condition
+            )  # of a sweep's points, nothing is written down
+            data = read_one(study, assay, condition).assign_attrs(
+                named._asdict(), learners=learners
+            )
             found.setdefault(assay, {})[condition] = data
     return found
 
@@ -105,7 +116,9 @@ def read_one(study: Measured, assay: str, condition: str) -> xr.Dataset:
     if not _is_declared(data, ASSAYS[assay]):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {again}")
     if misfit := _misfit(data, study, condition):
-        raise ValueError(f"{path} {misfit}; {again if condition in study.experiments else 'remove it'}")
+        raise ValueError(
+            f"{path} {misfit}; {again if condition in study.experiments else 'remove it'}"
+        )
     return data
 
 
@@ -125,7 +138,11 @@ def _misfit(data: xr.Dataset, study: Measured, condition: str) -> str:
         return f"was measured on another experiment than that of {condition} in this study"
     stored = set(study.runs(condition))
     missing = [run for run in data["run"].values.tolist() if run not in stored]
-    return f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored" if missing else ""
+    return (
+        f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored"
+        if missing
+        else ""
+    )
 
 
 def _fields(text: str) -> dict[str, Any]:
@@ -154,7 +171,10 @@ def _in_words_of_today(data: xr.Dataset) -> xr.Dataset:
     """An assay that was stored when random genomes were called blank slates, and what is eaten in a window just eaten."""
     if "newborns" in data.coords:
         data = data.assign_coords(
-            newborns=[RANDOM if name == "blank slate" else name for name in data["newborns"].values.tolist()]
+            newborns=[
+                RANDOM if name == "blank slate" else name
+                for name in data["newborns"].values.tolist()
+            ]
         )
     return data.rename(eaten="eaten_in_window") if "eaten" in data else data
 
@@ -163,7 +183,8 @@ def conditions(assays: Assays) -> dict[str, Experiment]:
     """The experiment of every condition that any assay has, in their order."""
     found = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
-        name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", reading=True) for name, data in found.items()
+        name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", reading=True)
+        for name, data in found.items()
     }
 
 
@@ -183,7 +204,10 @@ def distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
         return {}
     moved = innate["distance"]
     together = (moved**2).sum("layer", min_count=1) ** 0.5
-    layers = {f"distance, {layer}": moved.sel(layer=layer).mean("agent") for layer in moved["layer"].values}
+    layers = {
+        f"distance, {layer}": moved.sel(layer=layer).mean("agent")
+        for layer in moved["layer"].values
+    }
     return {"distance": together.mean("agent"), **layers}
 
 
@@ -194,7 +218,9 @@ def share(part: xr.DataArray, whole: xr.DataArray) -> xr.DataArray:
 
 def lifetime(within_life: xr.Dataset) -> int:
     """Steps in a life."""
-    return from_toml(within_life.attrs["experiment"], where="the assay", reading=True).lifetime.steps
+    return from_toml(
+        within_life.attrs["experiment"], where="the assay", reading=True
+    ).lifetime.steps
 
 
 def evolved(within_life: xr.Dataset) -> str:
@@ -211,12 +237,22 @@ def quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.D
     """
     if last < 1:
         raise ValueError(f"a window of {last} generations: it must have at least 1")
-    stored = {assay: assays[assay][condition] for assay in _QUANTITIES if condition in assays.get(assay, {})}
-    return {quantity: values for assay, data in stored.items() for quantity, values in _QUANTITIES[assay](data, last)}
+    stored = {
+        assay: assays[assay][condition]
+        for assay in _QUANTITIES
+        if condition in assays.get(assay, {})
+    }
+    return {
+        quantity: values
+        for assay, data in stored.items()
+        for quantity, values in _QUANTITIES[assay](data, last)
+    }
 
 
 def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
-    generation = values["generation"].astype(np.int64)  # as stored, it could not be compared with a very large `last`
+    generation = values["generation"].astype(
+        np.int64
+    )  # as stored, it could not be compared with a very large `last`
     return {
         "first": values.where(generation < generation.min() + last, drop=True),
         "last": values.where(generation > generation.max() - last, drop=True),
@@ -230,7 +266,10 @@ def _innate(data: xr.Dataset, last: int) -> Iterator[Values]:
         average = {name: values.mean("generation") for name, values in life.items()}
         for name, values in average.items():
             yield (name, when), values
-        yield ("on, where drift was lived", when), life["on"].where(life["drift"].notnull()).mean("generation")
+        yield (
+            ("on, where drift was lived", when),
+            life["on"].where(life["drift"].notnull()).mean("generation"),
+        )
         yield ("gain", when), average["on"] - average["off"]
         yield ("innate share", when), share(average["off"], average["on"])
         yield ("kept share", when), share(average["frozen"], average["on"])
@@ -270,7 +309,9 @@ def _modules(data: xr.Dataset, last: int) -> Iterator[Values]:
 
 def _reaction(data: xr.Dataset, last: int) -> Iterator[Values]:
     food = data["energy"].mean("agent")
-    names = [setting_name(*pair) for pair in zip(data["field"].values, data["value"].values, strict=True)]
+    names = [
+        setting_name(*pair) for pair in zip(data["field"].values, data["value"].values, strict=True)
+    ]
     base = food.isel(setting=names.index(AS_EVOLVED)) if AS_EVOLVED in names else None
     for number, name in enumerate(names):
         yield ("setting", name), food.isel(setting=number)

@@ -11,10 +11,22 @@ from baldwinlab.report.words import number
 MORE, LESS, SAME = "more", "less", "the same"
 
 HEADLINES: Mapping[tuple[str, str], str] = {
-    (YES, YES): "the Baldwin effect in both its phases: learning guides selection, and what was learned becomes innate",
-    (YES, NO): "only its first phase: learning guides selection, but what is learned does not become innate",
-    (YES, UNDECIDED): "its first phase, in which learning guides selection; whether what is learned becomes innate is undecided",
-    (YES, NOT_MEASURED): "its first phase, in which learning guides selection; whether what is learned becomes innate was not "
+    (
+        YES,
+        YES,
+    ): "the Baldwin effect in both its phases: learning guides selection, and what was learned becomes innate",
+    (
+        YES,
+        NO,
+    ): "only its first phase: learning guides selection, but what is learned does not become innate",
+    (
+        YES,
+        UNDECIDED,
+    ): "its first phase, in which learning guides selection; whether what is learned becomes innate is undecided",
+    (
+        YES,
+        NOT_MEASURED,
+    ): "its first phase, in which learning guides selection; whether what is learned becomes innate was not "
     "measured",
 }
 NOTHING_TO_ASSIMILATE = (
@@ -54,7 +66,12 @@ def headline(subject: Subject) -> str:
     said = f"{phases(subject)}."
     for verdict, words in ((NO, "Answered no"), (NOT_MEASURED, "Not measured")):
         parts = (1,) if verdict == NO else (1, 2)
-        questions = [one.criterion.question for part in parts for one in subject.of_phase(part) if one.verdict == verdict]
+        questions = [
+            one.criterion.question
+            for part in parts
+            for one in subject.of_phase(part)
+            if one.verdict == verdict
+        ]
         if questions and {first, second} != {NOT_MEASURED}:
             said += f" {words}: {' '.join(questions)}"
     if subject.lamarckian:
@@ -64,7 +81,10 @@ def headline(subject: Subject) -> str:
 
 def beside_the_paper(analysis: Analysis, inference: Inference) -> str:
     """The paper rests on one comparison, and this says how that comes out and what the others add."""
-    verdicts = {subject.condition: subject.answer(inference.question).verdict for subject in analysis.subjects}
+    verdicts = {
+        subject.condition: subject.answer(inference.question).verdict
+        for subject in analysis.subjects
+    }
     said = inference.says
     if set(verdicts.values()) == {YES}:
         said += " That comparison comes out here as it does there."
@@ -72,7 +92,9 @@ def beside_the_paper(analysis: Analysis, inference: Inference) -> str:
         said += f" That comparison contradicts the paper here, in {', '.join(against)}."
     said += f" {inference.limit}".rstrip()
     for verdict, found in ((YES, "it does"), (NO, "it does not")):
-        if conditions := [subject.condition for subject in analysis.subjects if subject.phase(2) == verdict]:
+        if conditions := [
+            subject.condition for subject in analysis.subjects if subject.phase(2) == verdict
+        ]:
             said += f" Measured directly, {found} in {' and '.join(conditions)}."
     return said
 
@@ -80,11 +102,19 @@ def beside_the_paper(analysis: Analysis, inference: Inference) -> str:
 def sentences(analysis: Analysis, subject: Subject) -> list[str]:
     """What was found of a condition, a sentence or two for each part of it that was measured."""
     phases = [*_first_phase(analysis, subject), *_second_phase(subject, analysis.last)]
-    return [*phases, *_change_in_life(subject), *_selection(subject), *_knowledge(analysis, subject)]
+    return [
+        *phases,
+        *_change_in_life(subject),
+        *_selection(subject),
+        *_knowledge(analysis, subject),
+    ]
 
 
 def _first_phase(analysis: Analysis, subject: Subject) -> Iterator[str]:
-    gain, on, off = (subject.answer("gain"), *(analysis.number(subject.condition, life, "last") for life in ("on", "off")))
+    gain, on, off = (
+        subject.answer("gain"),
+        *(analysis.number(subject.condition, life, "last") for life in ("on", "off")),
+    )
     if gain.numbers and on and off:
         yield (
             f"Over all generations the average agent eats {number(gain.numbers.median_a)} when it learns, and "
@@ -110,7 +140,9 @@ def _first_phase(analysis: Analysis, subject: Subject) -> Iterator[str]:
 
 def _second_phase(subject: Subject, last: int) -> Iterator[str]:
     if subject.without_learning_nobody_ate:
-        ability = "What evolves here is the ability to learn, not an innate version of what is learned."
+        ability = (
+            "What evolves here is the ability to learn, not an innate version of what is learned."
+        )
         yield (
             "Without learning no agent ate a single item, in any run and any generation that was lived again, so there is "
             "nothing innate that could grow: an agent that does not learn does the same at every step until it senses food, and "
@@ -124,8 +156,14 @@ def _second_phase(subject: Subject, last: int) -> Iterator[str]:
             f"{number(innate.numbers.median_a)} in the last{_doubt(innate)}."
         )
     if share.numbers:
-        first, final = (f"{number(100 * value)} %" for value in (share.numbers.median_b, share.numbers.median_a))
-        end = "; this is the opposite of assimilation: agents come to rely on learning" if _way(share) == LESS else ""
+        first, final = (
+            f"{number(100 * value)} %" for value in (share.numbers.median_b, share.numbers.median_a)
+        )
+        end = (
+            "; this is the opposite of assimilation: agents come to rely on learning"
+            if _way(share) == LESS
+            else ""
+        )
         yield f"Of what they eat with learning, that is {first} at first and {final} at last{_doubt(share)}{end}."
     yield from _guidance(subject)
 
@@ -148,7 +186,12 @@ def _guidance(subject: Subject) -> Iterator[str]:
 def _change_in_life(subject: Subject) -> Iterator[str]:
     need, cost = subject.answer("need"), subject.answer("cost")
     if need.numbers:
-        verb = {MORE: "grows", LESS: "falls", SAME: "stays what it is", UNDECIDED: "is not known to change"}[_way(need)]
+        verb = {
+            MORE: "grows",
+            LESS: "falls",
+            SAME: "stays what it is",
+            UNDECIDED: "is not known to change",
+        }[_way(need)]
         yield f"The gain from learning {verb}: {number(need.numbers.median_b)} at first, {number(need.numbers.median_a)} at last."
     if cost.numbers and _way(cost) == MORE:
         more = number(cost.numbers.effect)
@@ -180,9 +223,17 @@ def _knowledge(analysis: Analysis, subject: Subject) -> Iterator[str]:
     both = analysis.number(subject.condition, "modules", "both evolved")
     reinforcement, action = subject.answer("reinforcement"), subject.answer("action")
     if both and reinforcement.numbers and action.numbers:
-        carrying = [answer.criterion.id for answer in (reinforcement, action) if answer.verdict == YES]
-        meaning = {0: "neither is known to carry anything by itself", 2: "each carries something by itself"}
-        alone = meaning.get(len(carrying), f"only the {''.join(carrying)} module is known to carry something by itself")
+        carrying = [
+            answer.criterion.id for answer in (reinforcement, action) if answer.verdict == YES
+        ]
+        meaning = {
+            0: "neither is known to carry anything by itself",
+            2: "each carries something by itself",
+        }
+        alone = meaning.get(
+            len(carrying),
+            f"only the {''.join(carrying)} module is known to carry something by itself",
+        )
         yield (
             f"Of the two evolved modules {alone}: agents eat {number(reinforcement.numbers.median_a)} with the reinforcement "
             f"module and a random action module, {number(action.numbers.median_a)} with the action module and a random "

@@ -33,7 +33,9 @@ class Way(NamedTuple):
     learner: str
     map: str
     eats: Finding  # its average agent against that of evolution alone
-    answers: Mapping[str, Answer]  # of the assays, by what the table calls them; those that were measured
+    answers: Mapping[
+        str, Answer
+    ]  # of the assays, by what the table calls them; those that were measured
 
     def answered(self, name: str, verdict: Verdict) -> bool:
         return name in self.answers and self.answers[name].verdict == verdict
@@ -41,15 +43,31 @@ class Way(NamedTuple):
     def record(self) -> dict[str, Any]:
         """For JSON and CSV: None where a number does not exist."""
         found = self.eats.numbers
-        numbers = {"median": found.median_a, "median_alone": found.median_b, "effect": found.effect, "p_holm": self.eats.p_holm}
-        row: dict[str, Any] = {"learner": self.learner, "map": self.map, **numbers, "verdict": self.eats.verdict}
+        numbers = {
+            "median": found.median_a,
+            "median_alone": found.median_b,
+            "effect": found.effect,
+            "p_holm": self.eats.p_holm,
+        }
+        row: dict[str, Any] = {
+            "learner": self.learner,
+            "map": self.map,
+            **numbers,
+            "verdict": self.eats.verdict,
+        }
         for name in CRITERIA:
             answer = self.answers.get(name)
             pairs = answer.numbers if answer else None
             row |= {name: pairs and pairs.median_a, f"{name}_against": pairs and pairs.median_b}
-            row |= {f"{name}_effect": pairs and pairs.effect, f"{name}_p_holm": answer and answer.p_holm}
+            row |= {
+                f"{name}_effect": pairs and pairs.effect,
+                f"{name}_p_holm": answer and answer.p_holm,
+            }
             row |= {f"{name}_verdict": answer.verdict if answer else NOT_MEASURED}
-        return {name: finite(value) if isinstance(value, float) else value for name, value in row.items()}
+        return {
+            name: finite(value) if isinstance(value, float) else value
+            for name, value in row.items()
+        }
 
 
 @dataclass(frozen=True)
@@ -70,7 +88,11 @@ class Ways:
     @property
     def without_food(self) -> list[str]:
         """The maps on which evolution alone finds nothing, in the median of its runs."""
-        return [place for place in self.maps if all(way.eats.numbers.median_b == 0 for way in self.all if way.map == place)]
+        return [
+            place
+            for place in self.maps
+            if all(way.eats.numbers.median_b == 0 for way in self.all if way.map == place)
+        ]
 
     @property
     def measured(self) -> list[str]:
@@ -86,12 +108,16 @@ class Ways:
     @property
     def innate(self) -> Places:
         """Who eats more than evolution alone where newborns eat more without learning than their neutral twins."""
-        return _places(way for way in self.all if way.answered("innate", YES) and way.eats.verdict == HOLDS)
+        return _places(
+            way for way in self.all if way.answered("innate", YES) and way.eats.verdict == HOLDS
+        )
 
     @property
     def innate_all_the_same(self) -> Places:
         """Whose newborns do so where the way of learning does not eat more than evolution alone."""
-        return _places(way for way in self.all if way.answered("innate", YES) and way.eats.verdict != HOLDS)
+        return _places(
+            way for way in self.all if way.answered("innate", YES) and way.eats.verdict != HOLDS
+        )
 
     @property
     def costing(self) -> Places:
@@ -111,30 +137,42 @@ def _places(which: Iterator[Way]) -> Places:
     return found
 
 
-def ways(results: Sequence[ClaimResult], factors: Mapping[str, Factors], analysis: Analysis | None) -> Ways | None:
+def ways(
+    results: Sequence[ClaimResult], factors: Mapping[str, Factors], analysis: Analysis | None
+) -> Ways | None:
     """As the claims of a study hold average agents against one learner, map by map; None where they do not."""
     found = {
         finding.comparison.a: finding
         for result in results
         for finding in result.findings
-        if (finding.comparison.rule, finding.comparison.measure) == ("greater", "mean") and finding.comparison.b in factors
+        if (finding.comparison.rule, finding.comparison.measure) == ("greater", "mean")
+        and finding.comparison.b in factors
     }
     pairs = [(factors[name], factors[finding.comparison.b]) for name, finding in found.items()]
     against = {rival.learner for _, rival in pairs}
-    if len(against) != 1 or not all(own.map and own.map == rival.map and own.learner != rival.learner for own, rival in pairs):
+    if len(against) != 1 or not all(
+        own.map and own.map == rival.map and own.learner != rival.learner for own, rival in pairs
+    ):
         return None
     (alone,) = against
     known = {name: one for name, one in factors.items() if name in found}  # in the study's order
     made = [
-        Way(one.learner.removeprefix(f"{alone}+"), one.map, found[name], _answers(name, analysis)) for name, one in known.items()
+        Way(one.learner.removeprefix(f"{alone}+"), one.map, found[name], _answers(name, analysis))
+        for name, one in known.items()
     ]
     return Ways(alone, tuple(dict.fromkeys(way.map for way in made)), tuple(made))
 
 
 def _answers(condition: str, analysis: Analysis | None) -> dict[str, Answer]:
     """Those that were measured, by what the table calls them."""
-    subject = next((one for one in analysis.subjects if one.condition == condition), None) if analysis else None
-    asked = {name: subject.answer(criterion) for name, criterion in CRITERIA.items()} if subject else {}
+    subject = (
+        next((one for one in analysis.subjects if one.condition == condition), None)
+        if analysis
+        else None
+    )
+    asked = (
+        {name: subject.answer(criterion) for name, criterion in CRITERIA.items()} if subject else {}
+    )
     return {name: answer for name, answer in asked.items() if answer.verdict != NOT_MEASURED}
 
 
@@ -175,7 +213,9 @@ def _of_innate(found: Ways) -> Iterator[str]:
 
 def _of_cost(found: Ways) -> Iterator[str]:
     if found.costing:
-        where = [place for place in found.maps if any(place in maps for maps in found.costing.values())]
+        where = [
+            place for place in found.maps if any(place in maps for maps in found.costing.values())
+        ]
         yield f"Learning costs on {_on(where)}, where these eat less than evolution alone: {_named(found.costing, where)}."
     else:
         yield "None is established to eat less than evolution alone."
@@ -186,7 +226,10 @@ def _of_cost(found: Ways) -> Iterator[str]:
 def _named(places: Places, said: Sequence[str] = ()) -> str:
     """Names, with their maps unless these are, of all, those that are said already."""
     known = all(list(maps) == list(said) for maps in places.values())
-    return ", ".join(name if known else f"{name} ({', '.join(maps)})" for name, maps in places.items()) or "none"
+    return (
+        ", ".join(name if known else f"{name} ({', '.join(maps)})" for name, maps in places.items())
+        or "none"
+    )
 
 
 def _on(maps: Sequence[str]) -> str:
@@ -206,13 +249,24 @@ class Row(NamedTuple):
 
 
 def _rows(found: Ways) -> list[Row]:
-    return [_row(learner, [way for way in found.all if way.learner == learner]) for learner in found.learners]
+    return [
+        _row(learner, [way for way in found.all if way.learner == learner])
+        for learner in found.learners
+    ]
 
 
 def _row(learner: str, own: Sequence[Way]) -> Row:
     def sizes(name: str) -> dict[str, float]:
-        found = {way.map: way.answers[name] for way in own if way.answered(name, YES) or way.answered(name, NO)}
-        return {place: answer.numbers.effect for place, answer in found.items() if answer.numbers and answer.numbers.effect}
+        found = {
+            way.map: way.answers[name]
+            for way in own
+            if way.answered(name, YES) or way.answered(name, NO)
+        }
+        return {
+            place: answer.numbers.effect
+            for place, answer in found.items()
+            if answer.numbers and answer.numbers.effect
+        }
 
     more = [way.map for way in own if way.eats.verdict == HOLDS]
     less = {way.map: way.eats.numbers.effect for way in own if way.eats.verdict == FAILS}
@@ -220,15 +274,25 @@ def _row(learner: str, own: Sequence[Way]) -> Row:
 
 
 def _sized(effects: Mapping[str, float]) -> str:
-    return ", ".join(f"{place}\N{NO-BREAK SPACE}{signed(effect)}" for place, effect in effects.items())
+    return ", ".join(
+        f"{place}\N{NO-BREAK SPACE}{signed(effect)}" for place, effect in effects.items()
+    )
 
 
 def _write(found: Ways, directory: Path) -> None:
     """Each file appears whole or not at all."""
     rows = [way.record() for way in found.all]
-    said = {"finding": found.finding, "innate": found.innate, "innate_all_the_same": found.innate_all_the_same}
+    said = {
+        "finding": found.finding,
+        "innate": found.innate,
+        "innate_all_the_same": found.innate_all_the_same,
+    }
     said |= {"costing": found.costing, "costly_to_learn": found.costly_to_learn}
-    record = {"alone": found.alone, "maps": found.maps, "without_food": found.without_food} | said | {"ways": rows}
+    record = (
+        {"alone": found.alone, "maps": found.maps, "without_food": found.without_food}
+        | said
+        | {"ways": rows}
+    )
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "ways.json", f"{text}\n".encode())
     write_atomically(directory / "figures" / "ways.csv", to_csv(list(rows[0]), rows))

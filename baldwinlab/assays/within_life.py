@@ -21,7 +21,10 @@ def coords(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
     compared = middle_and_ends(experiment.evolution.generations)
     windows = np.arange(0, experiment.lifetime.steps, WINDOW, dtype=np.int32)
-    return {"newborns": [RANDOM, *(f"generation {number}" for number in compared)], "window": windows}
+    return {
+        "newborns": [RANDOM, *(f"generation {number}" for number in compared)],
+        "window": windows,
+    }
 
 
 def lives(study: Conditions, condition: str) -> int:
@@ -32,12 +35,16 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """`eaten_in_window` [run, newborns, window, agent], items; `first_meal` [run, newborns, agent], steps, NaN for never."""
     compared = middle_and_ends(sample.experiment.evolution.generations)
     found = [_of_newborns(sample, compared[-1], sample.random_genomes())]
-    found += [_of_newborns(sample, generation, sample.genomes(generation)) for generation in compared]
+    found += [
+        _of_newborns(sample, generation, sample.genomes(generation)) for generation in compared
+    ]
     eaten, first_meal = zip(*found, strict=True)
     return {"eaten_in_window": np.stack(eaten, axis=1), "first_meal": np.stack(first_meal, axis=1)}
 
 
-def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _of_newborns(
+    sample: Sample, generation: int, genomes: Genome
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Items eaten [run, window, agent], and the step of the first meal [run, agent]."""
     steps, (runs, agents) = sample.experiment.lifetime.steps, genomes.shape[:2]
     batch = born(sample.experiment, sample.seed, sample.runs, generation, genomes)
@@ -47,4 +54,6 @@ def _of_newborns(sample: Sample, generation: int, genomes: Genome) -> tuple[npt.
     follow(batch, [eaten, fed])
     sample.tell()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
-    return in_window.swapaxes(0, 1), fed.values - 1  # what is there at a moment came about in the step before
+    return in_window.swapaxes(
+        0, 1
+    ), fed.values - 1  # what is there at a moment came about in the step before

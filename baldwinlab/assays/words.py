@@ -8,7 +8,14 @@ from typing import Final
 from baldwinlab.assays.stored import Assays, conditions
 from baldwinlab.experiment import Experiment
 
-GAINS: Final = {"eats": "gains", "eat": "gain", "eaten": "gained", "ate": "gained", "food": "fitness", "weights": "genome"}
+GAINS: Final = {
+    "eats": "gains",
+    "eat": "gain",
+    "eaten": "gained",
+    "ate": "gained",
+    "food": "fitness",
+    "weights": "genome",
+}
 WORD: Final = re.compile(rf"(?<![\w-])({'|'.join(GAINS)})(?![\w-])")
 PICTURE: Final = re.compile(r'(src="[^"]*")')
 
@@ -23,4 +30,7 @@ def fitting(text: str, assays: Assays) -> str:
     if of_foragers(assays):
         return text
     pieces = PICTURE.split(text)
-    return "".join(piece if number % 2 else WORD.sub(lambda word: GAINS[word[0]], piece) for number, piece in enumerate(pieces))
+    return "".join(
+        piece if number % 2 else WORD.sub(lambda word: GAINS[word[0]], piece)
+        for number, piece in enumerate(pieces)
+    )

@@ -23,12 +23,19 @@ AGENTS, GENERATIONS = 30, 40  # of populations that parts look at as a whole
 CLOSE: Final = 1e-5
 
 
-def _rounds(subject: Subject, part: Any) -> Iterator[tuple[int, Any, dict[str, Any], dict[str, Any]]]:
+def _rounds(
+    subject: Subject, part: Any
+) -> Iterator[tuple[int, Any, dict[str, Any], dict[str, Any]]]:
     """Number, the part's values, arguments as arrays, and as plain lists."""
     random, values = np.random.default_rng(subject.seed), values_of(subject.experiment, part)
     for number in range(ROUNDS):
         arrays = breeding_arguments(random, len(subject.experiment.modules))
-        yield number, values, arrays, {name: np.asarray(each).tolist() for name, each in arrays.items()}
+        yield (
+            number,
+            values,
+            arrays,
+            {name: np.asarray(each).tolist() for name, each in arrays.items()},
+        )
 
 
 def _generations(subject: Subject, part: Any) -> Iterator[tuple[Any, Any, Genome, Fitness, Moment]]:
@@ -40,7 +47,10 @@ def _generations(subject: Subject, part: Any) -> Iterator[tuple[Any, Any, Genome
     random, values = np.random.default_rng(subject.seed), values_of(experiment, part)
     genome = draw_genome(experiment, Moment(subject.seed, 0, 0))
     for generation in range(1, GENERATIONS + 1):
-        fitness, moment = np.round(random.uniform(0, 4, AGENTS), 1), Moment(subject.seed, 0, generation)
+        fitness, moment = (
+            np.round(random.uniform(0, 4, AGENTS), 1),
+            Moment(subject.seed, 0, generation),
+        )
         yield experiment, values, genome, fitness, moment
         genome, _ = breed(experiment, genome, fitness, moment)
 
@@ -50,22 +60,35 @@ def compare_pairs(subject: Subject, part: Any) -> None:
     for experiment, values, genome, fitness, moment in _generations(subject, part):
         uniforms = moment.uniforms(rng.SELECTION, (AGENTS, 2))
         found = select(experiment, fitness, uniforms, genome).tolist()
-        expected = _fitter_first(part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist()), fitness)
+        expected = _fitter_first(
+            part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist()), fitness
+        )
         if found != expected:
-            raise FailsError(f"in generation {moment.generation}, parents are {found}, and by the oracle {expected}")
+            raise FailsError(
+                f"in generation {moment.generation}, parents are {found}, and by the oracle {expected}"
+            )
 
 
 def compare_children(subject: Subject, part: Any) -> None:
     """oracle(part, genome, fitness, parents, draws) -> all children, [child][module][entry]; `draws` is [child][draw][4]."""
     for experiment, values, genome, fitness, moment in _generations(subject, part):
-        parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (AGENTS, 2)), genome).tolist()
+        parents = select(
+            experiment, fitness, moment.uniforms(rng.SELECTION, (AGENTS, 2)), genome
+        ).tolist()
         draws = moment.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
         expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
-        _require_close(breed(experiment, genome, fitness, moment)[0], expected, f"what lives in generation {moment.generation}")
+        _require_close(
+            breed(experiment, genome, fitness, moment)[0],
+            expected,
+            f"what lives in generation {moment.generation}",
+        )
 
 
 def _fitter_first(pairs: Any, fitness: Any) -> Any:
-    return [pair if pair[1] == ITSELF else sorted(pair, key=lambda agent: -fitness[agent]) for pair in pairs]
+    return [
+        pair if pair[1] == ITSELF else sorted(pair, key=lambda agent: -fitness[agent])
+        for pair in pairs
+    ]
 
 
 def compare_selection(subject: Subject, part: Any) -> None:
@@ -73,7 +96,9 @@ def compare_selection(subject: Subject, part: Any) -> None:
     _, code = breeding_part(subject.experiment, "selection")
     for number, values, of, plain in _rounds(subject, part):
         scratch = of["shares"], of["order"]
-        kept(draw_parents, code)(values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"])
+        kept(draw_parents, code)(
+            values, 0, of["genome"], of["fitness"], of["uniforms"], *scratch, of["parents"]
+        )
         fitness = plain["fitness"]
         expected = _fitter_first(part.oracle(values, fitness, plain["uniforms"]), fitness)
         if of["parents"].tolist() != expected:
@@ -85,7 +110,9 @@ def compare_variation(subject: Subject, part: Any) -> None:
     """oracle(part, fitter, other, draws, gate) -> the child, [module][weight]."""
     for number, values, of, plain in _rounds(subject, part):
         part.vary(values, of["fitter"], of["other"], of["draws"], of["gate"], of["child"])
-        expected = part.oracle(values, *(plain[each] for each in ("fitter", "other", "draws", "gate")))
+        expected = part.oracle(
+            values, *(plain[each] for each in ("fitter", "other", "draws", "gate"))
+        )
         _require_close(of["child"], expected, f"in round {number}, a child")
 
 
@@ -107,18 +134,26 @@ def compare_fitness(subject: Subject, part: Any) -> None:
     _, code = breeding_part(subject.experiment, "fitness")
     for number, values, of, plain in _rounds(subject, part):
         kept(evaluate_all, code)(values, of["energy"], of["cost"], of["fitness"])
-        _require_close(of["fitness"], part.oracle(values, plain["energy"], plain["cost"]), f"in round {number}, fitness")
+        _require_close(
+            of["fitness"],
+            part.oracle(values, plain["energy"], plain["cost"]),
+            f"in round {number}, fitness",
+        )
 
 
 def _require_close(found: Any, expected: Any, what: str) -> None:
     if not np.allclose(found, expected, rtol=CLOSE, atol=CLOSE):
-        raise FailsError(f"{what} is {np.asarray(found).tolist()}, and by the oracle {np.asarray(expected).tolist()}")
+        raise FailsError(
+            f"{what} is {np.asarray(found).tolist()}, and by the oracle {np.asarray(expected).tolist()}"
+        )
 
 
 def compare_breeding(subject: Subject, part: Any) -> None:
     """By what the part's oracle is asked, which follows from the phases that are its own."""
     own = own_phases(part)
-    ORACLES_THAT_BREED["pair" if "pair" in own else "vary_all" if "vary_all" in own else part.kind](subject, part)
+    ORACLES_THAT_BREED["pair" if "pair" in own else "vary_all" if "vary_all" in own else part.kind](
+        subject, part
+    )
 
 
 ORACLES_THAT_BREED: Final[dict[str, Callable[[Subject, Any], None]]] = {

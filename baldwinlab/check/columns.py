@@ -23,7 +23,9 @@ Owned = tuple[str, str, npt.NDArray[Any]]  # an array's name and owner
 
 
 def nobody_looks_at_others(subject: Subject) -> str:
-    phases = [(part, name) for part in subject.parts for name in own_phases(part) if name in PER_AGENT]
+    phases = [
+        (part, name) for part in subject.parts for name in own_phases(part) if name in PER_AGENT
+    ]
     if not is_of_miniworld(subject.experiment) or not phases:
         return "it has no phase per agent"
     experiment = subject.experiment
@@ -45,33 +47,67 @@ def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | 
     before = _copied(dirty)
     answers = [_call(subject.experiment, batch, state, part, name) for state in (clean, dirty)]
     if answers[0] != answers[1]:
-        raise FailsError(f"{part.__name__}.{name} answers otherwise when other agents are otherwise")
-    for (what, owner, one), (_, _, other), (_, _, old) in zip(*map(_owned, (clean, dirty, before)), strict=True):
+        raise FailsError(
+            f"{part.__name__}.{name} answers otherwise when other agents are otherwise"
+        )
+    for (what, owner, one), (_, _, other), (_, _, old) in zip(
+        *map(_owned, (clean, dirty, before)), strict=True
+    ):
         own = (..., AGENT) if owner == "agent" else ...
         if one[own].tobytes() != other[own].tobytes():
-            raise FailsError(f"{part.__name__}.{name} makes {what} of an agent depend on other agents")
-        if owner == "agent" and np.delete(other, AGENT, -1).tobytes() != np.delete(old, AGENT, -1).tobytes():
+            raise FailsError(
+                f"{part.__name__}.{name} makes {what} of an agent depend on other agents"
+            )
+        if (
+            owner == "agent"
+            and np.delete(other, AGENT, -1).tobytes() != np.delete(old, AGENT, -1).tobytes()
+        ):
             raise FailsError(f"{part.__name__}.{name} writes {what} of other agents")
 
 
 def _call(experiment: Any, batch: Batch, state: Any, part: Any, name: str) -> Any:
     """Call a phase, as the plain Python that it is, for one agent."""
-    numbers = {"world": 0, "agent": AGENT, "lane": AGENT, "step": STEPS, "first": 0, "rate": state.rate[0, AGENT]}
-    values, found = values_of(experiment, part, state), np.empty((len(state.weights), 3), np.float32)
+    numbers = {
+        "world": 0,
+        "agent": AGENT,
+        "lane": AGENT,
+        "step": STEPS,
+        "first": 0,
+        "rate": state.rate[0, AGENT],
+    }
+    values, found = (
+        values_of(experiment, part, state),
+        np.empty((len(state.weights), 3), np.float32),
+    )
     asked = {"units": len(state.activations), "found": found}
-    known = {**state._asdict(), **numbers, **asked, "model": batch.model, "state": state, "part": values}
+    known = {
+        **state._asdict(),
+        **numbers,
+        **asked,
+        "model": batch.model,
+        "state": state,
+        "part": values,
+    }
     function = getattr(part, name)
     with np.errstate(all="ignore"):
         try:
             return function(*(known[each] for each in inspect.signature(function).parameters))
         except (IndexError, ValueError) as error:
-            raise FailsError(f"{part.__name__}.{name} fails when other agents are otherwise: {error}") from None
+            raise FailsError(
+                f"{part.__name__}.{name} fails when other agents are otherwise: {error}"
+            ) from None
 
 
-def _garbage(array: npt.NDArray[Any], random: np.random.Generator, value: float | None) -> npt.NDArray[Any]:
+def _garbage(
+    array: npt.NDArray[Any], random: np.random.Generator, value: float | None
+) -> npt.NDArray[Any]:
     if array.dtype.kind != "f":
         return random.integers(0, 4, array.shape).astype(array.dtype)
-    return np.full_like(array, value) if value is not None else random.normal(0, 9, array.shape).astype(array.dtype)
+    return (
+        np.full_like(array, value)
+        if value is not None
+        else random.normal(0, 9, array.shape).astype(array.dtype)
+    )
 
 
 def _copied(entry: Any) -> Any:
@@ -87,6 +123,13 @@ def _owned(state: Any) -> Iterator[Owned]:
     """The arrays of a state and of its parts."""
     for name, array in ARRAYS.items():
         yield name, array.owner, getattr(state, name)
-    for values in (state.recall, state.network, state.rule, state.body, *state.senses, *state.features):
+    for values in (
+        state.recall,
+        state.network,
+        state.rule,
+        state.body,
+        *state.senses,
+        *state.features,
+    ):
         for name, array in type(values).part.arrays.items():
             yield name, array.owner, getattr(values, name)

@@ -35,7 +35,9 @@ def limits_are_refused(subject: Subject) -> str:
                 if path in str(error):
                     count += 1
                     continue
-                raise FailsError(f"{path} = {value} is refused with {str(error)!r}, which does not name it") from None
+                raise FailsError(
+                    f"{path} = {value} is refused with {str(error)!r}, which does not name it"
+                ) from None
             raise FailsError(f"{path} = {value} is beyond its limits and is not refused")
     return f"{count} values" if count else "it has no numbers"
 
@@ -50,9 +52,18 @@ def _outside(part: type[Part]) -> Iterator[tuple[str, float]]:
         if info.annotation not in (int, float):
             continue
         for mark in _limits(info):
-            limit: Any = next(getattr(mark, each) for each in ("ge", "gt", "le", "lt") if hasattr(mark, each))
+            limit: Any = next(
+                getattr(mark, each) for each in ("ge", "gt", "le", "lt") if hasattr(mark, each)
+            )
             step = 1 if info.annotation is int else max(1e-6, abs(limit) * 1e-6)
-            yield name, limit - step if isinstance(mark, Ge) else limit + step if isinstance(mark, Le) else limit
+            yield (
+                name,
+                limit - step
+                if isinstance(mark, Ge)
+                else limit + step
+                if isinstance(mark, Le)
+                else limit,
+            )
 
 
 def _table(part: type[Part]) -> str:

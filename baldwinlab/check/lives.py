@@ -26,7 +26,9 @@ UPDATES: Final = ("simultaneous", "sequential")
 Bits = list[str]  # of each run
 
 
-def lived(experiment: Any, seed: int, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU) -> Bits:
+def lived(
+    experiment: Any, seed: int, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU
+) -> Bits:
     """A hash, for each run, of all that is recorded of it, and (of foragers) of where a life ends that is lived in pieces."""
     found = [hashlib.sha256() for _ in runs]
     for digest, record in zip(found, simulate_batch(experiment, seed, runs, backend), strict=True):
@@ -67,10 +69,13 @@ def alone_and_in_a_bundle(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("a model has bundles of its own, or none")
     one_by_one, together = (
-        lived(each.replace(population={"size": 1}), subject.seed, range(17)) for each in reversed(both_updates(subject))
+        lived(each.replace(population={"size": 1}), subject.seed, range(17))
+        for each in reversed(both_updates(subject))
     )
     if differing := [run for run in range(17) if one_by_one[run] != together[run]]:
-        raise FailsError(f"an agent alone has other bits than in a bundle of sixteen (seed {subject.seed}, run {differing[0]})")
+        raise FailsError(
+            f"an agent alone has other bits than in a bundle of sixteen (seed {subject.seed}, run {differing[0]})"
+        )
     return ""
 
 
@@ -93,7 +98,9 @@ def a_second_time(subject: Subject) -> str:
             with poison.use_pattern(pattern):
                 bits.append(lived(experiment, subject.seed, range(2)))
         if bits[0] != bits[1]:
-            raise FailsError(f"{named(experiment)}the same runs (0 and 1 of seed {subject.seed}) have other bits a second time")
+            raise FailsError(
+                f"{named(experiment)}the same runs (0 and 1 of seed {subject.seed}) have other bits a second time"
+            )
     return ""
 
 
@@ -103,11 +110,15 @@ def resumed(subject: Subject) -> str:
         begun, whole = (simulate_batch(each, subject.seed, [1])[0] for each in (short, experiment))
         for name in begun.data_vars:
             if begun[name].values.tobytes() != whole[name].values[:1].tobytes():
-                raise FailsError(f"{named(experiment)}a run of one generation does not begin a longer one: {name} differs")
-        if is_of_miniworld(experiment) and lived(experiment, subject.seed, [1], cuts=(7, 8)) != lived(
-            experiment, subject.seed, [1]
-        ):
-            raise FailsError(f"{named(experiment)}a life in three pieces ends otherwise than one in a single piece")
+                raise FailsError(
+                    f"{named(experiment)}a run of one generation does not begin a longer one: {name} differs"
+                )
+        if is_of_miniworld(experiment) and lived(
+            experiment, subject.seed, [1], cuts=(7, 8)
+        ) != lived(experiment, subject.seed, [1]):
+            raise FailsError(
+                f"{named(experiment)}a life in three pieces ends otherwise than one in a single piece"
+            )
     return ""
 
 
@@ -115,11 +126,22 @@ def replayed(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("the lives of such a model are not traced")
     for experiment in both_updates(subject):
-        record, last = simulate_batch(experiment, subject.seed, [2])[0], experiment.evolution.generations - 1
-        eaten = sum(record[name].values[last] for name in map(str, record.data_vars) if name.endswith("_eaten"))
-        traced = replay(experiment, seed=subject.seed, run=2, generation=last).eaten.sum("step").values
+        record, last = (
+            simulate_batch(experiment, subject.seed, [2])[0],
+            experiment.evolution.generations - 1,
+        )
+        eaten = sum(
+            record[name].values[last]
+            for name in map(str, record.data_vars)
+            if name.endswith("_eaten")
+        )
+        traced = (
+            replay(experiment, seed=subject.seed, run=2, generation=last).eaten.sum("step").values
+        )
         if np.any(eaten != traced):
-            raise FailsError(f"{named(experiment)}agents ate {np.asarray(eaten).tolist()}, and replayed {traced.tolist()}")
+            raise FailsError(
+                f"{named(experiment)}agents ate {np.asarray(eaten).tolist()}, and replayed {traced.tolist()}"
+            )
     return ""
 
 
@@ -128,18 +150,26 @@ def in_plain_python(subject: Subject) -> str:
     plain = subject.plain_bits or _simulate_elsewhere(subject, compared, "cpu", PLAIN)
     for case in compared:
         if case.words in plain and lived(case.experiment, subject.seed, [0]) != plain[case.words]:
-            raise FailsError(f"compiled lives have other bits than in plain Python (with {case.words})")
+            raise FailsError(
+                f"compiled lives have other bits than in plain Python (with {case.words})"
+            )
     return ""
 
 
 def in_the_simulator(subject: Subject) -> str:
     if not is_of_miniworld(subject.experiment):
         raise NotCheckedError("such a model lives on the CPU alone")
-    compared = [case for case in cases(subject) if case.is_same_code and not case.has_items and case.agents in SIMULATED]
+    compared = [
+        case
+        for case in cases(subject)
+        if case.is_same_code and not case.has_items and case.agents in SIMULATED
+    ]
     found = _simulate_elsewhere(subject, compared, "cuda", SIMULATOR)
     for case in compared:
         if lived(case.experiment, subject.seed, [0]) != found[case.words]:
-            raise FailsError(f"compiled lives have other bits than in the simulator of a GPU (with {case.words})")
+            raise FailsError(
+                f"compiled lives have other bits than in the simulator of a GPU (with {case.words})"
+            )
     return ""
 
 

@@ -24,11 +24,17 @@ from baldwinlab.models.miniworld.make import make_model, make_state
 from baldwinlab.parts.kinds import Part, own_phases
 
 DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
-DOUBLE: Final = re.compile(r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b")
+DOUBLE: Final = re.compile(
+    r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b"
+)
 OF_INTEGER: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
 HARMLESS: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
-EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")  # which are rounded alike everywhere
-LIBM: Final = re.compile(r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\.")
+EXACT: Final = re.compile(
+    r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$"
+)  # which are rounded alike everywhere
+LIBM: Final = re.compile(
+    r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\."
+)
 RANDOM: Final = re.compile(RANDOM_SYMBOLS)
 
 
@@ -41,9 +47,13 @@ def arithmetic_is_portable(subject: Subject) -> str:
         where = f"{part.__name__}.{name}"
         for symbol in DECLARED.findall(code):
             if RANDOM.match(symbol):
-                raise FailsError(f"{where} draws random numbers that no seed decides; take them from philox")
+                raise FailsError(
+                    f"{where} draws random numbers that no seed decides; take them from philox"
+                )
             if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
-                raise FailsError(f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic")
+                raise FailsError(
+                    f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic"
+                )
         breeds = part.kind in BREEDS or getattr(part, "bears", False)
         if not breeds and DOUBLE.search(code):
             raise FailsError(f"{where} calculates in float64: {_reason_of_float64(code)}")
@@ -71,14 +81,26 @@ def _code(subject: Subject, part: type[Part], name: str) -> str:
 def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
     """The types of phases' arguments, by name."""
     if part.kind in BREEDS:
-        arguments = breeding_arguments(np.random.default_rng(0), len(subject.experiment.modules)) | {
-            "part": values_of(subject.experiment, part)
-        }
+        arguments = breeding_arguments(
+            np.random.default_rng(0), len(subject.experiment.modules)
+        ) | {"part": values_of(subject.experiment, part)}
         return {name: numba.typeof(value) for name, value in arguments.items()}
     state = make_state(subject.experiment, 1)
     single = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
     whole = dict.fromkeys(("world", "agent", "lane", "step", "first", "units"), types.int64)
-    arrays = {name: numba.typeof(getattr(state, name)) for name in ("weights", "activations", "errors", "targets")}
+    arrays = {
+        name: numba.typeof(getattr(state, name))
+        for name in ("weights", "activations", "errors", "targets")
+    }
     arrays["genes"] = arrays["found"] = arrays["weights"]
-    own = {"part": numba.typeof(values_of(subject.experiment, part, state)), "state": numba.typeof(state)}
-    return {**single, **whole, **arrays, **own, "model": numba.typeof(make_model(subject.experiment, 1))}
+    own = {
+        "part": numba.typeof(values_of(subject.experiment, part, state)),
+        "state": numba.typeof(state),
+    }
+    return {
+        **single,
+        **whole,
+        **arrays,
+        **own,
+        "model": numba.typeof(make_model(subject.experiment, 1)),
+    }

@@ -41,10 +41,14 @@ class Agent:
     rate: float
     action_module: Module
     reinforcement_module: Module | None
-    others: list[Item] = field(default_factory=list)  # where the other agents of its world are, of the kind "agent"
+    others: list[Item] = field(
+        default_factory=list
+    )  # where the other agents of its world are, of the kind "agent"
     number: int = 0  # of the agent in its world
     step: int = 0
-    own: dict[str, Any] = field(default_factory=dict)  # the part's arrays as `hatch` made them, and what the oracle makes of them
+    own: dict[str, Any] = field(
+        default_factory=dict
+    )  # the part's arrays as `hatch` made them, and what the oracle makes of them
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,10 @@ class Naive:
     def drawn(self, agent: Any, purpose: int) -> list[float]:
         """The four numbers in [0, 1) that an agent draws for a purpose in its step, as `philox` gives them."""
         with np.errstate(over="ignore"):  # its words wrap around, as they should
-            return [float(rng.unit(word)) for word in rng.philox(agent.step, agent.number, 0, purpose, self.seed, 0)]
+            return [
+                float(rng.unit(word))
+                for word in rng.philox(agent.step, agent.number, 0, purpose, self.seed, 0)
+            ]
 
     def module(self, weights: Sequence[float]) -> Module:
         """A module from its weights in the order in which genomes hold them."""
@@ -81,7 +88,10 @@ class Naive:
         layers = [[float(each) for each in inputs]]
         for layer in module:
             sources = layers[-1] + [1.0] * self.biases
-            sums = [sum(source * row[unit] for source, row in zip(sources, layer, strict=True)) for unit in range(len(layer[0]))]
+            sums = [
+                sum(source * row[unit] for source, row in zip(sources, layer, strict=True))
+                for unit in range(len(layer[0]))
+            ]
             layers.append([1 / (1 + math.exp(-each)) for each in sums])
         return layers
 
@@ -89,13 +99,17 @@ class Naive:
         """What the outputs answer."""
         return self.units(module, inputs)[-1]
 
-    def backpropagate(self, module: Module, inputs: Sequence[float], target: Sequence[float], rate: float) -> None:
+    def backpropagate(
+        self, module: Module, inputs: Sequence[float], target: Sequence[float], rate: float
+    ) -> None:
         """One step of a module towards `target`, down the gradient of half the squared error."""
         layers = self.units(module, inputs)
         errors = [(y - wanted) * y * (1 - y) for y, wanted in zip(layers[-1], target, strict=True)]
         for depth in range(len(module) - 1, -1, -1):
             sources, layer = layers[depth] + [1.0] * self.biases, module[depth]
-            below = [sum(w * error for w, error in zip(row, errors, strict=True)) for row in layer]  # of before the step
+            below = [
+                sum(w * error for w, error in zip(row, errors, strict=True)) for row in layer
+            ]  # of before the step
             for source, row in zip(sources, layer, strict=True):
                 for unit, error in enumerate(errors):
                     row[unit] -= rate * error * source
@@ -108,7 +122,10 @@ class Naive:
     def advance(self, agent: Any, way: float) -> None:
         """Let an agent go straight on."""
         angle = math.radians(agent.heading)
-        agent.x, agent.y = (agent.x + way * math.cos(angle)) % self.width, (agent.y + way * math.sin(angle)) % self.height
+        agent.x, agent.y = (
+            (agent.x + way * math.cos(angle)) % self.width,
+            (agent.y + way * math.sin(angle)) % self.height,
+        )
 
     def distance(self, agent: Any, item: Any) -> float:
         dx, dy = self.way(agent, item)
@@ -122,7 +139,11 @@ class Naive:
 
     def seen(self, agent: Any, items: Sequence[Any]) -> list[bool]:
         """Whether any of the items is in sight at the left, in front, or at the right."""
-        angles = [self.bearing(agent, item) for item in items if self.distance(agent, item) <= self.visual_radius]
+        angles = [
+            self.bearing(agent, item)
+            for item in items
+            if self.distance(agent, item) <= self.visual_radius
+        ]
         return [
             any(315 < angle < 345 for angle in angles),
             any(angle <= 15 or angle >= 345 for angle in angles),

@@ -54,7 +54,9 @@ def the_oracle_agrees(subject: Subject) -> str:
         except Exception as error:  # whatever an oracle raises
             place = traceback.extract_tb(error.__traceback__)[-1]
             where = f"{place.filename}:{place.lineno}"
-            raise FailsError(f"{label(part)}: its oracle fails: {type(error).__name__}: {error} ({where})") from None
+            raise FailsError(
+                f"{label(part)}: its oracle fails: {type(error).__name__}: {error} ({where})"
+            ) from None
         remarks.append(f"{named}, {remark}" if remark else named)
     if not remarks:
         raise NotCheckedError("no hook has an oracle")
@@ -63,8 +65,14 @@ def the_oracle_agrees(subject: Subject) -> str:
 
 def naive_of(experiment: Any, seed: int = 0) -> Naive:
     world = experiment.world
-    sizes, biases, radius = experiment.layer_sizes, experiment.network.biases, experiment.senses.visual_radius
-    return Naive(sizes, biases, world.width, world.height, radius, seed, tuple(item_kinds(experiment)))
+    sizes, biases, radius = (
+        experiment.layer_sizes,
+        experiment.network.biases,
+        experiment.senses.visual_radius,
+    )
+    return Naive(
+        sizes, biases, world.width, world.height, radius, seed, tuple(item_kinds(experiment))
+    )
 
 
 def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
@@ -74,8 +82,12 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
     genome = draw_genome(experiment, Moment(seed, 0, 0))
     batch.begin(0, genome[None])
     agents, values = range(experiment.population.size), values_of(experiment, part, batch.state)
-    arrays = {name: getattr(values, name) for name, array in part.arrays.items() if array.owner == "agent"}
-    own: list[dict[str, Any]] = [{name: array[:, agent].tolist() for name, array in arrays.items()} for agent in agents]
+    arrays = {
+        name: getattr(values, name) for name, array in part.arrays.items() if array.owner == "agent"
+    }
+    own: list[dict[str, Any]] = [
+        {name: array[:, agent].tolist() for name, array in arrays.items()} for agent in agents
+    ]
     for number in range(experiment.lifetime.steps):
         before = _seen(experiment, batch)
         batch.live(number, number + 1)
@@ -85,13 +97,25 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
         sensing: list[Agent] = []
         learning: list[Agent] = []
         for agent in agents:
-            teacher = naive.module(genome[agent, 1]) if "reinforcement" in experiment.modules else None
-            modules: dict[str, Any] = {"action_module": naive.module(before["weights"][agent]), "reinforcement_module": teacher}
+            teacher = (
+                naive.module(genome[agent, 1]) if "reinforcement" in experiment.modules else None
+            )
+            modules: dict[str, Any] = {
+                "action_module": naive.module(before["weights"][agent]),
+                "reinforcement_module": teacher,
+            }
             of_now = {name: after[name][agent] for name in ("inputs", "outputs")}
-            of_before = {name: before[name][agent] for name in ("hidden", "eaten_in_life", "gained_in_life", "rate")}
+            of_before = {
+                name: before[name][agent]
+                for name in ("hidden", "eaten_in_life", "gained_in_life", "rate")
+            }
             for found, when in ((sensing, before), (learning, after)):
                 place = {name: when[name][agent] for name in ("x", "y", "heading", "action")}
-                others = [Item(when["x"][other], when["y"][other], "agent") for other in agents if other != agent]
+                others = [
+                    Item(when["x"][other], when["y"][other], "agent")
+                    for other in agents
+                    if other != agent
+                ]
                 known = {**place, **of_now, **of_before, **deepcopy(modules), "others": others}
                 found.append(Agent(**known, number=agent, step=number, own=own[agent]))
         yield Step(number, sensing, learning, np.array(after["weights"], np.float32), items)
@@ -118,11 +142,17 @@ def _seen(experiment: Any, batch: Batch) -> dict[str, Any]:
     return found | {"items": [Item(*each) for each in where]}
 
 
-def _require_close(found: Sequence[float], expected: Sequence[float], what: str, tolerance: float = CLOSE) -> None:
+def _require_close(
+    found: Sequence[float], expected: Sequence[float], what: str, tolerance: float = CLOSE
+) -> None:
     pairs = list(zip(found, expected, strict=True))
     worst = max(range(len(pairs)), key=lambda k: abs(pairs[k][0] - pairs[k][1]), default=0)
-    if pairs and not abs(pairs[worst][0] - pairs[worst][1]) <= tolerance * (1 + abs(pairs[worst][1])):
-        raise FailsError(f"{what} {worst} is {pairs[worst][0]:.7g}, and by the oracle {pairs[worst][1]:.7g}")
+    if pairs and not abs(pairs[worst][0] - pairs[worst][1]) <= tolerance * (
+        1 + abs(pairs[worst][1])
+    ):
+        raise FailsError(
+            f"{what} {worst} is {pairs[worst][0]:.7g}, and by the oracle {pairs[worst][1]:.7g}"
+        )
 
 
 def _compare_rule(subject: Subject, part: Any) -> str:
@@ -135,7 +165,11 @@ def _compare_rule(subject: Subject, part: Any) -> str:
             step.learning[number].own = agents[number].own
             expected = naive.weights(agents[number].action_module)
             learned |= expected != naive.weights(step.learning[number].action_module)
-            _require_close(step.weights[number].tolist(), expected, f"after step {step.number}, agent {number}: weight")
+            _require_close(
+                step.weights[number].tolist(),
+                expected,
+                f"after step {step.number}, agent {number}: weight",
+            )
     return "" if learned else "though nobody learned anything"
 
 
@@ -144,7 +178,9 @@ def _compare_network(subject: Subject, part: Any) -> str:
     for step in steps_of(subject, part):
         for number, agent in enumerate(step.learning):
             expected = part.oracle(values, agent, naive)
-            _require_close(agent.outputs, expected, f"in step {step.number}, agent {number}: output")
+            _require_close(
+                agent.outputs, expected, f"in step {step.number}, agent {number}: output"
+            )
     return ""
 
 
@@ -166,11 +202,16 @@ def _compare_sense(subject: Subject, part: Any) -> str:
     naive, values = naive_of(subject.experiment), values_of(subject.experiment, part)
     for step in steps_of(subject, part):
         for number, agent in enumerate(step.sensing):
-            found, where = agent.inputs[first : first + len(part.inputs)], f"in step {step.number}, agent {number}: inputs"
+            found, where = (
+                agent.inputs[first : first + len(part.inputs)],
+                f"in step {step.number}, agent {number}: inputs",
+            )
             if not all(0 <= each <= 1 for each in found):
                 raise FailsError(f"{where} are {found}: each must be at least 0 and at most 1")
             _require_same(
-                lambda x, y, agent=agent, step=step: part.oracle(values, _moved(agent, x, y), step.items, naive),  # type: ignore[misc]
+                lambda x, y, agent=agent, step=step: part.oracle(
+                    values, _moved(agent, x, y), step.items, naive
+                ),  # type: ignore[misc]
                 found,
                 where,
                 _all_close if part.real else _all_alike,
@@ -196,7 +237,10 @@ def _all_close(expected: Sequence[float], found: Sequence[float]) -> bool:
 
 
 def _require_same(
-    oracle: Callable[[float, float], Any], found: Any, what: str, same: Callable[[Any, Any], bool] = operator.eq
+    oracle: Callable[[float, float], Any],
+    found: Any,
+    what: str,
+    same: Callable[[Any, Any], bool] = operator.eq,
 ) -> None:
     """What they answer is the same, but on an edge, where it is what it is a little beside it."""
     nudges = ((0.0, 0.0), (NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
@@ -206,18 +250,31 @@ def _require_same(
 
 def _compare_feature(subject: Subject, part: Any) -> str:
     """The oracle answers, of a place and of a way from it, what each of the feature's own phases does: {"stops": True}."""
-    experiment, random, values = subject.experiment, np.random.default_rng(subject.seed), values_of(subject.experiment, part)
+    experiment, random, values = (
+        subject.experiment,
+        np.random.default_rng(subject.seed),
+        values_of(subject.experiment, part),
+    )
     phases = [name for name in own_phases(part) if name in ("forbids", "hides", "stops")]
     model = Batch(experiment, subject.seed, [0]).model
     low, high = _around(experiment)
     true = 0
-    for x, y, dx, dy in np.column_stack([random.uniform(low, high, (PLACES, 2)), random.uniform(-40, 40, (PLACES, 2))]).tolist():
+    for x, y, dx, dy in np.column_stack(
+        [random.uniform(low, high, (PLACES, 2)), random.uniform(-40, 40, (PLACES, 2))]
+    ).tolist():
         place = [np.float32(each) for each in (x, y, dx, dy)]
         with np.errstate(all="ignore"):
-            found = {name: bool(getattr(part, name)(values, model, *place[: 4 if name == "hides" else 2])) for name in phases}
+            found = {
+                name: bool(
+                    getattr(part, name)(values, model, *place[: 4 if name == "hides" else 2])
+                )
+                for name in phases
+            }
         true += any(found.values())
         _require_same(
-            lambda a, b, place=place: part.oracle(values, *(float(e) for e in (place[0] + a, place[1] + b, *place[2:]))),  # type: ignore[misc]
+            lambda a, b, place=place: part.oracle(
+                values, *(float(e) for e in (place[0] + a, place[1] + b, *place[2:]))
+            ),  # type: ignore[misc]
             found,
             f"at ({x:g}, {y:g}), and from there to ({dx:g}, {dy:g}) farther: answers",
         )

@@ -24,5 +24,7 @@ def views_are_sound(subject: Subject) -> str:
             if (given != genomes).any():
                 raise FailsError(f"the view {name!r} changes the genomes that it is given")
             if any(once[each].tobytes() != again[each].tobytes() for each in once):
-                raise FailsError(f"the view {name!r} of agent {agent} differs from what it showed before")
+                raise FailsError(
+                    f"the view {name!r} of agent {agent} differs from what it showed before"
+                )
     return ", ".join(model.views)

@@ -28,15 +28,26 @@ def speed(subject: Subject) -> str:
     longer = subject.experiment.replace(
         population={"size": 20}, lifetime={"steps": 500 if part.kind in BREEDS else 3000}, **usual
     )
-    value = beside if part.kind not in ("sense", "world feature") else f'["{beside}"]' if beside else "[]"
-    own, built_in = _seconds(longer, assign(longer, [f"{PATHS[part.kind]}={value}", *_without(part)]))
+    value = (
+        beside
+        if part.kind not in ("sense", "world feature")
+        else f'["{beside}"]'
+        if beside
+        else "[]"
+    )
+    own, built_in = _seconds(
+        longer, assign(longer, [f"{PATHS[part.kind]}={value}", *_without(part)])
+    )
     return f"{built_in / own:.2f} times the speed of {of_kind}"
 
 
 def _without(part: type[Part]) -> list[str]:
     """What the part needs, as it would be without the part; who learns still does not."""
     usual = {path: look_up(load("evo/A"), path)[0] for path in part.needs}
-    return [f"{path}={list(value) if isinstance(value, tuple) else value}" for path, value in usual.items()]
+    return [
+        f"{path}={list(value) if isinstance(value, tuple) else value}"
+        for path, value in usual.items()
+    ]
 
 
 def _seconds(*experiments: Any) -> list[float]:

@@ -24,7 +24,10 @@ WORLD: Final[Mapping[str, Any]] = {
     "name": "check",
     "world": {
         "start": {"x": 370, "y": 160, "radius": 60, "headings": "random"},
-        "food": [{"x": [400, 560], "y": [80, 240], "count": 20}, {"x": [300, 400], "y": [100, 220], "count": 10, "energy": 2}],
+        "food": [
+            {"x": [400, 560], "y": [80, 240], "count": 20},
+            {"x": [300, 400], "y": [100, 220], "count": 10, "energy": 2},
+        ],
     },
     "network": {"hidden": [4]},
     "lifetime": {"steps": 40},
@@ -40,7 +43,9 @@ class Subject(NamedTuple):
     parts: tuple[type[Part], ...]
     experiment: Any
     seed: int = SEED
-    plain_bits: Mapping[str, Sequence[str]] = {}  # of lives in plain Python, by the words of their case, where known
+    plain_bits: Mapping[
+        str, Sequence[str]
+    ] = {}  # of lives in plain Python, by the words of their case, where known
 
     @property
     def label(self) -> str:
@@ -62,7 +67,11 @@ def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]
         bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
         evolution = {"generations": 2} | {part.kind: part.name for part in bred}
         fields = {key_of(model.name): dict(model.checked_with)} if model.checked_with else {}
-        yield Subject((model, *bred), validate({"model": model.name, **OF_ALL, "evolution": evolution, **fields}), seed)
+        yield Subject(
+            (model, *bred),
+            validate({"model": model.name, **OF_ALL, "evolution": evolution, **fields}),
+            seed,
+        )
     always = tuple(part for kind in MANY for part in of_kind.pop(kind, []))
     for group in zip_longest(*of_kind.values()) if of_kind else [()] if always else []:
         chosen = (*always, *(part for part in group if part))
@@ -71,7 +80,9 @@ def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]
 
 def _experiment(parts: tuple[type[Part], ...]) -> Any:
     kinds = {part.kind: part.name for part in parts}
-    rule = kinds.get("learning rule", "self-taught" if kinds.keys() & {"network", "inheritance"} else "none")
+    rule = kinds.get(
+        "learning rule", "self-taught" if kinds.keys() & {"network", "inheritance"} else "none"
+    )
     experiment = validate({**WORLD, **OF_ALL, "learning": {"rule": rule, "rate": RATE}})
     if "inheritance" in kinds:
         experiment = experiment.replace(evolution={"lamarckian_share": 0.5})
@@ -79,7 +90,10 @@ def _experiment(parts: tuple[type[Part], ...]) -> Any:
     senses = list(dict.fromkeys(["food", *many["sense"]]))
     chosen = [f"senses.kinds={senses}", f"world.features={many['world feature']}"]
     chosen += [f"{path}={setting}" for part in parts for path, setting in part.needs.items()]
-    return assign(experiment, chosen + [f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in MANY])
+    return assign(
+        experiment,
+        chosen + [f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in MANY],
+    )
 
 
 def is_of_miniworld(experiment: BaseExperiment) -> bool:

@@ -107,7 +107,9 @@ class Watch:
 
     def _add_field_names(self, value: Any, name: str) -> Any:
         if not hasattr(value, "_fields"):
-            return tuple(self._add_name(each, f"{name}[{number}]") for number, each in enumerate(value))
+            return tuple(
+                self._add_name(each, f"{name}[{number}]") for number, each in enumerate(value)
+            )
         fields = zip(value._fields, value, strict=True)
         return type(value)(*(self._add_name(each, f"{name}.{field}") for field, each in fields))
 

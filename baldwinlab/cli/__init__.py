@@ -37,9 +37,15 @@ COMMANDS = {  # module and function of each
 
 def _help(module: str, function: str) -> str:
     """A command's docstring, read without loading what the command uses, which takes seconds."""
-    tree = ast.parse((Path(__file__).parents[1] / f"{module.replace('.', '/')}.py").read_text("utf-8"))
-    (found,) = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
-    return "\n\n".join(" ".join(paragraph.split()) for paragraph in (ast.get_docstring(found) or "").split("\n\n"))
+    tree = ast.parse(
+        (Path(__file__).parents[1] / f"{module.replace('.', '/')}.py").read_text("utf-8")
+    )
+    (found,) = (
+        node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function
+    )
+    return "\n\n".join(
+        " ".join(paragraph.split()) for paragraph in (ast.get_docstring(found) or "").split("\n\n")
+    )
 
 
 for _name, (_module, _function) in COMMANDS.items():
@@ -61,7 +67,12 @@ def main() -> None:
     except KeyboardInterrupt as error:
         _fail(str(error) or "stopped", 130)
     except OSError as error:
-        _fail(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else error.strerror or str(error), 1)
+        _fail(
+            f"{error.filename}: {error.strerror}"
+            if error.filename and error.strerror
+            else error.strerror or str(error),
+            1,
+        )
 
 
 def _pass_over_matplotlibrc() -> None:

@@ -18,9 +18,14 @@ def check(
     /,
     *,
     only: Annotated[
-        list[str] | None, Parameter(help=f"Try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True)
+        list[str] | None,
+        Parameter(
+            help=f"Try some requirements alone: {', '.join(REQUIREMENTS)}", consume_multiple=True
+        ),
     ] = None,
-    seed: Annotated[Whole, Parameter(help="Seed of the random worlds in which the parts are tried.")] = SEED,
+    seed: Annotated[
+        Whole, Parameter(help="Seed of the random worlds in which the parts are tried.")
+    ] = SEED,
 ) -> None:
     """Check whether the parts of a file keep the contract of parts.
 

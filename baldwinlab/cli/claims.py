@@ -20,11 +20,16 @@ def claims(
     directory: Directory,
     /,
     *,
-    claims: Annotated[Path | None, Parameter(help="a TOML file of claims; those of the study's paper unless given")] = None,
+    claims: Annotated[
+        Path | None,
+        Parameter(help="a TOML file of claims; those of the study's paper unless given"),
+    ] = None,
     paper: Annotated[str, Parameter(help="a paper whose claims are decided")] = "",
     part: Parts = None,
     last: Last = 10,
-    out: Annotated[Path | None, Parameter(help="a JSON file for the verdicts, for other programs")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="a JSON file for the verdicts, for other programs")
+    ] = None,
     force: Force = False,
 ) -> None:
     """Decide claims about a study: those of its paper, of another paper, or in a file (see docs/papers.md)."""
@@ -33,6 +38,8 @@ def claims(
         require_writable("--out", out, b'"p_holm"', force=force)
     found = decide(Study(directory), claims, paper=paper, last=last)
     if out:
-        records = json.dumps([result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False)
+        records = json.dumps(
+            [result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False
+        )
         write_atomically(out, f"{records}\n".encode())
         console.say(f"verdicts: {out}")

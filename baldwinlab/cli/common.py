@@ -8,7 +8,15 @@ from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import App, CycloptsError, MissingArgumentError, Parameter, Token, UnknownCommandError, UnusedCliTokensError
+from cyclopts import (
+    App,
+    CycloptsError,
+    MissingArgumentError,
+    Parameter,
+    Token,
+    UnknownCommandError,
+    UnusedCliTokensError,
+)
 
 from baldwinlab import console
 from baldwinlab.files import location
@@ -47,7 +55,9 @@ def _sentence(error: CycloptsError) -> str:
 def _usage(command: Callable[..., Any]) -> Iterator[str]:
     """The words after a command's name, but for options that may be left out: DIRECTORY --out OUT."""
     for name, parameter in signature(command).parameters.items():
-        needed = parameter.default is parameter.empty and parameter.kind is not parameter.VAR_POSITIONAL
+        needed = (
+            parameter.default is parameter.empty and parameter.kind is not parameter.VAR_POSITIONAL
+        )
         if parameter.kind is parameter.KEYWORD_ONLY:
             yield from [f"--{name} {name.upper()}"] if needed else []
         else:
@@ -70,21 +80,43 @@ PerhapsWhole = Annotated[int | None, Parameter(converter=_whole)]
 Runs = Annotated[Whole, Parameter(help="independent runs of each condition")]
 Reading = Annotated[str, Parameter(help="a named reading, laid over; see `baldwinlab presets`")]
 Seed = Annotated[Whole, Parameter(help="the seed that all randomness comes from")]
-Workers = Annotated[PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")]
+Workers = Annotated[
+    PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")
+]
 LOCATION = "directory of the study, or a URL such as s3://BUCKET/STUDY"
-Directory = Annotated[Any, Parameter(converter=_location, help=LOCATION)]  # a Path, or for a URL what fsspec makes of it
-Out = Annotated[Any, Parameter(converter=_location, help=f"{LOCATION}; a folder in results/ unless given")]
-BackendName = Annotated[str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")]
-Executor = Annotated[str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")]
-Last = Annotated[Whole, Parameter(help="a run counts with its average over so many last generations")]
-Baseline = Annotated[str, Parameter(help="the condition with which all others are compared; see docs/results.md")]
+Directory = Annotated[
+    Any, Parameter(converter=_location, help=LOCATION)
+]  # a Path, or for a URL what fsspec makes of it
+Out = Annotated[
+    Any, Parameter(converter=_location, help=f"{LOCATION}; a folder in results/ unless given")
+]
+BackendName = Annotated[
+    str, Parameter(name="--backend", help="cpu, cuda, or auto for the fastest there is")
+]
+Executor = Annotated[
+    str, Parameter(name="--executor", help="threads, dask:tcp://HOST:PORT, or slurm")
+]
+Last = Annotated[
+    Whole, Parameter(help="a run counts with its average over so many last generations")
+]
+Baseline = Annotated[
+    str, Parameter(help="the condition with which all others are compared; see docs/results.md")
+]
 SET = "change fields: --set learning.rate=0.05 population.size=30; `baldwinlab show EXPERIMENT` lists all fields"
-Assignments = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=True, help=SET)]
-NamedExperiment = Annotated[str, Parameter(help="a preset such as evo+self-taught/B, or an experiment file that ends in .toml")]
+Assignments = Annotated[
+    list[str] | None, Parameter(name="--set", negative="", consume_multiple=True, help=SET)
+]
+NamedExperiment = Annotated[
+    str,
+    Parameter(help="a preset such as evo+self-taught/B, or an experiment file that ends in .toml"),
+]
 
 FORCE = "run although less memory or disk is free than estimated, and overwrite a file that this command did not write"
 Force = Annotated[bool, Parameter(negative="", help=FORCE)]
-Parts = Annotated[list[Path] | None, Parameter(name="--part", negative="", help="a file with a part of your own; repeatable")]
+Parts = Annotated[
+    list[Path] | None,
+    Parameter(name="--part", negative="", help="a file with a part of your own; repeatable"),
+]
 
 
 def load_parts(files: Sequence[Path] | None) -> None:

@@ -17,9 +17,12 @@ def crate(
     /,
     *,
     author: Annotated[
-        list[str] | None, Parameter(negative="", help="a name, which the address of an ORCID may follow; repeatable")
+        list[str] | None,
+        Parameter(negative="", help="a name, which the address of an ORCID may follow; repeatable"),
     ] = None,
-    license: Annotated[str, Parameter(help="how it may be used: an address, or a name of SPDX such as CC-BY-4.0")] = "",
+    license: Annotated[
+        str, Parameter(help="how it may be used: an address, or a name of SPDX such as CC-BY-4.0")
+    ] = "",
     part: Parts = None,
     force: Force = False,
 ) -> None:

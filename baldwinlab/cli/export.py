@@ -19,13 +19,20 @@ from baldwinlab.studies.store import Study
 
 
 def export(
-    source: Annotated[str, Parameter(help="a preset such as evo+self-taught/B, a TOML file, or the directory of a study")],
+    source: Annotated[
+        str,
+        Parameter(
+            help="a preset such as evo+self-taught/B, a TOML file, or the directory of a study"
+        ),
+    ],
     /,
     *,
     out: Annotated[Path, Parameter(help="ends in .html, or of a study in .zarr, .parquet or .csv")],
     part: Parts = None,
     assignments: Assignments = None,
-    seed: Annotated[PerhapsWhole, Parameter(help="that the page begins with; a study's own, else 0")] = None,
+    seed: Annotated[
+        PerhapsWhole, Parameter(help="that the page begins with; a study's own, else 0")
+    ] = None,
     force: Force = False,
 ) -> None:
     """Write a live laboratory, one HTML file in which evolution runs in the reader's own browser, to the same bits; or a study's
@@ -33,7 +40,9 @@ def export(
     """
     if out.suffix != ".html":
         if part or assignments or seed is not None:
-            raise RefusedError(f"--part, --set and --seed are for pages, which end in .html, and not for {out}")
+            raise RefusedError(
+                f"--part, --set and --seed are for pages, which end in .html, and not for {out}"
+            )
         _write_results(location(source), out, force=force)
         return
     from baldwinlab.engine.wasm import find_linker
@@ -55,7 +64,9 @@ def export(
 def _write_results(directory: Path, out: Path, *, force: bool) -> None:
     """As the ending says. Raises RefusedError for another, and StudyError where there is no study."""
     if out.suffix not in (".zarr", ".parquet", ".csv"):
-        raise RefusedError(f"--out {out} must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study")
+        raise RefusedError(
+            f"--out {out} must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study"
+        )
     from baldwinlab.api.study import Study as Whole  # here, because to load it takes a while
 
     study = Whole(Study(directory))
@@ -65,14 +76,18 @@ def _write_results(directory: Path, out: Path, *, force: bool) -> None:
         study.to_parquet(out, force=force)
     else:
         study.to_csv(out, force=force)
-    console.say(f"{out}: runs: {sum(len(study.runs(condition)) for condition in study.conditions):,}")
+    console.say(
+        f"{out}: runs: {sum(len(study.runs(condition)) for condition in study.conditions):,}"
+    )
 
 
 def _given(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
     """The experiments that are meant, and their seed: those of a study, or one."""
     study = Study(Path(source)) if is_study(Path(source)) else None
     if study:
-        loaded = [Loaded(study.experiment(name), study.experiment(name)) for name in study.experiments]
+        loaded = [
+            Loaded(study.experiment(name), study.experiment(name)) for name in study.experiments
+        ]
     else:
         loaded = [load_with_origin(source)]
     experiments = [assign(each.experiment, assignments) for each in loaded]

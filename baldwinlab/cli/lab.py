@@ -33,7 +33,9 @@ HEAD_START = 1.5  # seconds, of the page before the compiler: it shows a recorde
 
 
 def lab(
-    directory: Annotated[Directory, Parameter(help="a study, or a folder that holds studies at any depth")] = RESULTS,
+    directory: Annotated[
+        Directory, Parameter(help="a study, or a folder that holds studies at any depth")
+    ] = RESULTS,
     /,
     *,
     part: Parts = None,
@@ -45,12 +47,18 @@ def lab(
         raise missing_extra("lab", "the lab")
     if not is_local(directory):
         raise RefusedError(f"{directory}: the lab shows folders of this machine only")
-    if directory != RESULTS and not directory.is_dir():  # whoever begins has no results yet, and may start a live run
-        raise RefusedError(f"{directory}: there is no such folder; give that of a study, or one that holds studies")
+    if (
+        directory != RESULTS and not directory.is_dir()
+    ):  # whoever begins has no results yet, and may start a live run
+        raise RefusedError(
+            f"{directory}: there is no such folder; give that of a study, or one that holds studies"
+        )
     load_parts(part)
     with listening(port) as listener:
         access, address = Access(), f"http://{HOST}:{listener.getsockname()[1]}/?token="
-        sentence = f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it"
+        sentence = (
+            f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it"
+        )
         console.say(sentence, has_address=True)
         if browser:
             target = f"{address}{access.issue_ticket()}"
@@ -64,21 +72,29 @@ def listening(port: int) -> socket.socket:
         raise RefusedError(f"--port {port} must be at least 0 and at most 65535")
     listener = socket.socket()
     try:
-        if os.name == "posix":  # a port that was used a moment ago is free; elsewhere the option means another thing
+        if (
+            os.name == "posix"
+        ):  # a port that was used a moment ago is free; elsewhere the option means another thing
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()
     except OSError as error:
         listener.close()
         if error.errno == errno.EADDRINUSE:
-            raise RefusedError(f"port {port} is in use, perhaps by another lab; choose another with --port") from None
-        raise RefusedError(f"port {port} cannot be used: {error.strerror}; choose another with --port") from None
+            raise RefusedError(
+                f"port {port} is in use, perhaps by another lab; choose another with --port"
+            ) from None
+        raise RefusedError(
+            f"port {port} cannot be used: {error.strerror}; choose another with --port"
+        ) from None
     return listener
 
 
 def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     """Until ctrl-C. Pages are there before the engine is: where it must be compiled first, they say so."""
-    from baldwinlab.lab.clients import server_of  # here, because only the extra has what they need, and it takes a while to load
+    from baldwinlab.lab.clients import (
+        server_of,
+    )  # here, because only the extra has what they need, and it takes a while to load
     from baldwinlab.lab.server import make_app
 
     warming = threading.Thread(target=_warm_up)
@@ -98,12 +114,18 @@ def _warm_up() -> None:
     except BaldwinLabError as error:  # whoever wants a life hears of it again
         console.complain(str(error))
     else:
-        console.say(f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before")
+        console.say(
+            f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before"
+        )
 
 
 def _leave() -> None:
     """End the process where Python would wait for threads first: the engine's, a life that is lived again, a disk that hangs."""
-    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+    if any(
+        not thread.daemon
+        for thread in threading.enumerate()
+        if thread is not threading.main_thread()
+    ):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(0)

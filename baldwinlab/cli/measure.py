@@ -20,9 +20,13 @@ def bench(
     *,
     quick: Annotated[bool, Parameter(help="measure less of each case", negative="")] = False,
     backend: BackendName = "auto",
-    rules: Annotated[bool, Parameter(help="measure every learning rule, too; each compiles first", negative="")] = False,
+    rules: Annotated[
+        bool, Parameter(help="measure every learning rule, too; each compiles first", negative="")
+    ] = False,
     part: Parts = None,
-    json: Annotated[Path | None, Parameter(help="a file for the records, for other programs")] = None,
+    json: Annotated[
+        Path | None, Parameter(help="a file for the records, for other programs")
+    ] = None,
     force: Force = False,
 ) -> None:
     """Measure this machine: agent-steps a second of a study, of each condition, and of large worlds.
@@ -33,7 +37,9 @@ def bench(
     if json:
         require_writable("--json", json, b"agent_steps_per_second", force=force)
     records = []
-    console.say(f"{'case':<22} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}")
+    console.say(
+        f"{'case':<22} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}"
+    )
     for record in benchmark(quick, backend, part or (), rules):
         records.append(record._asdict())
         rate = record.agent_steps_per_second / 1e6
@@ -41,5 +47,7 @@ def bench(
         numbers = f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
         console.say(f"{record.case:<22} {numbers}")
     if json:
-        write_atomically(json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode())
+        write_atomically(
+            json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode()
+        )
         console.say(f"records: {json}")

@@ -19,7 +19,9 @@ def papers() -> None:
         console.say(f"{'':<{indent}} {', '.join([*counts, *filter(None, [paper.about.link])])}")
         console.say(f"{'':<{indent}} {paper.about.year}, {_some(paper.own())}")
         console.say(f"{'':<{indent}} run it: baldwinlab reproduce {paper.name}")
-    console.say("baldwinlab reproduce PAPER runs one; a folder of your own with a paper.toml is one, too")
+    console.say(
+        "baldwinlab reproduce PAPER runs one; a folder of your own with a paper.toml is one, too"
+    )
 
 
 def _some(names: list[str]) -> str:

@@ -20,7 +20,9 @@ def list_presets() -> None:
                 console.say(f"  {kind}")
             for name in names:
                 console.say(f"    {name:<22} {paper.describe(kind, name)}")
-    console.say("an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading")
+    console.say(
+        "an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading"
+    )
 
 
 def show(

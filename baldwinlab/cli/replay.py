@@ -26,10 +26,15 @@ def replay(
     directory: Directory,
     /,
     *,
-    condition: Annotated[str | None, Parameter(help="a condition of the study; the only one unless given")] = None,
+    condition: Annotated[
+        str | None, Parameter(help="a condition of the study; the only one unless given")
+    ] = None,
     run: Annotated[Whole, Parameter(help="the number of a stored run, from 0")],
     generation: Annotated[Whole, Parameter(help="the number of a generation, from 0")],
-    out: Annotated[Path, Parameter(help="the file to write: a trace (.nc), a film (.mp4, .gif) or a picture (.png)")],
+    out: Annotated[
+        Path,
+        Parameter(help="the file to write: a trace (.nc), a film (.mp4, .gif) or a picture (.png)"),
+    ],
     part: Parts = None,
     force: Force = False,
 ) -> None:
@@ -48,7 +53,9 @@ def replay(
     if out.suffix == ".nc":
         write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
-        from baldwinlab.figures import trajectories  # here, and the movie too, because to load them takes a while
+        from baldwinlab.figures import (
+            trajectories,
+        )  # here, and the movie too, because to load them takes a while
 
         picture = BytesIO()
         trajectories(trace).savefig(picture, format="png", dpi=200, metadata={"Software": REPLAY})
@@ -58,4 +65,6 @@ def replay(
 
         write_movie(trace, experiment.world.width, experiment.world.height, out)
     eaten = int(trace.eaten.sum())
-    console.say(f"{out}: {experiment.lifetime.steps} steps of {experiment.population.size} agents, who ate {eaten} items")
+    console.say(
+        f"{out}: {experiment.lifetime.steps} steps of {experiment.population.size} agents, who ate {eaten} items"
+    )

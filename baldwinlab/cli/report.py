@@ -18,10 +18,17 @@ def report(
     directory: Directory,
     /,
     *,
-    out: Annotated[Path | None, Parameter(help="the HTML file; DIR/report.html unless given")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="the HTML file; DIR/report.html unless given")
+    ] = None,
     last: Last = 10,
     baseline: Baseline = "",
-    paper: Annotated[str, Parameter(help="a paper whose claims are decided; the one that made the study unless given")] = "",
+    paper: Annotated[
+        str,
+        Parameter(
+            help="a paper whose claims are decided; the one that made the study unless given"
+        ),
+    ] = "",
     part: Parts = None,
     force: Force = False,
 ) -> None:

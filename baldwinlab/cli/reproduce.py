@@ -30,13 +30,21 @@ from baldwinlab.papers.paper import STANDARD
 
 
 def reproduce(
-    paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, the folder of your own, or all")] = DEFAULT,
+    paper: Annotated[
+        str, Parameter(help="a paper, see `baldwinlab papers`, the folder of your own, or all")
+    ] = DEFAULT,
     /,
     *,
     part: Parts = None,
-    runs: Annotated[PerhapsWhole, Parameter(help="runs of each condition; the paper's own number unless given")] = None,
-    generations: Annotated[PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")] = None,
-    steps: Annotated[PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")] = None,
+    runs: Annotated[
+        PerhapsWhole, Parameter(help="runs of each condition; the paper's own number unless given")
+    ] = None,
+    generations: Annotated[
+        PerhapsWhole, Parameter(help="generations of each run; the paper's own unless given")
+    ] = None,
+    steps: Annotated[
+        PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")
+    ] = None,
     seed: Seed = 0,
     reading: Reading = STANDARD,
     assignments: Assignments = None,
@@ -54,8 +62,19 @@ def reproduce(
     load_parts(part)
     if paper == ALL:
         _require_one_paper(assignments, reading)
-        lives: dict[str, Any] = {"runs": runs, "generations": generations, "steps": steps, "seed": seed, "last": last}
-        how: dict[str, Any] = {"workers": workers, "backend": backend, "executor": executor, "force": force}
+        lives: dict[str, Any] = {
+            "runs": runs,
+            "generations": generations,
+            "steps": steps,
+            "seed": seed,
+            "last": last,
+        }
+        how: dict[str, Any] = {
+            "workers": workers,
+            "backend": backend,
+            "executor": executor,
+            "force": force,
+        }
         reproduce_all(out or Path("results"), **lives, **how)
         return
     chosen = load(paper)
@@ -74,6 +93,10 @@ def reproduce(
 def _require_one_paper(assignments: list[str] | None, reading: str) -> None:
     """Raise RefusedError for options that belong to one paper."""
     if assignments:
-        raise RefusedError(f"--set {' '.join(assignments)} is of one paper; give its name instead of {ALL}")
+        raise RefusedError(
+            f"--set {' '.join(assignments)} is of one paper; give its name instead of {ALL}"
+        )
     if reading != STANDARD:
-        raise RefusedError(f"--reading {reading} is of one paper; all of them are reproduced by their standard reading")
+        raise RefusedError(
+            f"--reading {reading} is of one paper; all of them are reproduced by their standard reading"
+        )

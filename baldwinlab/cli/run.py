@@ -33,7 +33,9 @@ from baldwinlab.studies.store import Study
 def run(
     experiment: NamedExperiment,
     /,
-    *others: Annotated[str, Parameter(help="more experiments, which are compared in the same study")],
+    *others: Annotated[
+        str, Parameter(help="more experiments, which are compared in the same study")
+    ],
     part: Parts = None,
     reading: Reading = "standard",
     assignments: Assignments = None,
@@ -41,7 +43,10 @@ def run(
     runs: Runs = 30,
     seed: Seed = 0,
     workers: Workers = None,
-    out: Annotated[Out, Parameter(help=f"{LOCATION}; results/NAME unless given, NAME is that of the experiments")] = None,
+    out: Annotated[
+        Out,
+        Parameter(help=f"{LOCATION}; results/NAME unless given, NAME is that of the experiments"),
+    ] = None,
     backend: BackendName = "auto",
     executor: Executor = "threads",
     force: Force = False,
@@ -50,6 +55,8 @@ def run(
     load_parts(part)
     loaded = [load_with_origin(name, reading) for name in (experiment, *others)]
     how = How(workers, backend, executor, force)
-    study = run_loaded(loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline)
+    study = run_loaded(
+        loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline
+    )
     show_contrasts(results.compare(Study(study.directory), baseline=baseline))
     console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")

@@ -20,17 +20,39 @@ Coefficients = tuple[float, ...]  # of a polynomial, the highest power's first
 # sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
 LIMIT = np.float32(15.5)
 P0, P1, P2, P3, P4 = (
-    np.float32(c) for c in (0.25, 0.008408601395785809, 5.598329516942613e-05, 8.632270720454471e-08, 1.5195286001690178e-11)
+    np.float32(c)
+    for c in (
+        0.25,
+        0.008408601395785809,
+        5.598329516942613e-05,
+        8.632270720454471e-08,
+        1.5195286001690178e-11,
+    )
 )
 Q1, Q2, Q3, Q4 = (
-    np.float32(c) for c in (0.11696771532297134, 0.0016379167791455984, 5.36017250851728e-06, 3.3775202634700463e-09)
+    np.float32(c)
+    for c in (
+        0.11696771532297134,
+        0.0016379167791455984,
+        5.36017250851728e-06,
+        3.3775202634700463e-09,
+    )
 )
 ZERO, QUARTER, HALF, ONE = np.float32(0.0), np.float32(0.25), np.float32(0.5), np.float32(1.0)
 
 # arctan(x) / x on [0, 1], in powers of x^2, within 2e-8.
 A1, A2, A3, A4, A5, A6, A7, A8 = (
     np.float32(c)
-    for c in (-0.3333314528, 0.1999355085, -0.1420889944, 0.1065626393, -0.07528964, 0.0429096138, -0.0161657367, 0.0028662257)
+    for c in (
+        -0.3333314528,
+        0.1999355085,
+        -0.1420889944,
+        0.1065626393,
+        -0.07528964,
+        0.0429096138,
+        -0.0161657367,
+        0.0028662257,
+    )
 )
 TURN = np.float32(2 * math.pi)
 
@@ -51,7 +73,12 @@ LOG2_10, LOG10_2, LOG10_2_REST = 3.32192809488736234787, 3.01025390625e-1, 4.605
 POWER_ABOVE: Coefficients = (
     4.09962519798587023075e-2, 1.17452732554344059015e1, 4.06717289936872725516e2, 2.39423741207388267439e3
 )  # fmt: skip
-POWER_BELOW: Coefficients = (1.0, 8.50936160849306532625e1, 1.27209271178345121210e3, 2.07960819286001865907e3)
+POWER_BELOW: Coefficients = (
+    1.0,
+    8.50936160849306532625e1,
+    1.27209271178345121210e3,
+    2.07960819286001865907e3,
+)
 
 # Of the normal quantile: numerator and denominator near the middle, in the tails, and far out.
 MIDDLE_ABOVE: Coefficients = (
@@ -102,7 +129,9 @@ def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
         return ZERO
     x = min(along, across) / larger
     s = x * x
-    series = ONE + s * (A1 + s * (A2 + s * (A3 + s * (A4 + s * (A5 + s * (A6 + s * (A7 + s * A8)))))))
+    series = ONE + s * (
+        A1 + s * (A2 + s * (A3 + s * (A4 + s * (A5 + s * (A6 + s * (A7 + s * A8))))))
+    )
     share = x * series / TURN
     share = QUARTER - share if across > along else share
     share = HALF - share if u < ZERO else share
@@ -175,7 +204,9 @@ def power_of_ten(x: float) -> float:
     above = left * polynomial(square, POWER_ABOVE)
     ratio = 1.0 + 2.0 * (above / (polynomial(square, POWER_BELOW) - above))
     half = whole >> np.int64(1)
-    return ratio * power_of_two(half) * power_of_two(whole - half)  # in two, so that neither is beyond a float64
+    return (
+        ratio * power_of_two(half) * power_of_two(whole - half)
+    )  # in two, so that neither is beyond a float64
 
 
 @compiled

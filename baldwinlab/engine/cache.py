@@ -61,9 +61,14 @@ def cache_directory(code: str) -> Path | None:
 def place() -> Path | None:
     """The folder of all compiled code of these sources, as `cache_directory` says."""
     chosen = os.environ.get("BALDWINLAB_CACHE")
-    temporary = Path(tempfile.gettempdir()) / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+    temporary = (
+        Path(tempfile.gettempdir())
+        / f"baldwinlab-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+    )
     reasons = []
-    for candidate in [Path(chosen)] if chosen else [Path(platformdirs.user_cache_dir("baldwinlab")), temporary]:
+    for candidate in (
+        [Path(chosen)] if chosen else [Path(platformdirs.user_cache_dir("baldwinlab")), temporary]
+    ):
         directory = candidate / f"engine-{sources_hash()}"
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -73,7 +78,11 @@ def place() -> Path | None:
         if reason is None:
             return directory
         reasons.append(reason)
-    warnings.warn(f"compiled code is not kept for the next start: {'; '.join(reasons)}", RuntimeWarning, stacklevel=2)
+    warnings.warn(
+        f"compiled code is not kept for the next start: {'; '.join(reasons)}",
+        RuntimeWarning,
+        stacklevel=2,
+    )
     return None
 
 
@@ -87,10 +96,15 @@ def _mistrusted(directory: Path) -> str | None:
     if own.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         return f"others than you may write to {directory} (chmod go-w makes it your own)"
     parents = directory.absolute().parents
-    trusted = {os.getuid(), parents[-1].stat().st_uid}  # whoever owns the root folder is the machine's administrator
+    trusted = {
+        os.getuid(),
+        parents[-1].stat().st_uid,
+    }  # whoever owns the root folder is the machine's administrator
     for parent in parents:
         found = parent.stat()
-        if found.st_uid not in trusted or (found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX):
+        if found.st_uid not in trusted or (
+            found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX
+        ):
             return f"others may put another folder in the place of {directory}, for {parent} is theirs to write"
     return None if os.access(directory, os.W_OK) else f"{directory} cannot be written to"
 
@@ -140,7 +154,9 @@ def alone(directory: Path | None) -> Iterator[None]:
     """Of all processes that compile what is to be kept there, one at a time: who waited for another finds it made."""
     with ExitStack() as held:
         if directory is not None and fcntl is not None and not _holds_code(directory):
-            with suppress(OSError):  # a folder that cannot be locked, or written to: each compiles for itself
+            with suppress(
+                OSError
+            ):  # a folder that cannot be locked, or written to: each compiles for itself
                 directory.mkdir(mode=0o700, exist_ok=True)
                 fcntl.flock(held.enter_context((directory / "lock").open("w")), fcntl.LOCK_EX)
         yield

@@ -51,7 +51,11 @@ def _globals_of(code: CodeType, there: dict[str, Any]) -> Iterator[Any]:
     for name in code.co_names:
         value = there.get(name)
         if isinstance(value, ModuleType):  # `np.float32`, or a function of a module by its name
-            yield from (vars(value)[each] for each in code.co_names if isinstance(vars(value).get(each), FunctionType))
+            yield from (
+                vars(value)[each]
+                for each in code.co_names
+                if isinstance(vars(value).get(each), FunctionType)
+            )
         elif value is not None:
             yield value
     for constant in code.co_consts:

@@ -24,7 +24,9 @@ COMPILING = threading.Lock()  # so that no thread compiles what another does alr
 SIMULATED: Final = bool(config.ENABLE_CUDASIM)
 
 _options: dict[str, Any] = {}
-_known: set[Callable[..., Any]] = set()  # of what compiled code can call, what the GPU's compiler has been told
+_known: set[Callable[..., Any]] = (
+    set()
+)  # of what compiled code can call, what the GPU's compiler has been told
 device: Callable[[Function], Function] = cuda.jit(device=True)
 
 

@@ -27,7 +27,9 @@ from baldwinlab.engine.numba_internals.pipeline import (
 )
 from baldwinlab.engine.reference import Scattered
 
-Read = tuple[type, str, types.Type]  # the class of a named tuple, a field, and the type that was found there
+Read = tuple[
+    type, str, types.Type
+]  # the class of a named tuple, a field, and the type that was found there
 
 _MADE: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
 """What has been made of a function for arguments of these outlines, once for each of the different things that it read."""
@@ -95,7 +97,9 @@ class Inlined(Compiler):
         arguments = self.argument_types
         if not any(_references(arguments)):
             return super().compile_extra(function)
-        known = _MADE.setdefault((UNROLLING.get(), fingerprint([function]), *map(_outline, arguments)), [])
+        known = _MADE.setdefault(
+            (UNROLLING.get(), fingerprint([function]), *map(_outline, arguments)), []
+        )
         for made in known:
             if _fits(made, arguments):
                 return self.reuse(made)

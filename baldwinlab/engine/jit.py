@@ -46,7 +46,11 @@ GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
 
 def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
     """Let compiled code call `generic` as the Python function that `choose` gives for the types of its arguments."""
-    overload(generic, strict=False, jit_options=OPTIONS | {"no_cfunc_wrapper": True, "pipeline_class": Inlined})(choose)
+    overload(
+        generic,
+        strict=False,
+        jit_options=OPTIONS | {"no_cfunc_wrapper": True, "pipeline_class": Inlined},
+    )(choose)
     GENERIC[generic] = choose
     return generic
 
@@ -60,7 +64,9 @@ def compiled(function: Function) -> Function:
 
 
 def kept(
-    function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = (), short_loops: bool = False
+    function: Callable[..., Any],
+    with_these: tuple[Callable[..., Any], ...] = (),
+    short_loops: bool = False,
 ) -> Callable[..., Any]:
     """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts.
 
@@ -72,10 +78,16 @@ def kept(
 
 
 @once
-def _kept(function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...], short_loops: bool) -> Callable[..., Any]:
-    made = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)(python_of(function))
+def _kept(
+    function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...], short_loops: bool
+) -> Callable[..., Any]:
+    made = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)(
+        python_of(function)
+    )
     directory = cache.cache_directory(fingerprint([function, *with_these]))
-    plain = not hasattr(made, "signatures")  # Python's function itself, where Numba is told not to compile
+    plain = not hasattr(
+        made, "signatures"
+    )  # Python's function itself, where Numba is told not to compile
     if directory is not None and not plain:
         dispatchers.set_code_store(made, cache.Store(directory))
 

@@ -152,11 +152,17 @@ def square_root(value: Value) -> Value:
     return math.sqrt(value)
 
 
-Result = Callable[..., Any]  # from the types of the arguments to that of what comes out, None where they do not fit
-Emit = Callable[[Any, Any, Any, Any], Any]  # instructions: from a context, a builder, the signature and the arguments
+Result = Callable[
+    ..., Any
+]  # from the types of the arguments to that of what comes out, None where they do not fit
+Emit = Callable[
+    [Any, Any, Any, Any], Any
+]  # instructions: from a context, a builder, the signature and the arguments
 
 
-def _instructions(function: Callable[..., Any], result: Result, patterns: list[tuple[Any, ...]], emit: Emit) -> None:
+def _instructions(
+    function: Callable[..., Any], result: Result, patterns: list[tuple[Any, ...]], emit: Emit
+) -> None:
     """Let compiled code do `function` by the instructions of `emit`, for arguments of these types."""
     type_callable(function)(lambda context: result)
     for pattern in patterns:
@@ -176,7 +182,9 @@ def _repeated(builder: Any, number: Any) -> Any:
     """A number for each lane of a bundle."""
     undefined = ir.Constant(_VECTOR, ir.Undefined)
     single = builder.insert_element(undefined, number, ir.Constant(_WORD, 0))
-    return builder.shuffle_vector(single, undefined, ir.Constant(ir.VectorType(_WORD, WIDTH), [0] * WIDTH))
+    return builder.shuffle_vector(
+        single, undefined, ir.Constant(ir.VectorType(_WORD, WIDTH), [0] * WIDTH)
+    )
 
 
 def _widened(builder: Any, value: Any) -> Any:
@@ -199,9 +207,19 @@ def _width(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return index_constant(context, WIDTH)
 
 
-_instructions(bundle, lambda first: BUNDLE if isinstance(first, types.Integer) else None, [(types.Integer,)], _bundle)
+_instructions(
+    bundle,
+    lambda first: BUNDLE if isinstance(first, types.Integer) else None,
+    [(types.Integer,)],
+    _bundle,
+)
 _instructions(lanes_in_bundle, lambda: types.intp, [()], _width)
-_instructions(first_lane, lambda lane: types.intp if lane is BUNDLE else None, [(BUNDLE,)], lambda *known: known[3][0])
+_instructions(
+    first_lane,
+    lambda lane: types.intp if lane is BUNDLE else None,
+    [(BUNDLE,)],
+    lambda *known: known[3][0],
+)
 _instructions(lanes_of, lambda lane: types.intp if lane is BUNDLE else None, [(BUNDLE,)], _width)
 
 
@@ -249,7 +267,9 @@ _instructions(get, _get_type, [_ONE, _MANY], _get)
 _instructions(put, _put_type, [*_SINGLE, (*_MANY, WIDE), (*_MANY, types.float32)], _put)
 
 
-def _operator(symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[Any, Any, Any], Any]) -> None:
+def _operator(
+    symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[Any, Any, Any], Any]
+) -> None:
     """Let an operator work on two bundles' values, or on a bundle's values and one float32."""
     pairs = [(WIDE, WIDE), (WIDE, types.float32), (types.float32, WIDE)]
 
@@ -259,11 +279,15 @@ def _operator(symbol: Callable[[Any, Any], Any], result: Any, build: Callable[[A
     _instructions(symbol, lambda a, b: result if (a, b) in pairs else None, pairs, emit)
 
 
-def _operator_of_masks(symbol: Callable[[Any, Any], Any], build: Callable[[Any, Any, Any], Any]) -> None:
+def _operator_of_masks(
+    symbol: Callable[[Any, Any], Any], build: Callable[[Any, Any, Any], Any]
+) -> None:
     def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return build(builder, *arguments)
 
-    _instructions(symbol, lambda a, b: MASK if a is MASK and b is MASK else None, [(MASK, MASK)], emit)
+    _instructions(
+        symbol, lambda a, b: MASK if a is MASK and b is MASK else None, [(MASK, MASK)], emit
+    )
 
 
 _operator(operator.add, WIDE, lambda builder, a, b: builder.fadd(a, b))
@@ -289,7 +313,11 @@ def _minus(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 def _clamp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     value, limit = arguments
-    return _smaller(builder, _larger(builder, value, _repeated(builder, builder.fneg(limit))), _repeated(builder, limit))
+    return _smaller(
+        builder,
+        _larger(builder, value, _repeated(builder, builder.fneg(limit))),
+        _repeated(builder, limit),
+    )
 
 
 def _choose(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -330,18 +358,26 @@ def _is_root(value: Any) -> Any:
 _CHOICES: Final = [(MASK, a, b) for a in _VALUES for b in _VALUES]
 _instructions(abs, lambda value: WIDE if value is WIDE else None, [(WIDE,)], _magnitude)
 _instructions(operator.neg, lambda value: WIDE if value is WIDE else None, [(WIDE,)], _minus)
-_instructions(clamp, lambda value, limit: WIDE if (value, limit) == _VALUES else None, [_VALUES], _clamp)
+_instructions(
+    clamp, lambda value, limit: WIDE if (value, limit) == _VALUES else None, [_VALUES], _clamp
+)
 _instructions(choose, _choose_type, _CHOICES, _choose)
 _instructions(any_of, lambda mask: types.boolean if mask is MASK else None, [(MASK,)], _any_of)
 _instructions(negated, lambda mask: MASK if mask is MASK else None, [(MASK,)], _negated)
-_instructions(lookup, lambda table, index: WIDE if index is WIDE else None, [(types.Array, WIDE)], _lookup)
+_instructions(
+    lookup, lambda table, index: WIDE if index is WIDE else None, [(types.Array, WIDE)], _lookup
+)
 _instructions(square_root, _is_root, [(types.Float,), (WIDE,)], _square_root)
 
 
 # Where a lane is by itself: the functions as they stand in Python.
 _OF_ONE_LANE = (clamp, choose, any_of, negated, lookup, first_lane, lanes_of)
 for _function in _OF_ONE_LANE:
-    overload(_function, strict=False)(lambda *types, meaning=_function: None if {WIDE, MASK, BUNDLE} & set(types) else meaning)
+    overload(_function, strict=False)(
+        lambda *types, meaning=_function: None if {WIDE, MASK, BUNDLE} & set(types) else meaning
+    )
 
-FOR_ONE_LANE: Final = {each: each for each in (*_OF_ONE_LANE, bundle, lanes_in_bundle, get, put, square_root)}
+FOR_ONE_LANE: Final = {
+    each: each for each in (*_OF_ONE_LANE, bundle, lanes_in_bundle, get, put, square_root)
+}
 """What a GPU compiles, where a thread has a lane to itself."""

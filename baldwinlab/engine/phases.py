@@ -35,7 +35,9 @@ def phase(default: Callable[..., Any]) -> Any:
     return register(generic, choose)
 
 
-def for_each(of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+def for_each(
+    of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]
+) -> Callable[..., Any]:
     """A phase of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` if there are none."""
 
     def generic(parts: Any, *others: Any) -> Any:
@@ -65,7 +67,9 @@ def one_after_another(of_one: Callable[..., None]) -> Callable[..., None]:
 
 
 def if_any(
-    some: Callable[..., Any], none: Callable[..., Any], that: Callable[[Any], bool] = lambda holder: True
+    some: Callable[..., Any],
+    none: Callable[..., Any],
+    that: Callable[[Any], bool] = lambda holder: True,
 ) -> Callable[..., Any]:
     """One function where there are parts in a tuple, or such of whose class `that` holds, and another where there are none."""
 
@@ -81,7 +85,12 @@ def if_any(
 
 def functions_of(holder: type) -> tuple[Callable[..., Any], ...]:
     """The static methods of a class and of those it derives from: the phases of a part."""
-    names = {name: None for each in holder.__mro__ for name, value in vars(each).items() if isinstance(value, staticmethod)}
+    names = {
+        name: None
+        for each in holder.__mro__
+        for name, value in vars(each).items()
+        if isinstance(value, staticmethod)
+    }
     return tuple(getattr(holder, name) for name in names)
 
 

@@ -52,7 +52,9 @@ def pattern_number() -> int:
     if _pattern is None:
         value = os.environ.get(VARIABLE) or "0"
         if value not in ("0", *map(str, PATTERNS)):
-            raise RefusedError(f"the environment variable {VARIABLE} is {value!r} and must be 0 (off), 1 or 2")
+            raise RefusedError(
+                f"the environment variable {VARIABLE} is {value!r} and must be 0 (off), 1 or 2"
+            )
         _pattern = int(value)
     return _pattern
 
@@ -77,7 +79,12 @@ def fill(array: npt.NDArray[Any]) -> None:
     """Fill `array` with the pattern. Do nothing if poison is off."""
     if is_on():
         pattern = PATTERNS[pattern_number()]
-        array[...] = {"f": pattern.real, "i": pattern.signed, "u": pattern.unsigned, "b": pattern.boolean}[array.dtype.kind]
+        array[...] = {
+            "f": pattern.real,
+            "i": pattern.signed,
+            "u": pattern.unsigned,
+            "b": pattern.boolean,
+        }[array.dtype.kind]
 
 
 def empty(shape: int | tuple[int, ...], dtype: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:

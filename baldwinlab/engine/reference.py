@@ -113,5 +113,7 @@ def _take(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 type_callable(by_reference)(lambda context: lambda held: Scattered(held))
 lower_builtin(by_reference, BaseNamedTuple)(_store)
-type_callable(taken)(lambda context: lambda reference: reference.held if isinstance(reference, Reference) else None)
+type_callable(taken)(
+    lambda context: lambda reference: reference.held if isinstance(reference, Reference) else None
+)
 lower_builtin(taken, Reference)(_take)

@@ -13,22 +13,39 @@ from baldwinlab.errors import PartError
 OURS: Final = Path(__file__).parents[1]
 LONGEST: Final = 300  # characters of a reason
 BEGINS: Final = re.compile(r"Failed in nopython mode pipeline.*\n")
-ENDS: Final = re.compile(r"\n\s*(There (are|is) \d+ candidate|During:|File \"|- Of which|- argument|$)")
+ENDS: Final = re.compile(
+    r"\n\s*(There (are|is) \d+ candidate|During:|File \"|- Of which|- argument|$)"
+)
 PLACE: Final = re.compile(r'(?:File "|at )([^"\n]+?)(?:", line | \()(\d+)')
-CALL: Final = re.compile(r"Function\((?P<function>.*)\) found for signature: >>> (?P<name>[^(]+)\((?P<types>.*)\)$")
+CALL: Final = re.compile(
+    r"Function\((?P<function>.*)\) found for signature: >>> (?P<name>[^(]+)\((?P<types>.*)\)$"
+)
 NUMBER: Final = re.compile(r"float64|int\d|uint\d|Literal\[int\]|bool")
 COMPARED: Final = "< <= > >="
 
 
 def refusal(error: Exception, phases: Iterable[Callable[..., Any]]) -> PartError | None:
     """The sentence on a fault of Numba's that one of the foreign `phases` makes; None where none of them does."""
-    foreign = [each for each in phases if isinstance(each, FunctionType) and OURS not in Path(each.__code__.co_filename).parents]
-    text = BEGINS.split(re.sub(r"\x1b\[[0-9;]*m", "", str(error)))[-1]  # what is innermost comes last
+    foreign = [
+        each
+        for each in phases
+        if isinstance(each, FunctionType) and OURS not in Path(each.__code__.co_filename).parents
+    ]
+    text = BEGINS.split(re.sub(r"\x1b\[[0-9;]*m", "", str(error)))[
+        -1
+    ]  # what is innermost comes last
     reason = _translate(" ".join(ENDS.split(text)[0].split()))[:LONGEST]
     named = [(Path(file).name, int(line)) for file, line in PLACE.findall(text)]
     for phase in foreign:
-        file, lines = phase.__code__.co_filename, [line for _, _, line in phase.__code__.co_lines() if line]
-        within = [line for name, line in named if name == Path(file).name and min(lines) <= line <= max(lines)]
+        file, lines = (
+            phase.__code__.co_filename,
+            [line for _, _, line in phase.__code__.co_lines() if line],
+        )
+        within = [
+            line
+            for name, line in named
+            if name == Path(file).name and min(lines) <= line <= max(lines)
+        ]
         unknown = re.search(r"name '(\w+)' is not defined", text)
         if within or (unknown and unknown[1] in phase.__code__.co_names):
             line = within[0] if within else min(lines)
@@ -58,7 +75,9 @@ def _sentence(name: str, kinds: set[str], types: str) -> str:
     if name in ("get", "put"):
         return _sentence_on_array(name, types)
     if name == "choose":
-        return "choose(mask, a, b) takes a mask, and a and b in float32; write np.float32(0.5) for 0.5"
+        return (
+            "choose(mask, a, b) takes a mask, and a and b in float32; write np.float32(0.5) for 0.5"
+        )
     if "bundle" in kinds:
         return f"the lane is a SIMD block of agents and no number, so {name} does not take it; pass it to get and put as it is"
     if "mask" in kinds:

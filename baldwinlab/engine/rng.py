@@ -31,7 +31,9 @@ TEACHER: Final = 10  # index: child; draw: 0
 FOUNDER: Final = 11  # of models that are parts: index: agent; draw: as the model likes
 LIFE: Final = 12  # of models that are parts: index: agent; draw: as the model likes
 AGE: Final = 13  # index: agent; draw: 0
-MODULE_WEIGHTS: Final = 64  # and the number of any other module in a genome; index: agent; draw: weight
+MODULE_WEIGHTS: Final = (
+    64  # and the number of any other module in a genome; index: agent; draw: weight
+)
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 
@@ -42,7 +44,9 @@ _UNIT = np.float32(2.0**-24)
 
 
 @compiled
-def philox(c0: Word, c1: Word, c2: Word, c3: Word, k0: Word, k1: Word) -> tuple[Word, Word, Word, Word]:
+def philox(
+    c0: Word, c1: Word, c2: Word, c3: Word, k0: Word, k1: Word
+) -> tuple[Word, Word, Word, Word]:
     """Four random 32-bit words from a counter of four words and a key of two."""
     c0, c1, c2, c3 = np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3)
     k0, k1 = np.uint32(k0), np.uint32(k1)
@@ -71,7 +75,9 @@ def uniform(word: Word) -> np.float64:
 
 
 @compiled
-def draw_uniforms(seed: int, run: int, generation: int, purpose: int, index: int, out: npt.NDArray[np.float64]) -> None:
+def draw_uniforms(
+    seed: int, run: int, generation: int, purpose: int, index: int, out: npt.NDArray[np.float64]
+) -> None:
     """Fill `out` [draw, 4] with the uniform numbers of one index."""
     for draw in range(out.shape[0]):
         words = philox(draw, index, generation, purpose, seed, run)
@@ -82,7 +88,9 @@ def draw_uniforms(seed: int, run: int, generation: int, purpose: int, index: int
 
 
 @entry
-def _draw_all(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.float64]) -> None:
+def _draw_all(
+    seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[np.float64]
+) -> None:
     for index in range(out.shape[0]):
         draw_uniforms(seed, run, generation, purpose, index, out[index])
 
@@ -98,14 +106,18 @@ def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[n
             out[index, draw, 3] = words[3]
 
 
-def words(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.uint32]:
+def words(
+    seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]
+) -> npt.NDArray[np.uint32]:
     """Random words [index, draw, 4] for every index below `shape[0]` and every draw below `shape[1]`."""
     out = poison.empty((*shape, 4), np.uint32)
     _fill(seed, run, generation, purpose, out)
     return out
 
 
-def uniforms(seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]) -> npt.NDArray[np.float64]:
+def uniforms(
+    seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]
+) -> npt.NDArray[np.float64]:
     """Uniform numbers [index, draw, 4] in (0, 1), as `uniform` makes them."""
     out = poison.empty((*shape, 4))
     _draw_all(seed, run, generation, purpose, out)

@@ -43,9 +43,14 @@ TRIPLE: Final = "wasm32-unknown-unknown"
 FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
 LANES: Final = 4  # of float32 in a register
 STACK: Final = 256 * 1024  # bytes
-OF_C: Final = {"floorf": "llvm.floor.f32", "floor": "llvm.floor.f64"}  # instructions of their own there: exact, as libm's are
+OF_C: Final = {
+    "floorf": "llvm.floor.f32",
+    "floor": "llvm.floor.f64",
+}  # instructions of their own there: exact, as libm's are
 
-Entry = tuple[Callable[..., Any], Sequence[Any]]  # a function, and the types of its arguments, whose addresses it is given
+Entry = tuple[
+    Callable[..., Any], Sequence[Any]
+]  # a function, and the types of its arguments, whose addresses it is given
 
 
 def module(entries: Mapping[str, Entry]) -> bytes:
@@ -56,7 +61,9 @@ def module(entries: Mapping[str, Entry]) -> bytes:
     machine = llvm.Target.from_triple(TRIPLE).create_target_machine(features=FEATURES, opt=3)
     whole: Any = None
     for name, (function, arguments) in entries.items():
-        one = llvm.parse_assembly(_retargeted(*_code(function, arguments), name, len(arguments), machine))
+        one = llvm.parse_assembly(
+            _retargeted(*_code(function, arguments), name, len(arguments), machine)
+        )
         for each in (*one.functions, *one.global_variables):
             if not each.is_declaration and each.name != name:
                 each.linkage = "internal"  # so that entry points may have the same callees
@@ -79,7 +86,9 @@ def _code(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[str, 
 
 def _retargeted(text: str, symbol: str, name: str, count: int, machine: Any) -> str:
     """The same for WebAssembly, with a function of a plain name that takes so many addresses."""
-    text = re.sub(r'(?m)^target datalayout = ".*"$', f'target datalayout = "{machine.target_data}"', text)
+    text = re.sub(
+        r'(?m)^target datalayout = ".*"$', f'target datalayout = "{machine.target_data}"', text
+    )
     text = re.sub(r'(?m)^target triple = ".*"$', f'target triple = "{TRIPLE}"', text)
     text = text.replace(" common ", " ")
     for function, instruction in OF_C.items():
@@ -101,11 +110,22 @@ def _linked(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> byte
     with tempfile.TemporaryDirectory() as folder:
         given, made = Path(folder) / "code.o", Path(folder) / "module.wasm"
         given.write_bytes(code)
-        options = ["--no-entry", "--import-memory", "--strip-all", "--stack-first", "-z", f"stack-size={STACK}"]
+        options = [
+            "--no-entry",
+            "--import-memory",
+            "--strip-all",
+            "--stack-first",
+            "-z",
+            f"stack-size={STACK}",
+        ]
         names = [f"--export={name}" for name in (*exported, "__heap_base")]
-        done = subprocess.run([*linker, *options, *names, "-o", str(made), str(given)], capture_output=True, text=True)
+        done = subprocess.run(
+            [*linker, *options, *names, "-o", str(made), str(given)], capture_output=True, text=True
+        )
         if done.returncode:
-            raise RefusedError(f"the linker for WebAssembly failed: {' '.join(done.stderr.split())[:500]}")
+            raise RefusedError(
+                f"the linker for WebAssembly failed: {' '.join(done.stderr.split())[:500]}"
+            )
         return made.read_bytes()
 
 
@@ -115,7 +135,9 @@ def places(kind: Any) -> tuple[int, dict[str, int]]:
     llvm.initialize_all_targets()
     data = llvm.Target.from_triple(TRIPLE).create_target_machine(features=FEATURES).target_data
     shape = data_type(kind)
-    return shape.get_abi_size(data), {name[1:]: offset for name, offset in _places(kind, shape, data, "", 0)}
+    return shape.get_abi_size(data), {
+        name[1:]: offset for name, offset in _places(kind, shape, data, "", 0)
+    }
 
 
 def _places(kind: Any, shape: Any, data: Any, name: str, offset: int) -> Iterator[tuple[str, int]]:
@@ -139,7 +161,15 @@ def aside(module_name: str, order: Any) -> Any:
     with tempfile.TemporaryDirectory() as nowhere:
         own = {"BALDWINLAB_LANES": str(LANES), "NUMBA_OPT": "0", "BALDWINLAB_CACHE": nowhere}
         command = [sys.executable, "-m", module_name]
-        done = subprocess.run(command, input=json.dumps(order), capture_output=True, text=True, env={**os.environ, **own})
+        done = subprocess.run(
+            command,
+            input=json.dumps(order),
+            capture_output=True,
+            text=True,
+            env={**os.environ, **own},
+        )
     if done.returncode:
-        raise RefusedError((done.stderr.strip().splitlines() or ["it could not be compiled for browsers"])[-1])
+        raise RefusedError(
+            (done.stderr.strip().splitlines() or ["it could not be compiled for browsers"])[-1]
+        )
     return json.loads(done.stdout)

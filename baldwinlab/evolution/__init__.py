@@ -6,7 +6,14 @@ Kernels allocate nothing and validate nothing; what is called from outside of th
 from baldwinlab.evolution.breeding import breed, next_genome
 from baldwinlab.evolution.fitness import cost_of_learning, energy_of, fitness
 from baldwinlab.evolution.founders import draw_genome
-from baldwinlab.evolution.inheritance import bequeath, deal_teachers, elders_of, elders_teach, needs_lives, trace_back
+from baldwinlab.evolution.inheritance import (
+    bequeath,
+    deal_teachers,
+    elders_of,
+    elders_teach,
+    needs_lives,
+    trace_back,
+)
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 

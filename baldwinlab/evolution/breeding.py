@@ -17,7 +17,9 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_all
 
 
-def next_genome(experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness) -> tuple[Genome, Parents]:
+def next_genome(
+    experiment: BaseExperiment, moment: Moment, genome: Genome, fitness: Fitness
+) -> tuple[Genome, Parents]:
     """Genomes and parents of the generation at `moment`, from the one before it, which has lived."""
     if not np.isfinite(genome).all():  # cheaper than to find out who may have changed them
         require_finite(experiment, moment.before(), genome, *_makers_in_life(experiment))
@@ -35,7 +37,9 @@ def _makers_in_life(experiment: BaseExperiment) -> list[str]:
     return births + (["learning.rule", "evolution.inheritance"] if inherits else [])
 
 
-def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: Moment) -> tuple[Genome, Parents]:
+def breed(
+    experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: Moment
+) -> tuple[Genome, Parents]:
     """The children of a generation that has lived, and their parents: of who lives on, that agent twice.
 
     `moment` is the children's. Raises ValueError as `select` does, and RefusedError for children that are not finite.
@@ -44,13 +48,21 @@ def breed(experiment: BaseExperiment, genome: Genome, fitness: Fitness, moment: 
     parents = select(experiment, fitness, moment.uniforms(rng.SELECTION, (agents, 2)), genome)
     children = np.full_like(genome, np.nan)  # so that an unwritten gene is found
     variation, code = breeding_part(experiment, "variation")
-    kept(breed_children, code)(variation, moment, genome, fitness, parents, poison.empty((modules * weights, 4)), children)
+    kept(breed_children, code)(
+        variation, moment, genome, fitness, parents, poison.empty((modules * weights, 4)), children
+    )
     require_finite(experiment, moment, children, "evolution.variation")
     return deal_teachers(experiment, children, moment), parents
 
 
 def breed_children(
-    variation: Any, moment: Moment, genome: Genome, fitness: Fitness, parents: Parents, draws: Uniforms, children: Genome
+    variation: Any,
+    moment: Moment,
+    genome: Genome,
+    fitness: Fitness,
+    parents: Parents,
+    draws: Uniforms,
+    children: Genome,
 ) -> None:
     """Fill `children` from the genomes of their `parents`; `draws` [module and weight, 4] is scratch."""
     vary_all(variation, moment, genome, fitness, parents, draws, children)

@@ -31,7 +31,11 @@ def require_finite(experiment: BaseExperiment, moment: Moment, genome: Genome, *
     if np.isfinite(genome).all():
         return
     faulty = ~np.isfinite(genome)
-    allowed = list(experiment.part("network.kind" if isinstance(experiment, Experiment) else "model").infinite_genes)
+    allowed = list(
+        experiment.part(
+            "network.kind" if isinstance(experiment, Experiment) else "model"
+        ).infinite_genes
+    )
     faulty[..., allowed] = np.isnan(genome[..., allowed])
     if faulty.any():
         agent, module, gene = (int(place) for place in np.argwhere(faulty)[0])
@@ -44,5 +48,7 @@ def require_finite(experiment: BaseExperiment, moment: Moment, genome: Genome, *
 
 
 def _names(experiment: BaseExperiment, path: str) -> str:
-    names = [part.name for part in experiment.parts(path)] if path != "model" else [experiment.model]
+    names = (
+        [part.name for part in experiment.parts(path)] if path != "model" else [experiment.model]
+    )
     return ", ".join(repr(name) for name in names)

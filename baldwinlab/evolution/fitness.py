@@ -43,7 +43,9 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     values, code = breeding_part(experiment, "fitness")
     kept(evaluate_all, code)(values, energy, cost, found)
     if np.isnan(found).any():
-        raise ValueError(f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents")
+        raise ValueError(
+            f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
+        )
     return found
 
 
@@ -59,7 +61,9 @@ def energy_of(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -
 
 
 @entry
-def balance(of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], found: Fitness) -> None:
+def balance(
+    of_region: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], found: Fitness
+) -> None:
     for agent in range(found.size):
         gained = 0.0
         for region in range(of_region.size):

@@ -17,16 +17,23 @@ from baldwinlab.evolution.moment import Genome, Moment
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.evolution import breeding_part
 
-WEIGHTS_OF_MODULE: Final = {"action": rng.ACTION_WEIGHTS, "reinforcement": rng.REINFORCEMENT_WEIGHTS}
+WEIGHTS_OF_MODULE: Final = {
+    "action": rng.ACTION_WEIGHTS,
+    "reinforcement": rng.REINFORCEMENT_WEIGHTS,
+}
 
 
 def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
     """The genomes of a generation that has no parents. Raises RefusedError for those that are not finite."""
     if not isinstance(experiment, Experiment):
-        founders = np.ascontiguousarray(experiment.of_model.founders(experiment.population.size, moment), np.float32)
+        founders = np.ascontiguousarray(
+            experiment.of_model.founders(experiment.population.size, moment), np.float32
+        )
         require_finite(experiment, moment, founders, "model")
         return founders
-    genome = poison.empty((experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32)
+    genome = poison.empty(
+        (experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32
+    )
     for module, purpose in enumerate(purposes(experiment)):
         draw_normal(moment, purpose, genome, module)
     variation = breeding_part(experiment, "variation")[0]
@@ -37,7 +44,10 @@ def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
 
 def purposes(experiment: Experiment) -> list[int]:
     """What the random numbers of each module's weights are for."""
-    return [WEIGHTS_OF_MODULE.get(name, rng.MODULE_WEIGHTS + number) for number, name in enumerate(experiment.modules)]
+    return [
+        WEIGHTS_OF_MODULE.get(name, rng.MODULE_WEIGHTS + number)
+        for number, name in enumerate(experiment.modules)
+    ]
 
 
 @entry
@@ -45,6 +55,10 @@ def draw_normal(moment: Moment, purpose: int, genome: Genome, module: int) -> No
     """Fill one module of `genome` from N(0, 1); of one draw of the generator come four weights."""
     for agent in range(genome.shape[0]):
         for first in range(0, genome.shape[2], 4):
-            words = rng.philox(first // 4, agent, moment.generation, purpose, moment.seed, moment.run)
+            words = rng.philox(
+                first // 4, agent, moment.generation, purpose, moment.seed, moment.run
+            )
             for weight in range(first, min(first + 4, genome.shape[2])):
-                genome[agent, module, weight] = np.float32(normal_quantile(rng.uniform(words[weight - first])))
+                genome[agent, module, weight] = np.float32(
+                    normal_quantile(rng.uniform(words[weight - first]))
+                )

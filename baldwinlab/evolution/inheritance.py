@@ -25,7 +25,9 @@ class Darwinian(Inheritance, name="darwinian"):
     Source: Lamarck, Philosophie zoologique, 1809; in evolved networks, Sasaki and Tokoro, Artificial Life 5 (1999).
     """
 
-    derived: ClassVar[Mapping[str, Any]] = {"share": lambda part, experiment: float(experiment.evolution.lamarckian_share)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "share": lambda part, experiment: float(experiment.evolution.lamarckian_share)
+    }
 
     def wants_learned(self, experiment: BaseExperiment) -> bool:
         return experiment.evolution.lamarckian_share > 0
@@ -34,7 +36,9 @@ class Darwinian(Inheritance, name="darwinian"):
     def pass_on(part: Any, born: Weights, learned: Weights, inherited: Weights) -> None:
         for weight in range(learned.size):
             kept = (1.0 - part.share) * np.float64(born[weight])
-            inherited[weight] = np.float32(kept + np.float64(np.float32(part.share) * learned[weight]))
+            inherited[weight] = np.float32(
+                kept + np.float64(np.float32(part.share) * learned[weight])
+            )
 
     @staticmethod
     def oracle(part: Any, born: Any, learned: Any) -> Any:
@@ -55,7 +59,9 @@ def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None)
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
         return genome
-    modules = 2 if "reinforcement" in experiment.modules else 1  # that inheritance changes, the first ones
+    modules = (
+        2 if "reinforcement" in experiment.modules else 1
+    )  # that inheritance changes, the first ones
     born = np.ascontiguousarray(genome[:, :modules])
     changed, inherited = born.copy(), genome.copy()
     poison.fill(changed[:, 0, : learned.shape[1]])
@@ -67,7 +73,9 @@ def bequeath(experiment: BaseExperiment, genome: Genome, learned: Genome | None)
 
 def needs_lives(experiment: BaseExperiment) -> bool:
     """Whether what is inherited cannot be known without living: what was learned, or by whom others were born in life."""
-    return experiment.births_in_life or experiment.part("evolution.inheritance").wants_learned(experiment)
+    return experiment.births_in_life or experiment.part("evolution.inheritance").wants_learned(
+        experiment
+    )
 
 
 @entry
@@ -79,7 +87,10 @@ def trace_back(origin: Parents, parents: Parents) -> None:
     for child in range(parents.shape[0]):
         one, other = parents[child, 0], parents[child, 1]
         if one >= 0 and other >= 0:
-            parents[child, 0], parents[child, 1] = origin[one, 0], origin[other, 1 if one == other else 0]
+            parents[child, 0], parents[child, 1] = (
+                origin[one, 0],
+                origin[other, 1 if one == other else 0],
+            )
 
 
 def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
@@ -130,12 +141,17 @@ def deal(genome: Genome, order: Order, dealt: Genome) -> None:
     for child in range(genome.shape[0]):
         for module in range(genome.shape[1]):
             for weight in range(genome.shape[2]):
-                dealt[child, module, weight] = genome[order[child] if module == 1 else child, module, weight]
+                dealt[child, module, weight] = genome[
+                    order[child] if module == 1 else child, module, weight
+                ]
 
 
 def elders_teach(experiment: Experiment) -> bool:
     """Whether reinforcement modules are made of what the generation before had learned."""
-    return "reinforcement" in experiment.modules and type(experiment.part("evolution.inheritance")).teach is not teach.default
+    return (
+        "reinforcement" in experiment.modules
+        and type(experiment.part("evolution.inheritance")).teach is not teach.default
+    )
 
 
 def elders_of(experiment: Experiment, moment: Moment, parents: Parents) -> Parents | None:
@@ -145,7 +161,11 @@ def elders_of(experiment: Experiment, moment: Moment, parents: Parents) -> Paren
     """
     if not elders_teach(experiment) or experiment.learning.teacher == "fresh":
         return None
-    return parents[_dealt(len(parents), moment)] if experiment.learning.teacher == "shuffled" else parents
+    return (
+        parents[_dealt(len(parents), moment)]
+        if experiment.learning.teacher == "shuffled"
+        else parents
+    )
 
 
 TEACHERS: Final[Mapping[str, Callable[[Genome, Moment], Genome]]] = {

@@ -22,27 +22,47 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.evolution import ITSELF, Selection, breeding_part, keep, keep_first, pair
 
 
-def select(experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms, genome: Genome | None = None) -> Parents:
+def select(
+    experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms, genome: Genome | None = None
+) -> Parents:
     """Two parents for each child, the fitter one first; of equals, the one drawn first. Who lives on has `ITSELF` for the other.
 
     `genome` is for schemes that look at it. Raises ValueError for a fitness that the scheme cannot work with.
     """
     scheme, code = breeding_part(experiment, "selection")
-    least, where = type(scheme).part.least, f"evolution.selection = {experiment.evolution.selection!r}"
+    least, where = (
+        type(scheme).part.least,
+        f"evolution.selection = {experiment.evolution.selection!r}",
+    )
     if (agent := misfit(fitness, least)) >= 0:
-        needed = "0 or more: choose rank or tournament, or a fitness that is never negative" if least == 0 else "a finite number"
-        raise ValueError(f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}")
+        needed = (
+            "0 or more: choose rank or tournament, or a fitness that is never negative"
+            if least == 0
+            else "a finite number"
+        )
+        raise ValueError(
+            f"{where}: the fitness of agent {agent} is {fitness[agent]:g} and must be {needed}"
+        )
     agents, parents = fitness.size, np.full((len(uniforms), 2), -1, np.int32)
     looked_at = np.empty((agents, 0, 0), np.float32) if genome is None else genome
     scratch = poison.empty(agents), poison.empty(agents, np.int64)
-    kept(draw_parents, code)(scheme, experiment.evolution.elite, looked_at, fitness, uniforms, *scratch, parents)
+    kept(draw_parents, code)(
+        scheme, experiment.evolution.elite, looked_at, fitness, uniforms, *scratch, parents
+    )
     if has_stranger(parents, agents):
         raise ValueError(f"{where} chose a parent that is none of the {agents} agents")
     return parents
 
 
 def draw_parents(
-    scheme: Any, elite: int, genome: Genome, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents
+    scheme: Any,
+    elite: int,
+    genome: Genome,
+    fitness: Fitness,
+    uniforms: Uniforms,
+    shares: Keys,
+    order: Order,
+    parents: Parents,
 ) -> None:
     """Fill `parents` by a scheme, the fitter one first, and let the elite live on in the place of the first children."""
     pair(scheme, genome, fitness, uniforms, shares, order, parents)
@@ -78,7 +98,14 @@ class Roulette(Selection, name="roulette"):
     least: ClassVar[float] = 0.0
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         for agent in range(fitness.size):
             shares[agent] = fitness[agent]
         _spin(uniforms, shares, parents)
@@ -92,7 +119,14 @@ class Tournament(Selection, name="tournament"):
     """The fitter one of two that are drawn."""
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         for child in range(parents.shape[0]):
             for parent in range(2):
                 first = _any_of(fitness.size, uniforms[child, 0, 2 * parent])
@@ -102,14 +136,24 @@ class Tournament(Selection, name="tournament"):
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
         fought = [[int(draw * len(fitness)) for draw in draws[0]] for draws in uniforms]
-        return [[max(pair, key=lambda agent: fitness[agent]) for pair in (four[:2], four[2:])] for four in fought]
+        return [
+            [max(pair, key=lambda agent: fitness[agent]) for pair in (four[:2], four[2:])]
+            for four in fought
+        ]
 
 
 class Truncation(Selection, name="truncation"):
     """Anyone of the upper half, rounded down; equals are put in random order."""
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         half = max(1, fitness.size // 2)
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
@@ -120,7 +164,9 @@ class Truncation(Selection, name="truncation"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+        order = sorted(
+            range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
+        )
         best = order[: max(1, len(order) // 2)]
         return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in uniforms]
 
@@ -129,7 +175,14 @@ class Rank(Selection, name="rank"):
     """Probability proportional to the rank, from 1 for the least fit; equals share the mean of theirs."""
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         sort_by(fitness, fitness, order)
         first = 0
         for place in range(1, fitness.size + 1):
@@ -141,7 +194,9 @@ class Rank(Selection, name="rank"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        ranks = [0.5 + sum((other < own) + 0.5 * (other == own) for other in fitness) for own in fitness]
+        ranks = [
+            0.5 + sum((other < own) + 0.5 * (other == own) for other in fitness) for own in fitness
+        ]
         return _spun(ranks, uniforms)
 
 
@@ -149,7 +204,14 @@ class Neutral(Selection, name="neutral"):
     """Anyone, whatever the fitness: the neutral twin of every other scheme."""
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         for child in range(parents.shape[0]):
             for parent in range(2):
                 parents[child, parent] = _any_of(fitness.size, uniforms[child, 0, parent])
@@ -171,7 +233,13 @@ def is_neutral(part: Any, experiment: BaseExperiment) -> bool:
 def _spun(shares: Any, uniforms: Any) -> Any:
     """The oracle's roulette wheel: whose slice, one after another, the draw falls in."""
     slices = list(accumulate(shares if any(shares) else [1.0 for _ in shares]))
-    return [[next(k for k, end in enumerate(slices) if draw * slices[-1] < end) for draw in draws[0][:2]] for draws in uniforms]
+    return [
+        [
+            next(k for k, end in enumerate(slices) if draw * slices[-1] < end)
+            for draw in draws[0][:2]
+        ]
+        for draws in uniforms
+    ]
 
 
 @compiled

@@ -21,17 +21,27 @@ class Crossover(Variation, name="crossover"):
     """A weight is copied from the fitter parent with probability 0.5, else from the other, and may mutate."""
 
     derived: ClassVar[Mapping[str, Any]] = {
-        "one_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",  # else one for every weight
-        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),  # probability that a gate opens
-        "size": lambda part, experiment: float(experiment.evolution.mutation_size),  # a mutation adds U(-size, size)
+        "one_gate": lambda part, experiment: (
+            experiment.evolution.mutation_gate == "child"
+        ),  # else one for every weight
+        "rate": lambda part, experiment: float(
+            experiment.evolution.mutation_rate
+        ),  # probability that a gate opens
+        "size": lambda part, experiment: float(
+            experiment.evolution.mutation_size
+        ),  # a mutation adds U(-size, size)
     }
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                inherited = fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                inherited = (
+                    fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                )
                 if (gate if part.one_gate else draws[draw, 1]) < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 child[module, weight] = inherited
@@ -45,5 +55,7 @@ class Crossover(Variation, name="crossover"):
             for ours, theirs in zip(of_fitter, of_other, strict=True):
                 coin, own_gate, size, _ = next(draw)
                 opens = (gate if part.one_gate else own_gate) < part.rate
-                child[-1].append((ours if coin < 0.5 else theirs) + opens * part.size * (2 * size - 1))
+                child[-1].append(
+                    (ours if coin < 0.5 else theirs) + opens * part.size * (2 * size - 1)
+                )
         return child

@@ -30,7 +30,11 @@ if TYPE_CHECKING:
 FILE: Final = "ro-crate-metadata.json"
 MARK: Final = "baldwinlab crate"  # what stands in every one that is written
 PROFILE: Final = "https://w3id.org/ro/wfrun/process/0.5"
-FORMATS: Final = {".toml": "application/toml", ".jsonl": "application/jsonl", ".parquet": "application/vnd.apache.parquet"}
+FORMATS: Final = {
+    ".toml": "application/toml",
+    ".jsonl": "application/jsonl",
+    ".parquet": "application/vnd.apache.parquet",
+}
 FOLDERS: Final = {
     "assays": "what assays measured, netCDF",
     "figures": "the report's figures, and their numbers",
@@ -49,7 +53,9 @@ LIBRARIES: Final = {  # by what records call them
 }
 
 
-def write_crate(study: Study, authors: Sequence[str] = (), license: str = "", *, force: bool = False) -> Path:
+def write_crate(
+    study: Study, authors: Sequence[str] = (), license: str = "", *, force: bool = False
+) -> Path:
     """Write ro-crate-metadata.json into the study's folder; gives its path.
 
     An author is a name, which the address of an ORCID may follow; a license is an address or a name of SPDX, such as CC-BY-4.0.
@@ -71,8 +77,15 @@ def write_crate(study: Study, authors: Sequence[str] = (), license: str = "", *,
         f"A study of evolution x lifetime learning; conditions: {len(runs):,}, runs: {sum(runs.values()):,}, seed: {study.seed}. "
         f"Described by `{MARK}`."
     )
-    root["license"] = _add(crate, licensed or "#unlicensed", "CreativeWork", {"name": license} if license else UNLICENSED)
-    root["conformsTo"] = _add(crate, PROFILE, "CreativeWork", {"name": "Process Run Crate", "version": "0.5"})
+    root["license"] = _add(
+        crate,
+        licensed or "#unlicensed",
+        "CreativeWork",
+        {"name": license} if license else UNLICENSED,
+    )
+    root["conformsTo"] = _add(
+        crate, PROFILE, "CreativeWork", {"name": "Process Run Crate", "version": "0.5"}
+    )
     root["variableMeasured"] = _plain([_add(crate, *each) for each in _variables(table)])
     if people:
         root["author"] = _plain(people)
@@ -101,7 +114,9 @@ def _address_of(license: str) -> str:
     if not license or re.fullmatch(r"https?://\S+", license):
         return license
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]*", license):
-        raise RefusedError(f"--license {license} must be an address, https://..., or a name of SPDX such as CC-BY-4.0")
+        raise RefusedError(
+            f"--license {license} must be an address, https://..., or a name of SPDX such as CC-BY-4.0"
+        )
     return f"https://spdx.org/licenses/{license}"
 
 
@@ -110,7 +125,9 @@ def _person(author: str) -> tuple[str, str, dict[str, Any]]:
     if not last.startswith("https://orcid.org/"):
         name, last = author.strip(), f"#{quote(author.strip())}"
     if not name:
-        raise RefusedError(f"--author {author} must have a name, which the address of an ORCID may follow")
+        raise RefusedError(
+            f"--author {author} must have a name, which the address of an ORCID may follow"
+        )
     return last, "Person", {"name": name}
 
 
@@ -119,7 +136,11 @@ def _variables(table: Table) -> Iterator[tuple[str, str, dict[str, Any]]]:
     for column in table.columns:
         if column.name not in KEY and not column.values:
             unit = {"unitText": column.unit} if column.unit else {}
-            yield f"#variable-{column.name}", "PropertyValue", {"name": column.name, "description": column.meaning, **unit}
+            yield (
+                f"#variable-{column.name}",
+                "PropertyValue",
+                {"name": column.name, "description": column.meaning, **unit},
+            )
 
 
 def _article(study: Study) -> tuple[str, str, dict[str, Any]]:
@@ -131,28 +152,44 @@ def _article(study: Study) -> tuple[str, str, dict[str, Any]]:
 def _describe(crate: ROCrate, entry: Path) -> None:
     """What else lies in the folder; runs are those of the action."""
     if entry.is_dir() and entry.name in FOLDERS:
-        crate.add_dataset(dest_path=f"{entry.name}/", properties={"name": entry.name, "description": FOLDERS[entry.name]})
+        crate.add_dataset(
+            dest_path=f"{entry.name}/",
+            properties={"name": entry.name, "description": FOLDERS[entry.name]},
+        )
     elif entry.is_file() and entry.name != FILE and not entry.name.startswith("."):
         _add_file(crate, entry.name)
 
 
 def _add_file(crate: ROCrate, place: str) -> Any:
     kind = FORMATS.get(Path(place).suffix) or MimeTypes(()).guess_type(place)[0]
-    return crate.add_file(dest_path=place, properties={"name": place, **({"encodingFormat": kind} if kind else {})})
+    return crate.add_file(
+        dest_path=place, properties={"name": place, **({"encodingFormat": kind} if kind else {})}
+    )
 
 
-def _action(crate: ROCrate, study: Study, runs: dict[str, int], people: Sequence[ContextEntity]) -> ContextEntity:
+def _action(
+    crate: ROCrate, study: Study, runs: dict[str, int], people: Sequence[ContextEntity]
+) -> ContextEntity:
     """From the experiments, by this software, to the runs."""
     experiments, folders = [], []
     for name, count in runs.items():
         experiments.append(_add_file(crate, f"runs/{name}/experiment.toml"))
-        told = {"name": name, "description": f"runs: {count:,}; netCDF 3", "encodingFormat": "application/x-netcdf"}
+        told = {
+            "name": name,
+            "description": f"runs: {count:,}; netCDF 3",
+            "encodingFormat": "application/x-netcdf",
+        }
         folders.append(crate.add_dataset(dest_path=f"runs/{name}/", properties=told))
-    told = {"name": "the runs", "description": "each experiment, run by run: founders, lives, selection and children"}
+    told = {
+        "name": "the runs",
+        "description": "each experiment, run by run: founders, lives, selection and children",
+    }
     action = _add(crate, "#the-runs", "CreateAction", told | _times(study))
     action["instrument"] = _plain([*_software(crate, study)])
     action["object"] = _plain(experiments)
-    action["result"] = _plain([folder for folder, count in zip(folders, runs.values(), strict=True) if count])
+    action["result"] = _plain(
+        [folder for folder, count in zip(folders, runs.values(), strict=True) if count]
+    )
     if people:
         action["agent"] = _plain(people)
     return action
@@ -163,11 +200,19 @@ def _times(study: Study) -> dict[str, str]:
     spans = []
     for one in study.sessions():
         with suppress(KeyError, TypeError, ValueError):  # a line of another kind
-            spans.append((datetime.fromisoformat(one["began"]).astimezone(UTC), timedelta(seconds=one["seconds"])))
+            spans.append(
+                (
+                    datetime.fromisoformat(one["began"]).astimezone(UTC),
+                    timedelta(seconds=one["seconds"]),
+                )
+            )
     if not spans:
         return {}
     began, ended = min(began for began, _ in spans), max(began + lasted for began, lasted in spans)
-    return {"startTime": began.isoformat(timespec="seconds"), "endTime": ended.isoformat(timespec="seconds")}
+    return {
+        "startTime": began.isoformat(timespec="seconds"),
+        "endTime": ended.isoformat(timespec="seconds"),
+    }
 
 
 def _software(crate: ROCrate, study: Study) -> Iterator[ContextEntity]:
@@ -176,13 +221,28 @@ def _software(crate: ROCrate, study: Study) -> Iterator[ContextEntity]:
     runs = ((name, run) for name in study.experiments for run in study.runs(name))
     made = (study.attributes(name, run) for name, run in runs)
     for said in map(
-        dict, dict.fromkeys(tuple((name, str(attributes.get(name, "unknown"))) for name in names) for attributes in made)
+        dict,
+        dict.fromkeys(
+            tuple((name, str(attributes.get(name, "unknown"))) for name in names)
+            for attributes in made
+        ),
     ):
         needs = [
-            _add(crate, f"#{key}-{said[key]}", "SoftwareApplication", {"name": title, "url": url, "softwareVersion": said[key]})
+            _add(
+                crate,
+                f"#{key}-{said[key]}",
+                "SoftwareApplication",
+                {"name": title, "url": url, "softwareVersion": said[key]},
+            )
             for key, (title, url) in LIBRARIES.items()
         ]
-        told = {"name": "baldwinlab", "softwareVersion": said["baldwinlab"], "operatingSystem": said["platform"]}
-        application = _add(crate, f"#baldwinlab-{quote('-'.join(said.values()))}", "SoftwareApplication", told)
+        told = {
+            "name": "baldwinlab",
+            "softwareVersion": said["baldwinlab"],
+            "operatingSystem": said["platform"],
+        }
+        application = _add(
+            crate, f"#baldwinlab-{quote('-'.join(said.values()))}", "SoftwareApplication", told
+        )
         application["softwareRequirements"] = needs
         yield application

@@ -29,7 +29,9 @@ def frame_of(table: Table, block: Block) -> pd.DataFrame:
 
 def _frame(table: Table, blocks: Iterable[Block], rows: int) -> pd.DataFrame:
     """Filled block by block: there is never a second one of it."""
-    arrays = {one.name: np.empty(rows, _code(one) if one.values else one.dtype) for one in table.columns}
+    arrays = {
+        one.name: np.empty(rows, _code(one) if one.values else one.dtype) for one in table.columns
+    }
     first = 0
     for block in blocks:
         there, first = slice(first, first + block.rows), first + block.rows
@@ -40,9 +42,15 @@ def _frame(table: Table, blocks: Iterable[Block], rows: int) -> pd.DataFrame:
             elif name in block.labels or name in block.arrays:
                 arrays[name][there] = block.labels.get(name, block.arrays.get(name))
             else:
-                arrays[name] = arrays[name].astype(np.result_type(column.dtype, np.float32), copy=False)
+                arrays[name] = arrays[name].astype(
+                    np.result_type(column.dtype, np.float32), copy=False
+                )
                 arrays[name][there] = np.nan
-    texts = {one.name: pd.Categorical.from_codes(arrays[one.name], one.values) for one in table.columns if one.values}
+    texts = {
+        one.name: pd.Categorical.from_codes(arrays[one.name], one.values)
+        for one in table.columns
+        if one.values
+    }
     return pd.DataFrame(arrays | texts, copy=False)
 
 
@@ -58,11 +66,16 @@ def to_polars(table: Table) -> pl.DataFrame:
 
     def series(column: Column, block: Block) -> pl.Series:
         if column.values:
-            return pl.repeat(block.labels[column.name], block.rows, dtype=pl.Enum(column.values), eager=True)
+            return pl.repeat(
+                block.labels[column.name], block.rows, dtype=pl.Enum(column.values), eager=True
+            )
         dtype = pl.Series(np.empty(0, column.dtype)).dtype
         if column.name in block.arrays:
             return pl.Series(block.arrays[column.name]).cast(dtype)
         return pl.repeat(block.labels.get(column.name), block.rows, dtype=dtype, eager=True)
 
-    frames = [pl.DataFrame({column.name: series(column, block) for column in table.columns}) for block in table.blocks()]
+    frames = [
+        pl.DataFrame({column.name: series(column, block) for column in table.columns})
+        for block in table.blocks()
+    ]
     return pl.concat(frames, rechunk=True)

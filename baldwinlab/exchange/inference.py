@@ -23,6 +23,15 @@ def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
         "mean": {"units": unit, "long_name": "fitness of the average agent"},
         "share": {"units": "1", "long_name": "share of agents that ate, or gained anything"},
     }
-    found = xr.Dataset({name: fitness.final(data, name, last).drop_attrs(deep=False).assign_attrs(told[name]) for name in told})
-    attributes = {"creation_library": "baldwinlab", "creation_library_version": __version__, "last_generations": last}
+    found = xr.Dataset(
+        {
+            name: fitness.final(data, name, last).drop_attrs(deep=False).assign_attrs(told[name])
+            for name in told
+        }
+    )
+    attributes = {
+        "creation_library": "baldwinlab",
+        "creation_library_version": __version__,
+        "last_generations": last,
+    }
     return xr.DataTree.from_dict({"observed_data": found.assign_attrs(data.attrs | attributes)})

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     import zarr
 
 ROWS: Final = 2**17  # agents of all generations in a chunk, unless one run has more
-PLACE: Final = "place"  # of a condition in the study, by which its place among the fields of a grid is found
+PLACE: Final = (
+    "place"  # of a condition in the study, by which its place among the fields of a grid is found
+)
 
 
 class Layout(NamedTuple):
@@ -36,9 +38,13 @@ class Layout(NamedTuple):
     frame: xr.Dataset  # its coordinates and attributes, and what is of conditions
     recorded: Mapping[str, xr.DataArray]  # a value of each condition, with its attributes
     sizes: Mapping[str, int]
-    runs: Mapping[str, npt.NDArray[np.int32]]  # that are stored, by condition: listed once, as there may be a million
+    runs: Mapping[
+        str, npt.NDArray[np.int32]
+    ]  # that are stored, by condition: listed once, as there may be a million
     gaps: bool  # whether any condition lacks a run, a generation or an agent that another has
-    places: npt.NDArray[np.intp]  # the number of the condition at each place, of as many dims as conditions have
+    places: npt.NDArray[
+        np.intp
+    ]  # the number of the condition at each place, of as many dims as conditions have
 
 
 def write_zarr(study: Study, path: Path) -> None:
@@ -53,9 +59,17 @@ def write_zarr(study: Study, path: Path) -> None:
     if path.exists():
         raise RefusedError(f"--out {path} is there already: choose another name, or remove it")
     layout = _layout(study)
-    of_any_length = np.dtypes.StringDType()  # of text of one length, Zarr's specification says nothing
-    texts = {name: one.astype(of_any_length) for name, one in layout.frame.variables.items() if one.dtype.kind == "U"}
-    told = layout.frame.assign_coords({name: texts.pop(name) for name in layout.frame.coords if name in texts}).assign(texts)
+    of_any_length = (
+        np.dtypes.StringDType()
+    )  # of text of one length, Zarr's specification says nothing
+    texts = {
+        name: one.astype(of_any_length)
+        for name, one in layout.frame.variables.items()
+        if one.dtype.kind == "U"
+    }
+    told = layout.frame.assign_coords(
+        {name: texts.pop(name) for name in layout.frame.coords if name in texts}
+    ).assign(texts)
     told.attrs["made_by"] = f"{MARK} {__version__}"
     with appearing(path) as partial:
         told.to_zarr(LocalStore(partial), mode="w-", zarr_format=3, consolidated=False)
@@ -66,15 +80,26 @@ def _layout(study: Study) -> Layout:
     """What the dataset of all records has beside them, from one value of each condition."""
     runs = {name: np.array(study.runs(name), np.int32) for name in study.experiments}
     samples = [_sample(study, name, there) for name, there in runs.items()]
-    found = together(study, list(study.experiments), samples).assign({PLACE: ("condition", np.arange(len(samples)))})
+    found = together(study, list(study.experiments), samples).assign(
+        {PLACE: ("condition", np.arange(len(samples)))}
+    )
     if study.kind == SWEEP:
         found = labelled(study, found)
-    recorded = {str(name): variable for name, variable in found.data_vars.items() if "run" in variable.dims}
+    recorded = {
+        str(name): variable for name, variable in found.data_vars.items() if "run" in variable.dims
+    }
     coords = {"run": np.unique(np.concatenate(list(runs.values())))}
-    shapes = {(one.evolution.generations, one.population.size) for one in study.experiments.values()}
-    coords |= {dim: np.arange(max(there), dtype=np.int32) for dim, there in zip(OF_AGENT, zip(*shapes, strict=True), strict=True)}
+    shapes = {
+        (one.evolution.generations, one.population.size) for one in study.experiments.values()
+    }
+    coords |= {
+        dim: np.arange(max(there), dtype=np.int32)
+        for dim, there in zip(OF_AGENT, zip(*shapes, strict=True), strict=True)
+    }
     frame = found.drop_vars([PLACE, *recorded]).drop_dims(list(coords))
-    frame = frame.assign_coords({dim: (dim, values, found[dim].attrs) for dim, values in coords.items()})
+    frame = frame.assign_coords(
+        {dim: (dim, values, found[dim].attrs) for dim, values in coords.items()}
+    )
     gaps = len(shapes) > 1 or any(len(there) < len(coords["run"]) for there in runs.values())
     sizes = {str(dim): size for dim, size in (*found.sizes.items(), *frame.sizes.items())}
     return Layout(frame, recorded, sizes, runs, gaps, found[PLACE].values.astype(np.intp))
@@ -94,13 +119,19 @@ def _write_records(study: Study, layout: Layout, group: zarr.Group) -> None:
     runs = max(1, min(len(numbers), ROWS // rows))
     conditions = max(1, min(layout.places.shape[-1], ROWS // (rows * runs)))
     steps = (*[1] * (layout.places.ndim - 1), conditions, runs)
-    arrays = {name: _array(group, name, sample, layout, steps) for name, sample in layout.recorded.items()}
+    arrays = {
+        name: _array(group, name, sample, layout, steps) for name, sample in layout.recorded.items()
+    }
     ends = (*layout.places.shape, len(numbers))
     for corner in product(*(range(0, end, step) for end, step in zip(ends, steps, strict=True))):
         where = tuple(slice(first, first + step) for first, step in zip(corner, steps, strict=True))
         places, chosen = layout.places[where[:-1]], numbers[where[-1]]
         chunks = {
-            name: np.full((*places.shape, len(chosen), *array.shape[len(where) :]), array.fill_value, array.dtype)
+            name: np.full(
+                (*places.shape, len(chosen), *array.shape[len(where) :]),
+                array.fill_value,
+                array.dtype,
+            )
             for name, array in arrays.items()
         }
         for index, record in _records(study, layout, places, chosen):
@@ -111,14 +142,22 @@ def _write_records(study: Study, layout: Layout, group: zarr.Group) -> None:
             array[where] = chunks[name]
 
 
-def _array(group: zarr.Group, name: str, sample: xr.DataArray, layout: Layout, steps: tuple[int, ...]) -> zarr.Array[Any]:
+def _array(
+    group: zarr.Group, name: str, sample: xr.DataArray, layout: Layout, steps: tuple[int, ...]
+) -> zarr.Array[Any]:
     """For what is recorded under this name; where anything is missing, it is NaN."""
     shape = [layout.sizes[str(dim)] for dim in sample.dims]
     dtype = np.result_type(sample.dtype, np.float32) if layout.gaps else sample.dtype
     fill = np.nan if dtype.kind == "f" else 0
     names, chunks = [str(dim) for dim in sample.dims], (*steps, *shape[len(steps) :])
     return group.create_array(
-        name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill, dimension_names=names, attributes=sample.attrs
+        name,
+        shape=shape,
+        chunks=chunks,
+        dtype=dtype,
+        fill_value=fill,
+        dimension_names=names,
+        attributes=sample.attrs,
     )
 
 

@@ -37,7 +37,9 @@ class Block(NamedTuple):
     """The rows of one run."""
 
     labels: Mapping[str, Label]  # the columns that are the same in all its rows
-    arrays: Mapping[str, npt.NDArray[Any]]  # the others, but for those that its model does not record
+    arrays: Mapping[
+        str, npt.NDArray[Any]
+    ]  # the others, but for those that its model does not record
     rows: int
 
 
@@ -55,7 +57,10 @@ class Table:
     @property
     def rows(self) -> int:
         experiments = self.study.experiments
-        of_run = {name: experiments[name].evolution.generations * experiments[name].population.size for name in self._runs}
+        of_run = {
+            name: experiments[name].evolution.generations * experiments[name].population.size
+            for name in self._runs
+        }
         return sum(of_run[name] * len(runs) for name, runs in self._runs.items())
 
     @property
@@ -63,7 +68,12 @@ class Table:
         """What is said of the whole table, as plain data: who made it, the seed, and the unit and meaning of each column."""
         units = {column.name: column.unit for column in self.columns if column.unit}
         meanings = {column.name: column.meaning for column in self.columns}
-        return {"made_by": f"{MARK} {__version__}", "seed": self.study.seed, "units": units, "long_name": meanings}
+        return {
+            "made_by": f"{MARK} {__version__}",
+            "seed": self.study.seed,
+            "units": units,
+            "long_name": meanings,
+        }
 
     def blocks(self) -> Iterator[Block]:
         """Run after run, in the order of the conditions. Raises StudyError for a record that is not what was written."""
@@ -71,7 +81,11 @@ class Table:
             for run in runs:
                 record = self.study.read(name, run, genomes=False)
                 variables = record.data_vars.values()
-                arrays = {name: array.ravel() for variable in variables for name, array in _columns(variable)}
+                arrays = {
+                    name: array.ravel()
+                    for variable in variables
+                    for name, array in _columns(variable)
+                }
                 shape = [record.sizes[dim] for dim in OF_AGENT]
                 places = zip(OF_AGENT, np.indices(shape, np.int32), strict=True)
                 arrays |= {dim: record[dim].values[place].ravel() for dim, place in places}
@@ -92,7 +106,9 @@ class Table:
             record = self.study.read(name, runs[0], genomes=False)
             for variable in sorted(record.data_vars.values(), key=lambda one: one.ndim):
                 for column, array in _columns(variable):
-                    label = column.removeprefix(f"{variable.name}_") if column != variable.name else ""
+                    label = (
+                        column.removeprefix(f"{variable.name}_") if column != variable.name else ""
+                    )
                     meaning = f"{variable.attrs.get('long_name', '')}{label and f' ({label})'}"
                     told = Column(column, array.dtype, variable.attrs.get("units", ""), meaning)
                     found.setdefault(column, []).append(told)
@@ -103,10 +119,16 @@ def _labels(study: Study) -> dict[str, dict[str, Label]]:
     """By condition: its name, its factors, and in a sweep the fields that were swept."""
     names = list(study.experiments)
     columns: dict[str, Any] = {"condition": names}
-    columns |= {name: values for name, (_, values) in coordinates([study.factors[name] for name in names]).items()}
+    columns |= {
+        name: values
+        for name, (_, values) in coordinates([study.factors[name] for name in names]).items()
+    }
     if study.kind == SWEEP:
         columns |= settings_by_path(study)
-    return {name: {column: values[number] for column, values in columns.items()} for number, name in enumerate(names)}
+    return {
+        name: {column: values[number] for column, values in columns.items()}
+        for number, name in enumerate(names)
+    }
 
 
 def _of_places() -> Iterator[Column]:
@@ -123,12 +145,22 @@ def _columns(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
     if variable.dims == OF_AGENT:
         yield str(variable.name), variable.values
     elif variable.dims[:-1] == OF_AGENT:
-        for label, array in zip(variable[variable.dims[-1]].values, np.moveaxis(variable.values, -1, 0), strict=True):
+        for label, array in zip(
+            variable[variable.dims[-1]].values, np.moveaxis(variable.values, -1, 0), strict=True
+        ):
             yield f"{variable.name}_{label}", array
 
 
 def _together(columns: Sequence[Column]) -> Column:
     """A column of several conditions: a fitness, which may be another in each model, has then no one unit."""
-    units, meanings = {column.unit for column in columns}, dict.fromkeys(column.meaning for column in columns)
+    units, meanings = (
+        {column.unit for column in columns},
+        dict.fromkeys(column.meaning for column in columns),
+    )
     dtype = np.result_type(*(column.dtype for column in columns))
-    return Column(columns[0].name, dtype, units.pop() if len(units) == 1 else "", "; or ".join(filter(None, meanings)))
+    return Column(
+        columns[0].name,
+        dtype,
+        units.pop() if len(units) == 1 else "",
+        "; or ".join(filter(None, meanings)),
+    )

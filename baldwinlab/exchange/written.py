@@ -33,25 +33,36 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
         import pyarrow.parquet as pq
 
     def kind(column: Column) -> pa.DataType:
-        return pa.dictionary(pa.int32(), pa.string()) if column.values else pa.from_numpy_dtype(column.dtype)
+        return (
+            pa.dictionary(pa.int32(), pa.string())
+            if column.values
+            else pa.from_numpy_dtype(column.dtype)
+        )
 
     def array(column: Column, block: Block) -> pa.Array:
         if column.values:
             code = column.values.index(str(block.labels[column.name]))
-            return pa.DictionaryArray.from_arrays(np.full(block.rows, code, np.int32), list(column.values))
+            return pa.DictionaryArray.from_arrays(
+                np.full(block.rows, code, np.int32), list(column.values)
+            )
         if column.name in block.arrays:
             return pa.array(block.arrays[column.name], kind(column))
         return pa.repeat(pa.scalar(block.labels.get(column.name), kind(column)), block.rows)
 
     require_writable("--out", path, MARK.encode(), force=force)
     fields = [
-        pa.field(column.name, kind(column), metadata={"units": column.unit, "long_name": column.meaning})
+        pa.field(
+            column.name, kind(column), metadata={"units": column.unit, "long_name": column.meaning}
+        )
         for column in table.columns
     ]  # the unit of text, and of what has no one unit, is empty
     schema = pa.schema(fields, {"PANDAS_ATTRS": json.dumps(table.attributes)})
     with appearing(path) as partial, pq.ParquetWriter(partial, schema) as writer:
         for blocks in _groups(table):
-            batches = [pa.record_batch([array(one, block) for one in table.columns], schema=schema) for block in blocks]
+            batches = [
+                pa.record_batch([array(one, block) for one in table.columns], schema=schema)
+                for block in blocks
+            ]
             writer.write_table(pa.Table.from_batches(batches))
 
 
@@ -79,7 +90,9 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     with appearing(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         for number, block in enumerate(table.blocks()):
             frame_of(table, block).to_csv(file, index=False, header=not number, lineterminator="\n")
-    write_atomically(beside, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode())
+    write_atomically(
+        beside, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode()
+    )
 
 
 def _csvw(table: Table, path: Path) -> dict[str, Any]:
@@ -88,7 +101,10 @@ def _csvw(table: Table, path: Path) -> dict[str, Any]:
         "url": path.name,
         "dc:title": f"{table.study.directory.name}, seed {table.study.seed}",
         "dc:provenance": f"{MARK} {__version__}",
-        "tableSchema": {"primaryKey": list(KEY), "columns": [dict(_csvw_column(column)) for column in table.columns]},
+        "tableSchema": {
+            "primaryKey": list(KEY),
+            "columns": [dict(_csvw_column(column)) for column in table.columns],
+        },
     }
 
 
@@ -101,7 +117,9 @@ def _csvw_column(column: Column) -> Iterator[tuple[str, str]]:
         yield "schema:unitText", column.unit
 
 
-def write_phylogeny(study: Study, path: Path, condition: str | None, run: int | None, *, force: bool = False) -> int:
+def write_phylogeny(
+    study: Study, path: Path, condition: str | None, run: int | None, *, force: bool = False
+) -> int:
     """Who begot whom in a run, in all runs of a condition, or in the whole study; gives the number of agents.
 
     Agents of several runs are numbered through, and the columns `condition` and `run` say whose they are. Raises RefusedError as

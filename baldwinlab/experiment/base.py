@@ -23,31 +23,54 @@ from baldwinlab.experiment.classes import (
     with_defaults,
     with_its_default,
 )
-from baldwinlab.experiment.fields import ExperimentError, Fields, merge, plain, refuse_fields, sentences
+from baldwinlab.experiment.fields import (
+    ExperimentError,
+    Fields,
+    merge,
+    plain,
+    refuse_fields,
+    sentences,
+)
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
-Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=200, description="the condition's name, in results and figures")]
+Name = Annotated[
+    str,
+    Field(
+        pattern=NAME_PATTERN,
+        max_length=200,
+        description="the condition's name, in results and figures",
+    ),
+]
 ModelName = Annotated[str, Choice("model")]
 
 
 class Population(Fields):
-    size: int = Field(20, ge=1, le=1_000_000, description="agents in the world, and in every generation (R6)")
+    size: int = Field(
+        20, ge=1, le=1_000_000, description="agents in the world, and in every generation (R6)"
+    )
 
 
 class Evolution(Fields):
     generations: int = Field(100, ge=1, le=1_000_000, description="generations in a run")
     inheritance: Annotated[str, Choice("inheritance")] = Field(
-        "darwinian", description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation"
+        "darwinian",
+        description="darwinian: what was born is inherited; none: all weights are drawn afresh every generation",
     )
     lamarckian_share: float = Field(
-        0.0, ge=0, le=1, description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian"
+        0.0,
+        ge=0,
+        le=1,
+        description="of what was learned in life that is inherited: 0 is Darwinian, 1 is Lamarckian",
     )
     selection: Annotated[str, Choice("selection")] = Field(
         "roulette",
         description="roulette wheel; tournament of 2; uniform from the upper half; linear rank (R4); neutral: at random",
     )
     elite: int = Field(
-        0, ge=0, le=1_000_000, description="the fittest of a generation, that live on unchanged in the place of so many children"
+        0,
+        ge=0,
+        le=1_000_000,
+        description="the fittest of a generation, that live on unchanged in the place of so many children",
     )
     variation: Annotated[str, Choice("variation")] = Field(
         "crossover", description="crossover: a weight from either parent, then mutation"
@@ -58,7 +81,8 @@ class Evolution(Fields):
         "so selection sees no difference there",
     )
     mutation_gate: Literal["weight", "child"] = Field(
-        "weight", description="one draw for every weight, or one for the child and then every weight (R5)"
+        "weight",
+        description="one draw for every weight, or one for the child and then every weight (R5)",
     )
     mutation_rate: float = Field(0.05, ge=0, le=1, description="probability that the gate opens")
     mutation_size: float = Field(0.05, ge=0, le=1000, description="a mutation adds U(-size, size)")
@@ -66,7 +90,10 @@ class Evolution(Fields):
 
 class Record(Fields):
     genome_every: int = Field(
-        1, ge=1, le=1_000_000, description="genomes are kept of every so-many-th generation, and of the last"
+        1,
+        ge=1,
+        le=1_000_000,
+        description="genomes are kept of every so-many-th generation, and of the last",
     )
 
 
@@ -100,7 +127,9 @@ class BaseExperiment(Fields):
 
         Where another part is chosen, the table of the one before goes. Raises ExperimentError when the copy would not be valid.
         """
-        made: Self = validate(_without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes)))
+        made: Self = validate(
+            _without_idle_tables(self, merge(self.to_dict(), plain(changes)), plain(changes))
+        )
         return made
 
     def to_dict(self) -> dict[str, Any]:
@@ -182,14 +211,21 @@ class BaseExperiment(Fields):
         kind = kind_of(of_section, field)
         assert kind is not None, path
         found = getattr(section, field)
-        return tuple(self._made(section, kind, name, path) for name in ((found,) if isinstance(found, str) else found))
+        return tuple(
+            self._made(section, kind, name, path)
+            for name in ((found,) if isinstance(found, str) else found)
+        )
 
     def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
-        table = vars(section).get(key_of(name))  # no attribute: every table has a method `copy`, which may be a part's name
+        table = vars(section).get(
+            key_of(name)
+        )  # no attribute: every table has a method `copy`, which may be a part's name
         if isinstance(table, Fields):
             return table
         if table is not None or not choices.is_here(kind, name):
-            raise ExperimentError(f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE")
+            raise ExperimentError(
+                f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
+            )
         return choices.find(kind, name)()
 
 
@@ -209,7 +245,9 @@ def added_choices(experiment: BaseExperiment) -> Iterator[tuple[str, str]]:
                 yield kind, name
 
 
-def _without_idle_tables(before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+def _without_idle_tables(
+    before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]
+) -> dict[str, Any]:
     """A tree without the tables of parts that are no longer chosen, unless the changes name them."""
     base = _base_of(tree)
     kept = {path for path, _ in chosen_parts(base, tree)}
@@ -236,7 +274,10 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
 @cache
 def _of_foreign_model(model: type[Fields], name: str) -> type[BaseExperiment]:
     tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
-    made = {key: with_defaults(table, getattr(model, "defaults", {}).get(key, {})) for key, table in tables.items()}
+    made = {
+        key: with_defaults(table, getattr(model, "defaults", {}).get(key, {}))
+        for key, table in tables.items()
+    }
     fields: dict[str, Any] = {
         "name": (Name, name),
         "model": (ModelName, Field(name, description="the kind of life")),
@@ -279,7 +320,9 @@ def _made(tree: dict[str, Any], reading: bool = False) -> Any:
         experiment = made.model_validate(tree, context={"reading": reading})
     except ValidationError as error:
         plainer = _class_of(tree, reading, foreign=False) if reading else made
-        if plainer is not made:  # a part of that name is here, but not the one that it was made with
+        if (
+            plainer is not made
+        ):  # a part of that name is here, but not the one that it was made with
             with suppress(ValidationError):
                 return plainer.model_validate(tree, context={"reading": True})
         raise ExperimentError(sentences(error, made)) from None
@@ -329,7 +372,9 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     for path, value in first:
         paths.put(tree, path, value)
     if first:
-        tree = _made(_without_idle_tables(experiment, tree, {})).to_dict()  # with the tables that come with the choice
+        tree = _made(
+            _without_idle_tables(experiment, tree, {})
+        ).to_dict()  # with the tables that come with the choice
     for path, value in given:
         if path not in choosing:
             paths.put(tree, path, value)

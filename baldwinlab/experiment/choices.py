@@ -16,7 +16,11 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from baldwinlab.suggestions import did_you_mean, list_names
 
-_MINIWORLD, _EVOLUTION, _LIBRARY = "baldwinlab.models.miniworld", "baldwinlab.evolution", "baldwinlab.library"
+_MINIWORLD, _EVOLUTION, _LIBRARY = (
+    "baldwinlab.models.miniworld",
+    "baldwinlab.evolution",
+    "baldwinlab.library",
+)
 
 # Kind -> name -> where its class is. These names, and those of the library, can never be taken.
 BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
@@ -138,15 +142,21 @@ class Choice(NamedTuple):
 
     kind: str
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
         return core_schema.with_info_after_validator_function(self._check, handler(source))
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         return handler(schema) | {"x-chooses": self.kind}
 
     def _check(self, name: str, info: Any) -> str:
         if name not in names(self.kind) and not (info.context or {}).get("reading"):
-            raise PydanticCustomError("unknown_part", "{refusal}", {"refusal": refusal(self.kind, name)})
+            raise PydanticCustomError(
+                "unknown_part", "{refusal}", {"refusal": refusal(self.kind, name)}
+            )
         return name
 
 

@@ -21,7 +21,11 @@ Chosen = tuple[tuple[str, type[Fields] | None], ...]
 def kind_of(section: type[BaseModel], field: str) -> str | None:
     """The kind of part that a field chooses, if it does."""
     info = section.model_fields[field]
-    inside = [part for argument in get_args(info.annotation) for part in getattr(argument, "__metadata__", ())]
+    inside = [
+        part
+        for argument in get_args(info.annotation)
+        for part in getattr(argument, "__metadata__", ())
+    ]
     return next((mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, Choice)), None)
 
 
@@ -37,7 +41,9 @@ def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str
     return tuple(found)
 
 
-def chosen_parts(base: type[BaseModel], tree: dict[str, Any], reading: bool = False, foreign: bool = True) -> Chosen:
+def chosen_parts(
+    base: type[BaseModel], tree: dict[str, Any], reading: bool = False, foreign: bool = True
+) -> Chosen:
     """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
     found: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in choosing_fields(base):
@@ -46,7 +52,9 @@ def chosen_parts(base: type[BaseModel], tree: dict[str, Any], reading: bool = Fa
         for step in steps:
             table = plain(table.get(step, {})) if isinstance(table, dict) else {}
         names = table.get(last, default) if isinstance(table, dict) else default
-        for name in (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ():
+        for name in (
+            (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ()
+        ):
             where = ".".join([*steps, key_of(str(name))])
             if reading and name not in (choices.names(kind) if foreign else choices.packaged(kind)):
                 if isinstance(table, dict) and key_of(str(name)) in table:
@@ -73,13 +81,19 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
         below = (dict[str, Any], ...)
     else:
         below = (part, with_its_default(part))
-    return create_model(section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below})
+    return create_model(
+        section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below}
+    )
 
 
 def with_its_default(table: type[BaseModel]) -> Any:
     """The table as it is where nothing is given; required where it has a field without a default."""
     required = any(info.is_required() for info in table.model_fields.values())
-    return Field(description=_meaning(table)) if required else Field(default_factory=table, description=_meaning(table))
+    return (
+        Field(description=_meaning(table))
+        if required
+        else Field(default_factory=table, description=_meaning(table))
+    )
 
 
 def _meaning(table: type[BaseModel]) -> str:
@@ -93,4 +107,8 @@ def with_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields
         info = copy(table.model_fields[name])
         info.default = value
         fields[name] = (info.annotation, info)
-    return create_model(table.__name__, __base__=table, __module__=table.__module__, **fields) if fields else table
+    return (
+        create_model(table.__name__, __base__=table, __module__=table.__module__, **fields)
+        if fields
+        else table
+    )

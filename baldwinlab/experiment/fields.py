@@ -13,7 +13,9 @@ from baldwinlab.errors import BaldwinLabError
 
 MOST_FAULTS: Final = 10  # that are told; who mends these may see more
 LONGEST: Final = 100  # characters of a path or a value
-FIELDS_REFUSED: Final = "fields_refused"  # the type of pydantic's errors that `refuse_fields` raises
+FIELDS_REFUSED: Final = (
+    "fields_refused"  # the type of pydantic's errors that `refuse_fields` raises
+)
 
 
 class ExperimentError(BaldwinLabError, ValueError):
@@ -24,14 +26,22 @@ class Fields(BaseModel):
     """A table of an experiment. Unknown names are refused, and so are true and false where a number is wanted."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, strict=False, validate_default=True, protected_namespaces=()
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        strict=False,
+        validate_default=True,
+        protected_namespaces=(),
     )
 
     @field_validator("*", mode="before")
     @classmethod
     def _no_number_from_truth(cls, value: Any, info: Any) -> Any:
         """`true` is not 1: Python would take it so, and hide a slip."""
-        if isinstance(value, bool) and cls.model_fields[info.field_name].annotation not in (bool, Any):
+        if isinstance(value, bool) and cls.model_fields[info.field_name].annotation not in (
+            bool,
+            Any,
+        ):
             raise ValueError("true and false are not numbers")
         return value
 
@@ -50,7 +60,9 @@ def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in changes.items():
         below = merged.get(key)
-        merged[key] = merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+        merged[key] = (
+            merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+        )
     return merged
 
 
@@ -73,7 +85,12 @@ def sentences(error: ValidationError, model: type[BaseModel]) -> str:
 def lines(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
     """A line for each of the first few, and how many more there are."""
     shown = [sentence(fault) for fault in faults[:MOST_FAULTS]]
-    return "\n".join([*shown, *([f"and {len(faults) - MOST_FAULTS:,} more"] if len(faults) > MOST_FAULTS else [])])
+    return "\n".join(
+        [
+            *shown,
+            *([f"and {len(faults) - MOST_FAULTS:,} more"] if len(faults) > MOST_FAULTS else []),
+        ]
+    )
 
 
 def brief(text: str) -> str:
@@ -97,7 +114,9 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
         return f"{path}: is missing"
     if fault["type"] == FIELDS_REFUSED:
         inside = ((f"{path}.{name}".lstrip("."), *rest) for name, *rest in fault["ctx"]["faults"])
-        return "\n".join(f"{name} = {brief(as_text(value))}: {rule}" for name, value, rule in inside)
+        return "\n".join(
+            f"{name} = {brief(as_text(value))}: {rule}" for name, value, rule in inside
+        )
     if not path:
         return message
     value = fault["input"]

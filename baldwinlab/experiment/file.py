@@ -23,8 +23,16 @@ class File(Fields):
     experiment is made, and is stored and compared with the other fields. `File()` is no file.
     """
 
-    path: str = Field("", max_length=1000, description="path of a data file; a relative one begins at the working directory")
-    sha256: str = Field("", pattern="^([0-9a-f]{64})?$", description="SHA-256 of its content, filled in by baldwinlab")
+    path: str = Field(
+        "",
+        max_length=1000,
+        description="path of a data file; a relative one begins at the working directory",
+    )
+    sha256: str = Field(
+        "",
+        pattern="^([0-9a-f]{64})?$",
+        description="SHA-256 of its content, filled in by baldwinlab",
+    )
 
     @model_validator(mode="before")
     @classmethod

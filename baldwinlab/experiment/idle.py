@@ -17,21 +17,35 @@ from baldwinlab.experiment.paths import look_up
 
 def idle_fields(experiment: BaseExperiment) -> dict[str, str]:
     """Return the fields without effect in an experiment, each with the reason: {"learning.teacher": ...}."""
-    return _of_variation(experiment) | (_of_foragers(experiment) if isinstance(experiment, Experiment) else {})
+    return _of_variation(experiment) | (
+        _of_foragers(experiment) if isinstance(experiment, Experiment) else {}
+    )
 
 
-def idle_settings(experiment: BaseExperiment, origin: BaseExperiment | None = None) -> dict[str, str]:
+def idle_settings(
+    experiment: BaseExperiment, origin: BaseExperiment | None = None
+) -> dict[str, str]:
     """Return the idle fields whose values differ from those of the origin, by default the model's defaults."""
     origin = validate({"model": experiment.model}) if origin is None else origin
     fields = idle_fields(experiment)
-    return {path: why for path, why in fields.items() if look_up(experiment, path)[0] != look_up(origin, path)[0]}
+    return {
+        path: why
+        for path, why in fields.items()
+        if look_up(experiment, path)[0] != look_up(origin, path)[0]
+    }
 
 
 def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
     """The fields of mutation that the chosen variation does not heed."""
     name, part = experiment.evolution.variation, experiment.part("evolution.variation")
-    fields = [field for field in type(experiment.evolution).model_fields if field.startswith("mutation_")]
-    return {f"evolution.{field}": f'evolution.variation = "{name}"' for field in fields if field not in part.settings}
+    fields = [
+        field for field in type(experiment.evolution).model_fields if field.startswith("mutation_")
+    ]
+    return {
+        f"evolution.{field}": f'evolution.variation = "{name}"'
+        for field in fields
+        if field not in part.settings
+    }
 
 
 def _of_foragers(experiment: Experiment) -> dict[str, str]:
@@ -45,12 +59,15 @@ def _of_foragers(experiment: Experiment) -> dict[str, str]:
         found["learning.teacher"] = rule
     if experiment.evolution.inheritance == "none":
         found |= dict.fromkeys(
-            ("learning.teacher", "evolution.lamarckian_share", "evolution.elite"), 'evolution.inheritance = "none"'
+            ("learning.teacher", "evolution.lamarckian_share", "evolution.elite"),
+            'evolution.inheritance = "none"',
         )
     return found
 
 
-def require_effect(experiments: Sequence[BaseExperiment], origins: Sequence[BaseExperiment | None] = ()) -> None:
+def require_effect(
+    experiments: Sequence[BaseExperiment], origins: Sequence[BaseExperiment | None] = ()
+) -> None:
     """Refuse every setting that has no effect in any of the experiments that are given together.
 
     Parameters

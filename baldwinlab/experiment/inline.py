@@ -29,9 +29,16 @@ class Row(NamedTuple):
 
 def rows(table: BaseModel, default: Any = None, path: str = "") -> Iterator[Row]:
     """Every field below `path`, in the order of the experiment; `default` is the table as it would be unless told otherwise."""
-    for name, value in table:  # with what is there beside the fields, in an experiment of a model that is not here
+    for (
+        name,
+        value,
+    ) in (
+        table
+    ):  # with what is there beside the fields, in an experiment of a model that is not here
         info = type(table).model_fields.get(name)
-        usual = default[name] if isinstance(default, dict) and name in default else _default_of(info)
+        usual = (
+            default[name] if isinstance(default, dict) and name in default else _default_of(info)
+        )
         if isinstance(value, BaseModel):
             yield from rows(value, plain(usual), f"{path}{name}.")
         elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
@@ -48,7 +55,11 @@ def _default_of(info: Any) -> Any:
 
 def _text(value: Any) -> str:
     """As JSON has it, but for words, which stand alone, and what is not set; cut short where it is long."""
-    return "not set" if value is None else brief(value if isinstance(value, str) else json.dumps(plain(value)))
+    return (
+        "not set"
+        if value is None
+        else brief(value if isinstance(value, str) else json.dumps(plain(value)))
+    )
 
 
 def html(experiment: BaseExperiment) -> str:
@@ -69,10 +80,17 @@ def html(experiment: BaseExperiment) -> str:
 
 def _table(shown: list[Row]) -> str:
     head = "".join(f"<th {LEFT}>{name}</th>" for name in ("field", "value", "default", "meaning"))
-    body = "".join(f"<tr>{''.join(f'<td {LEFT}>{cell}</td>' for cell in _cells(row))}</tr>" for row in shown)
+    body = "".join(
+        f"<tr>{''.join(f'<td {LEFT}>{cell}</td>' for cell in _cells(row))}</tr>" for row in shown
+    )
     return f'<div style="overflow-x: auto"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def _cells(row: Row) -> tuple[str, ...]:
     path, value, default, meaning = map(escape, row)
-    return f"<code>{path}</code>", f"<strong>{value}</strong>" if row.differs else value, default, meaning
+    return (
+        f"<code>{path}</code>",
+        f"<strong>{value}</strong>" if row.differs else value,
+        default,
+        meaning,
+    )

@@ -32,9 +32,12 @@ class Start(Fields):
 
     x: Coordinate = Field(160.0, description="centre of the disc, units of length")
     y: Coordinate = Field(160.0, description="centre of the disc, units of length; y points down")
-    radius: float = Field(40.0, ge=0, le=1_000_000, description="radius of the disc, units of length")
+    radius: float = Field(
+        40.0, ge=0, le=1_000_000, description="radius of the disc, units of length"
+    )
     headings: Literal["equal", "random"] = Field(
-        "equal", description="of newborns; equal: all along +x; random: each one of the 40 there are"
+        "equal",
+        description="of newborns; equal: all along +x; random: each one of the 40 there are",
     )
 
 
@@ -44,7 +47,9 @@ class FoodRegion(Fields):
     x: tuple[Coordinate, Coordinate] = Field(description="left and right edge, units of length")
     y: tuple[Coordinate, Coordinate] = Field(description="upper and lower edge, units of length")
     count: int = Field(50, ge=0, le=1_000_000, description="items in the region at any time")
-    energy: float = Field(1.0, ge=0, le=1_000_000, description="energy that an item gives to its eater")
+    energy: float = Field(
+        1.0, ge=0, le=1_000_000, description="energy that an item gives to its eater"
+    )
 
     @model_validator(mode="after")
     def _edges_in_order(self) -> Self:
@@ -65,7 +70,9 @@ class World(Fields):
     height: float = Field(640.0, ge=10, le=1_000_000, description="units of length")
     start: Start = Start()
     food: tuple[FoodRegion, ...] = Field((), max_length=64, description="food regions, none to 64")
-    features: tuple[FeatureName, ...] = Field((), max_length=16, description="what else there is in the world; [] for nothing")
+    features: tuple[FeatureName, ...] = Field(
+        (), max_length=16, description="what else there is in the world; [] for nothing"
+    )
 
     @model_validator(mode="after")
     def _everything_on_the_map(self) -> Self:
@@ -74,7 +81,9 @@ class World(Fields):
             size = getattr(self, side)
             place = getattr(self.start, axis)
             if place >= size:
-                faults.append((f"start.{axis}", place, f"must be less than world.{side} = {size:g}"))
+                faults.append(
+                    (f"start.{axis}", place, f"must be less than world.{side} = {size:g}")
+                )
             for number, region in enumerate(self.food):
                 edges = getattr(region, axis)
                 if edges[1] > size:
@@ -90,36 +99,59 @@ class World(Fields):
 
 class Senses(Fields):
     kinds: tuple[SenseName, ...] = Field(
-        ("food",), min_length=1, max_length=8, description="one after the other; food: three binary sensors for food"
+        ("food",),
+        min_length=1,
+        max_length=8,
+        description="one after the other; food: three binary sensors for food",
     )
-    visual_radius: float = Field(40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)")
+    visual_radius: float = Field(
+        40.0, gt=0, le=100_000, description="distance to which an agent sees, units of length (R1)"
+    )
     boundaries: Literal["closed", "open"] = Field(
-        "closed", description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)"
+        "closed",
+        description="closed: front takes 15 and 345 degrees; open: neither sensor does (R8)",
     )
 
 
 class Contact(Fields):
     shape: Literal["circle", "square"] = Field(
-        "circle", description="circle: Euclidean distance of centres; square: the larger of its two components (R2)"
+        "circle",
+        description="circle: Euclidean distance of centres; square: the larger of its two components (R2)",
     )
-    reach: float = Field(10.0, gt=0, le=100_000, description="an item nearer than this is touched, units of length (R2)")
+    reach: float = Field(
+        10.0,
+        gt=0,
+        le=100_000,
+        description="an item nearer than this is touched, units of length (R2)",
+    )
 
 
 class Motor(Fields):
-    body: BodyName = Field("walker", description="walker: turns left or right by 9 degrees, or goes straight at double speed")
+    body: BodyName = Field(
+        "walker",
+        description="walker: turns left or right by 9 degrees, or goes straight at double speed",
+    )
     noise: float = Field(
-        0.0, ge=0, le=1, description="probability, in every step, that the action is drawn at random instead of chosen"
+        0.0,
+        ge=0,
+        le=1,
+        description="probability, in every step, that the action is drawn at random instead of chosen",
     )
 
 
 class Network(Fields):
     """Topology of the action module, and of the reinforcement module."""
 
-    kind: NetworkName = Field("feed-forward", description="feed-forward: layers of logistic units, without memory")
+    kind: NetworkName = Field(
+        "feed-forward", description="feed-forward: layers of logistic units, without memory"
+    )
     hidden: tuple[Annotated[int, Field(ge=1, le=1000)], ...] = Field(
         (10,), max_length=8, description="units in each hidden layer; [] for none"
     )
-    biases: bool = Field(False, description="biases on hidden and output units, N(0, 1), evolved and learned like weights (R3)")
+    biases: bool = Field(
+        False,
+        description="biases on hidden and output units, N(0, 1), evolved and learned like weights (R3)",
+    )
 
 
 class Learning(Fields):
@@ -132,16 +164,22 @@ class Learning(Fields):
     )
     rate: float = Field(0.01, ge=0, le=10, description="learning rate, per step")
     evolved_rate: bool = Field(
-        False, description="every agent inherits a gene g, like a weight, and learns at rate * 10^g, but at most at 10"
+        False,
+        description="every agent inherits a gene g, like a weight, and learns at rate * 10^g, but at most at 10",
     )
     steps: int | None = Field(
-        None, ge=0, le=LONGEST_LIFE, description="steps of a life after which learning stops; where it is not set, it never does"
+        None,
+        ge=0,
+        le=LONGEST_LIFE,
+        description="steps of a life after which learning stops; where it is not set, it never does",
     )
     teacher: Literal["inherited", "shuffled", "fresh"] = Field(
         "inherited",
         description="reinforcement modules of the children; shuffled: dealt anew among them; fresh: drawn from N(0, 1)",
     )
-    cost_per_step: float = Field(0.0, ge=0, le=1_000_000, description="energy that a step of learning costs")
+    cost_per_step: float = Field(
+        0.0, ge=0, le=1_000_000, description="energy that a step of learning costs"
+    )
     cost_per_change: float = Field(
         0.0,
         ge=0,
@@ -159,7 +197,8 @@ class Learning(Fields):
 class Lifetime(Fields):
     steps: int = Field(5000, ge=1, le=LONGEST_LIFE, description="time steps in a life")
     update: Literal["simultaneous", "sequential"] = Field(
-        "simultaneous", description="sequential: agent after agent, each finds what the last one left (R7)"
+        "simultaneous",
+        description="sequential: agent after agent, each finds what the last one left (R7)",
     )
 
 
@@ -239,13 +278,20 @@ class Experiment(BaseExperiment):
     @property
     def layer_sizes(self) -> tuple[int, ...]:
         """Units from the inputs (left, front, right) to the actions (left, forward, right)."""
-        return tuple(self.part("network.kind").layers(len(self.inputs), self.network.hidden, len(self.actions)))
+        return tuple(
+            self.part("network.kind").layers(
+                len(self.inputs), self.network.hidden, len(self.actions)
+            )
+        )
 
     @property
     def weight_count(self) -> int:
         """Weights in one module."""
         bias = int(self.network.biases)
-        return sum((inputs + bias) * outputs for inputs, outputs in zip(self.layer_sizes, self.layer_sizes[1:], strict=False))
+        return sum(
+            (inputs + bias) * outputs
+            for inputs, outputs in zip(self.layer_sizes, self.layer_sizes[1:], strict=False)
+        )
 
     @property
     def genome_length(self) -> int:

@@ -42,7 +42,9 @@ def name_of(path: str, *experiments: BaseModel) -> str:
             if isinstance(value, str):
                 return path.replace(".", ": ").replace("_", " ")
             if meaning:
-                return re.sub(r" \(R\d+\)$", "", re.split("[;:]", meaning)[0]) + _which(path, experiment)
+                return re.sub(r" \(R\d+\)$", "", re.split("[;:]", meaning)[0]) + _which(
+                    path, experiment
+                )
     return path
 
 
@@ -73,7 +75,13 @@ def _key(table: Any, step: str, path: str) -> str | int:
 
 
 def _absent(table: Any, step: str, path: str) -> str:
-    names = list(table) if isinstance(table, dict) else range(len(table)) if isinstance(table, list) else ()
+    names = (
+        list(table)
+        if isinstance(table, dict)
+        else range(len(table))
+        if isinstance(table, list)
+        else ()
+    )
     return f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}"
 
 

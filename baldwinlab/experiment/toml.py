@@ -24,8 +24,13 @@ def to_toml(experiment: BaseExperiment) -> str:
 def _fill(table: Any, part: BaseModel) -> None:
     below = []
     meanings = {name: field.description for name, field in type(part).model_fields.items()}
-    for name, value in part:  # with what is there beside the fields, in an experiment of a model that is not here
-        if isinstance(value, BaseModel | dict) or (isinstance(value, tuple) and value and isinstance(value[0], BaseModel)):
+    for (
+        name,
+        value,
+    ) in part:  # with what is there beside the fields, in an experiment of a model that is not here
+        if isinstance(value, BaseModel | dict) or (
+            isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
+        ):
             below.append((name, value))  # tables follow plain fields, as TOML wants it
             continue
         meaning = meanings.get(name)

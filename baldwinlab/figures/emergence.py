@@ -29,7 +29,13 @@ from baldwinlab.statistics.fitness import interval_of_mean
 PIECES = 40  # of a trajectory, each drawn as strongly as it is late
 CELLS = 32  # along each edge of a map
 DARKEST = 1000 / CELLS**2  # per cent: ten times as long in a cell as if everywhere alike
-PANEL, GAP, TITLE, BAR, SHARE = 2.24, 0.12, 0.3, 0.75, 2.1  # inches: maps, between and above them; below, the bar and the curve
+PANEL, GAP, TITLE, BAR, SHARE = (
+    2.24,
+    0.12,
+    0.3,
+    0.75,
+    2.1,
+)  # inches: maps, between and above them; below, the bar and the curve
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE, "black"])
 
 
@@ -46,11 +52,24 @@ def emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     figure.set_layout_engine("none")  # its solver's last digits vary, and a colour bar shows them
     for number, trace in enumerate(traces):
         row, column = divmod(number, 3)
-        axes = _axes(figure, GAP + column * (PANEL + GAP), SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE), PANEL, PANEL)
+        axes = _axes(
+            figure,
+            GAP + column * (PANEL + GAP),
+            SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE),
+            PANEL,
+            PANEL,
+        )
         drawn = _presence(axes, trace)
     bar = _axes(figure, WIDTH / 4, SHARE + BAR - 0.22, WIDTH / 2, 0.1)
     cell = f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %"
-    figure.colorbar(drawn, cax=bar, orientation="horizontal", extend="max", label=cell, ticks=[0, 0.1, 0.3, 0.6, 0.9])
+    figure.colorbar(
+        drawn,
+        cax=bar,
+        orientation="horizontal",
+        extend="max",
+        label=cell,
+        ticks=[0, 0.1, 0.3, 0.6, 0.9],
+    )
     _share(_axes(figure, 0.55, 0.45, WIDTH - 0.65, SHARE - 0.55), study, traces)
     return figure
 
@@ -74,7 +93,9 @@ def _presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
     world = _world(trace)
     _empty_map(axes, trace, world)
     edges, norm = (0, world.width, world.height, 0), PowerNorm(0.5, 0, DARKEST, clip=True)
-    return axes.imshow(density(trace), WHITE_TO_BLUE, norm, extent=edges, interpolation="nearest", zorder=0)
+    return axes.imshow(
+        density(trace), WHITE_TO_BLUE, norm, extent=edges, interpolation="nearest", zorder=0
+    )
 
 
 @styled
@@ -82,7 +103,10 @@ def trajectories(trace: xr.Dataset) -> Figure:
     """The ways of all agents over the map in one lifetime, fading towards birth, a dot where each ends."""
     figure = Figure((WIDTH / 2, WIDTH / 2 + 0.5))
     _trajectories(figure.subplots(), trace)
-    handles = [Line2D([], [], color=colour, lw=1.5, label=label) for colour, label in ((BLUE, "ate"), (GREY, "never ate"))]
+    handles = [
+        Line2D([], [], color=colour, lw=1.5, label=label)
+        for colour, label in ((BLUE, "ate"), (GREY, "never ate"))
+    ]
     figure.legend(handles=handles, loc="outside upper center", ncols=2)
     return figure
 
@@ -96,8 +120,13 @@ def _trajectories(axes: Axes, trace: xr.Dataset) -> None:
         way = unwrapped(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
         pieces = np.array_split(np.arange(len(way)), min(PIECES, len(way)))
         segments += [way[max(piece[0] - 1, 0) : piece[-1] + 1] for piece in pieces]
-        shades += [to_rgba(colours[agent], strength) for strength in 0.05 + 0.75 * np.linspace(0, 1, len(pieces)) ** 3]
-    axes.add_collection(LineCollection(segments, colors=shades, linewidths=0.6, rasterized=True), autolim=False)
+        shades += [
+            to_rgba(colours[agent], strength)
+            for strength in 0.05 + 0.75 * np.linspace(0, 1, len(pieces)) ** 3
+        ]
+    axes.add_collection(
+        LineCollection(segments, colors=shades, linewidths=0.6, rasterized=True), autolim=False
+    )
     axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colours, lw=0, zorder=3)
 
 
@@ -111,7 +140,9 @@ def _empty_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)
     ate = np.asarray(trace["eaten"].sum("step").values > 0)
-    axes.set_title(f"Generation {trace.attrs['generation']}: {ate.sum()} of {ate.size} ate", loc="left")
+    axes.set_title(
+        f"Generation {trace.attrs['generation']}: {ate.sum()} of {ate.size} ate", loc="left"
+    )
     return ate
 
 
@@ -132,7 +163,14 @@ def _share(axes: Axes, study: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
     axes.fill_between(generation, low, high, color=look.colour, alpha=0.2, lw=0)
     axes.plot(generation, average, color=look.colour, ls=look.line, lw=1.6, label=label)
     if run in shares["run"]:
-        axes.plot(generation, shares.sel(run=run), color=GREY, lw=0.8, ls=":", label="the population above")
+        axes.plot(
+            generation,
+            shares.sel(run=run),
+            color=GREY,
+            lw=0.8,
+            ls=":",
+            label="the population above",
+        )
         shown = [trace.attrs["generation"] for trace in traces]
         axes.plot(shown, shares.sel(run=run, generation=shown), "o", color=GREY, ms=4)
     axes.set(xlabel="generation", ylabel="share of agents that ate", ylim=(0, 1.02))

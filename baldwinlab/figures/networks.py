@@ -39,7 +39,9 @@ def networks(kinds: Sequence[Kind]) -> Figure:
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, WIDTH), ylim=(0, height))
     axes.axis("off")
     for place, heading in zip(
-        (LAYERS[0] - 0.3, sum(LAYERS) / 2, LAYERS[1] + 0.3), ("senses", "networks", "actions"), strict=True
+        (LAYERS[0] - 0.3, sum(LAYERS) / 2, LAYERS[1] + 0.3),
+        ("senses", "networks", "actions"),
+        strict=True,
     ):
         axes.text(place, height - 0.05, heading, ha="center", va="top", color=GREY)
     foot = height - HEAD
@@ -57,26 +59,46 @@ def _kind(axes: Axes, kind: Kind, middle: float) -> None:
     axes.text(0.05, middle + 0.1, "\n".join(kind.lines), va="top", color=DARK_GREY, linespacing=1.4)
     acts, *teachers = kind.modules
     _module(axes, kind, middle, BLUE, acts)
-    for names, place, side in ((kind.inputs, LAYERS[0] - 0.14, "right"), (kind.actions, LAYERS[1] + 0.14, "left")):
+    for names, place, side in (
+        (kind.inputs, LAYERS[0] - 0.14, "right"),
+        (kind.actions, LAYERS[1] + 0.14, "left"),
+    ):
         for name, height in zip(names, _heights(len(names), middle), strict=False):
             axes.text(place, height, name, ha=side, va="center")
     for name, _, does in (teacher.partition(": ") for teacher in teachers):
         _module(axes, kind, middle - ROW, GREY, name)
         arrow = {"arrowstyle": "->", "color": BLACK, "lw": 1.2}
-        axes.annotate("", (LAYERS[1], middle - 0.27), (LAYERS[1], middle - ROW + 0.4), arrowprops=arrow)
-        axes.text(LAYERS[1] + 0.14, middle - ROW / 2, does.replace(", ", ",\n"), va="center", color=DARK_GREY)
+        axes.annotate(
+            "", (LAYERS[1], middle - 0.27), (LAYERS[1], middle - ROW + 0.4), arrowprops=arrow
+        )
+        axes.text(
+            LAYERS[1] + 0.14,
+            middle - ROW / 2,
+            does.replace(", ", ",\n"),
+            va="center",
+            color=DARK_GREY,
+        )
 
 
 def _module(axes: Axes, kind: Kind, middle: float, colour: str, name: str) -> None:
     """A network, its name below."""
     layers = [len(kind.inputs), *kind.hidden, len(kind.actions)]
     step = (LAYERS[1] - LAYERS[0]) / (len(layers) - 1)
-    units = [[(LAYERS[0] + number * step, y) for y in _heights(count, middle)] for number, count in enumerate(layers)]
+    units = [
+        [(LAYERS[0] + number * step, y) for y in _heights(count, middle)]
+        for number, count in enumerate(layers)
+    ]
     lines = [(one, other) for left, right in pairwise(units) for one in left for other in right]
-    axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.4, alpha=0.6), autolim=False)
+    axes.add_collection(
+        LineCollection(lines, colors=colour, linewidths=0.4, alpha=0.6), autolim=False
+    )
     for number, layer in enumerate(units):
         for place in layer:
-            axes.add_patch(Circle(place, RADIUS, fc=ORANGE if number == 0 else "white", ec=BLACK, lw=0.7, zorder=2))
+            axes.add_patch(
+                Circle(
+                    place, RADIUS, fc=ORANGE if number == 0 else "white", ec=BLACK, lw=0.7, zorder=2
+                )
+            )
     sizes = " - ".join(map(str, layers))
     axes.text(sum(LAYERS) / 2, middle - 0.3, f"{name}, {sizes} units", ha="center", va="top")
 

@@ -19,7 +19,10 @@ from baldwinlab.statistics.rules import FAILS, HOLDS
 
 MARKS = {1: " ▲", -1: " ▼", 0: ""}
 DARK = 0.6  # share of the best from which on words are white
-COLUMN, LETTER = 0.75, 0.08  # inches: as narrow as can be read, so that a phone shows all maps beside each other
+COLUMN, LETTER = (
+    0.75,
+    0.08,
+)  # inches: as narrow as can be read, so that a phone shows all maps beside each other
 
 
 class Standing(NamedTuple):
@@ -51,7 +54,14 @@ def standings(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> l
     def standing(one: Condition) -> Standing:
         verdict = verdicts.get(one.name, "")
         direction = 1 if verdict == HOLDS else -1 if verdict == FAILS else 0
-        return Standing(one.name, one.learner, one.map_name, float(medians.sel(condition=one.name)), verdict, direction)
+        return Standing(
+            one.name,
+            one.learner,
+            one.map_name,
+            float(medians.sel(condition=one.name)),
+            verdict,
+            direction,
+        )
 
     return [one for one in map(standing, shown) if np.isfinite(one.median)]
 
@@ -64,7 +74,9 @@ def overview(panels: Mapping[str, Sequence[Standing]]) -> Figure:
     """
     rows = [len({one.learner for one in found}) for found in panels.values()]
     columns = max(len({one.map for one in found}) for found in panels.values())
-    names = LETTER * max((len(one.learner) for found in panels.values() for one in found), default=0)
+    names = LETTER * max(
+        (len(one.learner) for found in panels.values() for one in found), default=0
+    )
     cells = max(COLUMN * columns, *(LETTER * len(title) for title in panels))
     figure = Figure((0.3 + names + cells, 0.7 * len(panels) + 0.3 * sum(rows)))
     grid = figure.subplots(len(panels), squeeze=False, height_ratios=rows)
@@ -76,15 +88,33 @@ def overview(panels: Mapping[str, Sequence[Standing]]) -> Figure:
 
 
 def _panel(axes: Axes, found: Sequence[Standing]) -> None:
-    learners, maps = list(dict.fromkeys(one.learner for one in found)), list(dict.fromkeys(one.map for one in found))
-    best = {place: max([one.median for one in found if one.map == place], default=0) for place in maps}
+    learners, maps = (
+        list(dict.fromkeys(one.learner for one in found)),
+        list(dict.fromkeys(one.map for one in found)),
+    )
+    best = {
+        place: max([one.median for one in found if one.map == place], default=0) for place in maps
+    }
     shares = np.full((len(learners), len(maps)), np.nan)
     for one in found:
         row, column = learners.index(one.learner), maps.index(one.map)
         shares[row, column] = max(one.median, 0) / best[one.map] if best[one.map] > 0 else 0
         colour = "white" if shares[row, column] > DARK else "black"
-        axes.text(column, row, f"{round(one.median)}{MARKS[one.direction]}", ha="center", va="center", color=colour)
-    axes.imshow(shares, aspect="auto", vmin=0, vmax=1, cmap=LinearSegmentedColormap.from_list("to blue", ["white", BLUE]))
+        axes.text(
+            column,
+            row,
+            f"{round(one.median)}{MARKS[one.direction]}",
+            ha="center",
+            va="center",
+            color=colour,
+        )
+    axes.imshow(
+        shares,
+        aspect="auto",
+        vmin=0,
+        vmax=1,
+        cmap=LinearSegmentedColormap.from_list("to blue", ["white", BLUE]),
+    )
     axes.set_xticks(range(len(maps)), [f"Map {place}" if place else "" for place in maps])
     axes.set_yticks(range(len(learners)), learners)
     axes.xaxis.tick_top()

@@ -15,7 +15,16 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.assays.analysis import NOT_MEASURED, OFF, RIVAL, Analysis, Subject, Table, Verdict, evaluate
+from baldwinlab.assays.analysis import (
+    NOT_MEASURED,
+    OFF,
+    RIVAL,
+    Analysis,
+    Subject,
+    Table,
+    Verdict,
+    evaluate,
+)
 from baldwinlab.assays.stored import Assays, Quantity
 from baldwinlab.assays.verdict import phases
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -106,21 +115,35 @@ class System:
     """A condition that evolves and learns, and its answers."""
 
     condition: str
-    rival: str  # the condition that differs only in that it does not learn; empty where there is none
+    rival: (
+        str  # the condition that differs only in that it does not learn; empty where there is none
+    )
     headline: str
     phases: tuple[Verdict, Verdict]
     answers: dict[str, Answer]  # by criterion, in the order of `QUESTIONS`
-    seen: Size | None  # rank correlation of innate fitness with fitness among those alive: low where learning hides
-    clock: Clock | None  # None where there is no rival, or the model that counts evaluations is not loaded
+    seen: (
+        Size | None
+    )  # rank correlation of innate fitness with fitness among those alive: low where learning hides
+    clock: (
+        Clock | None
+    )  # None where there is no rival, or the model that counts evaluations is not loaded
 
 
-def systems(study: xr.Dataset, stored: Assays, experiments: Mapping[str, Any], wanted: Sequence[str], last: int) -> list[System]:
+def systems(
+    study: xr.Dataset,
+    stored: Assays,
+    experiments: Mapping[str, Any],
+    wanted: Sequence[str],
+    last: int,
+) -> list[System]:
     """In the study's order, those that are wanted, or all unless any is, as far as its assays are stored.
 
     `study` is its runs (condition, run, generation, agent). "last" and "first" are windows of `last` generations.
     """
     found, average = evaluate(stored, last), fitness.mean(study)
-    in_order = sorted(found.subjects, key=lambda subject: list(experiments).index(subject.condition))
+    in_order = sorted(
+        found.subjects, key=lambda subject: list(experiments).index(subject.condition)
+    )
     return [
         _system(study, average, stored, found, subject, experiments[subject.condition])
         for subject in in_order
@@ -129,10 +152,18 @@ def systems(study: xr.Dataset, stored: Assays, experiments: Mapping[str, Any], w
 
 
 def _system(
-    study: xr.Dataset, average: xr.DataArray, stored: Assays, found: Analysis, subject: Subject, experiment: BaseExperiment
+    study: xr.Dataset,
+    average: xr.DataArray,
+    stored: Assays,
+    found: Analysis,
+    subject: Subject,
+    experiment: BaseExperiment,
 ) -> System:
     table, last = found.tables[subject.condition], found.last
-    answers = {one.criterion: Answer(subject.answer(one.criterion).verdict, _share(table, one)) for one in QUESTIONS}
+    answers = {
+        one.criterion: Answer(subject.answer(one.criterion).verdict, _share(table, one))
+        for one in QUESTIONS
+    }
     seen = _size(_seen(stored["innate"][subject.condition], last))
     clock = _clock(study, average, subject, experiment, last) if subject.rival else None
     reached = (subject.phase(1), subject.phase(2))
@@ -143,20 +174,33 @@ def _share(table: Table, asked: Question) -> Size | None:
     """The difference of two lives as a share of the fitness as lived."""
     if not {asked.a, asked.b, AS_LIVED} <= set(table):
         return None
-    a, b, lived = xr.align(*(table[name].drop_vars(set(table[name].coords) - {"run"}) for name in (asked.a, asked.b, AS_LIVED)))
+    a, b, lived = xr.align(
+        *(
+            table[name].drop_vars(set(table[name].coords) - {"run"})
+            for name in (asked.a, asked.b, AS_LIVED)
+        )
+    )
     return _size((a - b) / abs(lived).where(lived != 0))
 
 
 def _size(values: xr.DataArray) -> Size | None:
     defined = np.asarray(values.values, np.float64)
     defined = defined[np.isfinite(defined)]
-    return Size(defined.size, float(np.median(defined)), *median_interval(defined)) if defined.size else None
+    return (
+        Size(defined.size, float(np.median(defined)), *median_interval(defined))
+        if defined.size
+        else None
+    )
 
 
 def _seen(innate: xr.Dataset, last: int) -> xr.DataArray:
     """Spearman's rank correlation over agents of fitness with learning off and on, by run: the mean of the last generations."""
     energy = innate["energy"].isel(generation=slice(-last, None))
-    ranks = stats.rankdata(energy.transpose("life", "run", "generation", "agent").values, axis=-1, nan_policy="propagate")
+    ranks = stats.rankdata(
+        energy.transpose("life", "run", "generation", "agent").values,
+        axis=-1,
+        nan_policy="propagate",
+    )
     places = {str(life): ranks[number] for number, life in enumerate(energy["life"].values)}
     off, on = (places[life] - places[life].mean(axis=-1, keepdims=True) for life in ("off", "on"))
     spread = np.sqrt((off**2).sum(axis=-1) * (on**2).sum(axis=-1))
@@ -165,28 +209,51 @@ def _seen(innate: xr.Dataset, last: int) -> xr.DataArray:
     return xr.DataArray(found, dims=("run", "generation")).mean("generation")
 
 
-def _clock(study: xr.Dataset, average: xr.DataArray, subject: Subject, experiment: BaseExperiment, last: int) -> Clock | None:
-    learner, rival = (average.sel(condition=name).dropna("generation", how="all") for name in (subject.condition, subject.rival))
+def _clock(
+    study: xr.Dataset,
+    average: xr.DataArray,
+    subject: Subject,
+    experiment: BaseExperiment,
+    last: int,
+) -> Clock | None:
+    learner, rival = (
+        average.sel(condition=name).dropna("generation", how="all")
+        for name in (subject.condition, subject.rival)
+    )
     model = experiment.loaded_model
     is_unknown = model is None and not isinstance(experiment, Experiment)
     if is_unknown or not (learner.size and rival.size):
         return None
-    at_last = [float(one.isel(generation=slice(-last, None)).mean("generation").median("run")) for one in (learner, rival)]
+    at_last = [
+        float(one.isel(generation=slice(-last, None)).mean("generation").median("run"))
+        for one in (learner, rival)
+    ]
     level = (float(rival.isel(generation=0).median("run")) + max(at_last)) / 2
     counter = model.clock if model else ""
-    times = [_reached(one, study, name, counter, level) for one, name in ((learner, subject.condition), (rival, subject.rival))]
+    times = [
+        _reached(one, study, name, counter, level)
+        for one, name in ((learner, subject.condition), (rival, subject.rival))
+    ]
     (generations, evaluations), (without, evaluations_without) = times
     counted = model.records[counter].unit if model and counter else "lives"
     return Clock(level, generations, without, evaluations, evaluations_without, counted)
 
 
-def _reached(average: xr.DataArray, study: xr.Dataset, condition: str, counter: str, level: float) -> tuple[float, float]:
+def _reached(
+    average: xr.DataArray, study: xr.Dataset, condition: str, counter: str, level: float
+) -> tuple[float, float]:
     """The generation in which the average agent first is at a level, and evaluations until its end: medians over runs."""
     lived = study.sel(condition=condition)
-    spent = (lived[counter] if counter else lived["energy"].notnull()).sum("agent").cumsum("generation")
+    spent = (
+        (lived[counter] if counter else lived["energy"].notnull()).sum("agent").cumsum("generation")
+    )
     there = average >= level
     when = there.argmax("generation").where(there.any("generation"), np.inf)
-    asked = spent.sel(generation=average["generation"]).where(there & (there.cumsum("generation") == 1)).max("generation")
+    asked = (
+        spent.sel(generation=average["generation"])
+        .where(there & (there.cumsum("generation") == 1))
+        .max("generation")
+    )
     return tuple(_median(values.values) for values in (when, asked.fillna(np.inf)))  # type: ignore[return-value]
 
 

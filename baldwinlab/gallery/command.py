@@ -15,7 +15,9 @@ def gallery(
     folder: Annotated[Path, Parameter(help="the folder that holds the studies")] = Path("results"),
     /,
     *,
-    out: Annotated[Path | None, Parameter(help="the page; gallery.html in the folder unless given")] = None,
+    out: Annotated[
+        Path | None, Parameter(help="the page; gallery.html in the folder unless given")
+    ] = None,
     last: Last = 10,
     part: Parts = None,
     force: Force = False,

@@ -17,7 +17,11 @@ from baldwinlab.palette import VERMILION
 
 WIDTH: Final = 10.0  # inches
 FARTHEST: Final = 1.0  # of the fitness as lived; what lies farther stands at the edge
-LOOKS: Final = {YES: (BLUE, "o", BLUE), NO: (VERMILION, "X", VERMILION), UNDECIDED: (GREY, "o", "white")}
+LOOKS: Final = {
+    YES: (BLUE, "o", BLUE),
+    NO: (VERMILION, "X", VERMILION),
+    UNDECIDED: (GREY, "o", "white"),
+}
 
 
 @styled
@@ -56,21 +60,37 @@ def _places(papers: Mapping[str, Sequence[System]]) -> list[int]:
 
 
 def _headings(papers: Mapping[str, Sequence[System]]) -> list[int]:
-    return [int(place) for place in np.cumsum([0, *(1 + len(found) for found in papers.values())])[:-1]]
+    return [
+        int(place) for place in np.cumsum([0, *(1 + len(found) for found in papers.values())])[:-1]
+    ]
 
 
 def _mark(axes: Axes, place: int, answer: Answer) -> None:
     if answer.size is None or answer.verdict == NOT_MEASURED:
         return
     edge, marker, face = LOOKS[answer.verdict]
-    value, low, high = (float(np.clip(100 * each, -100 * FARTHEST, 100 * FARTHEST)) for each in answer.size[1:])
+    value, low, high = (
+        float(np.clip(100 * each, -100 * FARTHEST, 100 * FARTHEST)) for each in answer.size[1:]
+    )
     axes.plot([low, high], [place, place], color=edge, lw=1.4, solid_capstyle="butt")
     beyond = abs(answer.size.median) > FARTHEST
-    axes.plot([value], [place], marker=(">" if value > 0 else "<") if beyond else marker, ms=5, mec=edge, mfc=face, clip_on=False)
+    axes.plot(
+        [value],
+        [place],
+        marker=(">" if value > 0 else "<") if beyond else marker,
+        ms=5,
+        mec=edge,
+        mfc=face,
+        clip_on=False,
+    )
 
 
 def _keys() -> list[Line2D]:
-    words = {YES: "established: yes", NO: "established: no, or the opposite", UNDECIDED: "undecided"}
+    words = {
+        YES: "established: yes",
+        NO: "established: no, or the opposite",
+        UNDECIDED: "undecided",
+    }
     return [
         Line2D([], [], color=edge, marker=marker, mec=edge, mfc=face, ms=5, label=words[verdict])
         for verdict, (edge, marker, face) in LOOKS.items()

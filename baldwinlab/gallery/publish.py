@@ -36,8 +36,14 @@ def publish(folder: Path, out: Path, last: int, tell: Callable[[str], None]) -> 
     figures = folder / "figures"
     sections = [
         Section("answers", "Systems by answers", _answers(found, figures, last)),
-        Section("clocks", "On both clocks", render("gallery/clocks.html", rows=list(_clocks(found)))),
-        Section("claims", "The papers' claims", render("gallery/claims.html", entries=found, verdicts=(HOLDS, OPEN, FAILS))),
+        Section(
+            "clocks", "On both clocks", render("gallery/clocks.html", rows=list(_clocks(found)))
+        ),
+        Section(
+            "claims",
+            "The papers' claims",
+            render("gallery/claims.html", entries=found, verdicts=(HOLDS, OPEN, FAILS)),
+        ),
     ]
     write_page(TITLE, " ".join(lead(found)), sections, out, figures)
     return found
@@ -48,12 +54,16 @@ def lead(found: Sequence[Entry]) -> Iterator[str]:
     asked = [system for entry in found for system in entry.systems]
     papers = sum(bool(entry.systems) for entry in found)
     yield f"{len(asked)} systems of {papers} papers, conditions that evolve and learn, were asked the same by the same assays."
-    first, not_first = (sum(system.phases[0] == verdict for system in asked) for verdict in (YES, NO))
+    first, not_first = (
+        sum(system.phases[0] == verdict for system in asked) for verdict in (YES, NO)
+    )
     both = sum(system.phases == (YES, YES) for system in asked)
     yield f"Learning guides selection (phase one) in {first} and does not in {not_first}; the rest is undecided."
     yield f"What was learned becomes innate as well (phase two) in {both}."
     held = [system.answers["guidance"] for system in asked if system.rival]
-    higher, not_higher = ([answer.size for answer in held if answer.verdict == verdict] for verdict in (YES, NO))
+    higher, not_higher = (
+        [answer.size for answer in held if answer.verdict == verdict] for verdict in (YES, NO)
+    )
     lower = sum(size is not None and size.median < 0 for size in not_higher)
     yield f"Against evolution without learning, innate fitness ends higher in {len(higher)} of {len(held)}, and lower in {lower}."
     claims = [verdict for entry in found for verdict in entry.claims.values()]
@@ -61,21 +71,31 @@ def lead(found: Sequence[Entry]) -> Iterator[str]:
     for entry in found:
         if entry.changes:
             yield f"{entry.paper.name} is a changed model ({', '.join(entry.changes)}), and counts in these numbers."
-    yield "Of {} claims of {} papers, {} hold, {} do not, and {} are undecided.".format(len(claims), len(found), *counts)
+    yield "Of {} claims of {} papers, {} hold, {} do not, and {} are undecided.".format(
+        len(claims), len(found), *counts
+    )
 
 
 def left_out(found: Sequence[Entry]) -> Iterator[str]:
     """A sentence for each paper that is not asked, which says why."""
     for entry in found:
         if entry.why_not:
-            mend = f"; {' and then '.join(f'`{one}`' for one in entry.mend)} bring it in" if entry.mend else ""
+            mend = (
+                f"; {' and then '.join(f'`{one}`' for one in entry.mend)} bring it in"
+                if entry.mend
+                else ""
+            )
             yield f"{entry.paper.name} is not asked: {entry.why_not}{mend}."
 
 
 def _answers(found: Sequence[Entry], folder: Path, last: int) -> str:
     asked = {entry.name: entry.systems for entry in found if entry.systems}
     shown = [embed(_picture(asked, last), folder)] if asked else []
-    said = {"papers": asked, "questions": QUESTIONS, "left_out": [entry for entry in found if entry.why_not]}
+    said = {
+        "papers": asked,
+        "questions": QUESTIONS,
+        "left_out": [entry for entry in found if entry.why_not],
+    }
     return render("gallery/answers.html", figures=shown, percent=_percent, **said)
 
 
@@ -85,9 +105,15 @@ def _percent(share: float) -> str:
 
 
 def _picture(asked: dict[str, tuple[System, ...]], last: int) -> Picture:
-    rows = [row for paper, found in asked.items() for system in found for row in _rows(paper, system)]
+    rows = [
+        row for paper, found in asked.items() for system in found for row in _rows(paper, system)
+    ]
     meanings = "; ".join(f"{one.title}: {one.meaning}" for one in QUESTIONS)
-    headlines = "; ".join(f"{paper}, {system.condition}: {system.headline}" for paper, found in asked.items() for system in found)
+    headlines = "; ".join(
+        f"{paper}, {system.condition}: {system.headline}"
+        for paper, found in asked.items()
+        for system in found
+    )
     return Picture(
         "gallery",
         "What learning gives evolution, paper by paper",
@@ -117,15 +143,27 @@ def _clocks(found: Sequence[Entry]) -> Iterator[dict[str, Any]]:
     for entry in found:
         for system in entry.systems:
             if system.clock:
-                yield {"paper": entry.name, "system": system, "clock": system.clock, "said": _sooner(system.clock)}
+                yield {
+                    "paper": entry.name,
+                    "system": system,
+                    "clock": system.clock,
+                    "said": _sooner(system.clock),
+                }
 
 
 def _sooner(clock: Clock) -> str:
     """Which of the two is half-way sooner, on either clock."""
     if isnan(clock.generations) or isnan(clock.generations_without):
-        only = {(True, True): "neither", (False, True): "only with learning", (True, False): "only without learning"}
+        only = {
+            (True, True): "neither",
+            (False, True): "only with learning",
+            (True, False): "only without learning",
+        }
         return only[isnan(clock.generations), isnan(clock.generations_without)]
-    pairs = (clock.generations, clock.generations_without), (clock.evaluations, clock.evaluations_without)
+    pairs = (
+        (clock.generations, clock.generations_without),
+        (clock.evaluations, clock.evaluations_without),
+    )
     words = ["with" if one < other else "without" if one > other else "" for one, other in pairs]
     if words[0] == words[1]:
         return f"{words[0]} learning, on both" if words[0] else "alike, on both"
@@ -148,14 +186,25 @@ def _record(entry: Entry) -> dict[str, Any]:
 
 
 def _system_record(system: System) -> dict[str, Any]:
-    answered = {name: {"verdict": answer.verdict, **_numbers(answer.size)} for name, answer in system.answers.items()}
+    answered = {
+        name: {"verdict": answer.verdict, **_numbers(answer.size)}
+        for name, answer in system.answers.items()
+    }
     phases = {f"phase_{number}": verdict for number, verdict in enumerate(system.phases, 1)}
     clock = {
         name: finite(value) if isinstance(value, float) else value
         for name, value in (system.clock._asdict() if system.clock else {}).items()
     }
-    named = {"condition": system.condition, "rival": system.rival or None, "headline": system.headline}
-    return named | phases | {"answers": answered, "seen": _numbers(system.seen) or None, "clock": clock or None}
+    named = {
+        "condition": system.condition,
+        "rival": system.rival or None,
+        "headline": system.headline,
+    }
+    return (
+        named
+        | phases
+        | {"answers": answered, "seen": _numbers(system.seen) or None, "clock": clock or None}
+    )
 
 
 def _numbers(size: Size | None) -> dict[str, Any]:

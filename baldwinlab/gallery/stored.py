@@ -58,7 +58,9 @@ def studies(folder: Path) -> dict[str, Study]:
         if study.kind == CONDITIONS and name and most_runs(study) and is_first:
             found[name] = study
     if not found:
-        raise RefusedError(f"{folder} holds no study of a paper with a finished run; `baldwinlab reproduce PAPER` makes one")
+        raise RefusedError(
+            f"{folder} holds no study of a paper with a finished run; `baldwinlab reproduce PAPER` makes one"
+        )
     return found
 
 
@@ -86,10 +88,14 @@ def _entry(study: Study, paper: Paper, last: int) -> Entry:
     answered: tuple[System, ...] = ()
     if measured:
         wanted = [name for name in paper.about.compared if name in there]
-        answered = tuple(systems(open_conditions(study, there), measured, study.experiments, wanted, last))
+        answered = tuple(
+            systems(open_conditions(study, there), measured, study.experiments, wanted, last)
+        )
     why_not, mend = ("", ()) if answered else _why_not(study, there, bool(measured))
     claims = {claim["id"]: claim["verdict"] for claim in claims_in(study)}
-    return Entry(paper, study.changes, study.directory, most_runs(study), claims, answered, why_not, mend)
+    return Entry(
+        paper, study.changes, study.directory, most_runs(study), claims, answered, why_not, mend
+    )
 
 
 def _why_not(study: Study, there: Sequence[str], measured: bool) -> tuple[str, tuple[str, ...]]:
@@ -104,5 +110,8 @@ def _why_not(study: Study, there: Sequence[str], measured: bool) -> tuple[str, t
         return "there are no generations to compare", ()
     if measured:
         return "the assay innate has measured nobody who learns and evolves", ()
-    commands = f"baldwinlab assay {study.directory} --only innate", f"baldwinlab gallery {study.directory.parent}"
+    commands = (
+        f"baldwinlab assay {study.directory} --only innate",
+        f"baldwinlab gallery {study.directory.parent}",
+    )
     return "the assay innate is not stored", commands

@@ -30,7 +30,13 @@ class Lab:
     root: Path  # resolved; every study that is served lies in it
     live: Live  # the runs that live now
     answers: Cache = field(default_factory=Cache)  # recordings, and what else takes a while
-    drawn: dict[str, float] = field(default_factory=dict)  # the share of each movie that is made now, by what its page calls it
-    turns: Semaphore = field(default_factory=lambda: Semaphore(4))  # so many are made at a time: it bounds the memory they take
-    ready: Callable[[], bool] = lambda: True  # whether the engine is compiled; until then, pages wait with what lives
+    drawn: dict[str, float] = field(
+        default_factory=dict
+    )  # the share of each movie that is made now, by what its page calls it
+    turns: Semaphore = field(
+        default_factory=lambda: Semaphore(4)
+    )  # so many are made at a time: it bounds the memory they take
+    ready: Callable[[], bool] = lambda: (
+        True
+    )  # whether the engine is compiled; until then, pages wait with what lives
     began: float = field(default_factory=time.monotonic)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import secrets
 from typing import Final
 
-REFUSAL: Final = "this lab needs its token: open the address that the command `baldwinlab lab` printed"
+REFUSAL: Final = (
+    "this lab needs its token: open the address that the command `baldwinlab lab` printed"
+)
 
 
 class Access:

@@ -24,7 +24,12 @@ from baldwinlab.runs.replay import genome_at
 def routes(lab: Lab) -> list[BaseRoute]:
     async def alleles(request: Request) -> Response:
         asked = shares_of_live if "live" in request.query_params else shares_of
-        return InTurn(lab, lambda: Response(asked(lab, request.query_params), media_type="application/octet-stream"))
+        return InTurn(
+            lab,
+            lambda: Response(
+                asked(lab, request.query_params), media_type="application/octet-stream"
+            ),
+        )
 
     return [Route("/api/alleles", alleles)]
 
@@ -34,7 +39,11 @@ def shares_of(lab: Lab, query: Query) -> bytes:
 
     Raises StudyError and ValueError as a request for a recording does, MissingError also where the model declares no alleles.
     """
-    study, name, run = studies.find(lab, text(query, "study")), text(query, "condition"), number(query, "run")
+    study, name, run = (
+        studies.find(lab, text(query, "study")),
+        text(query, "condition"),
+        number(query, "run"),
+    )
     experiment = studies.condition(study, name)
     study.require_parts(name)
     _require_alleles(experiment, experiment.evolution.generations)
@@ -49,12 +58,21 @@ def shares_of(lab: Lab, query: Query) -> bytes:
 
 def shares_of_live(lab: Lab, query: Query) -> bytes:
     """The container of `shares` of one generation of a live run. Raises as `LiveRun.history`, and as `shares_of`."""
-    live, run, generation = lab.live.run(query["live"]), number(query, "run"), number(query, "generation")
+    live, run, generation = (
+        lab.live.run(query["live"]),
+        number(query, "run"),
+        number(query, "generation"),
+    )
     experiment, history = live.experiment, live.history(run, generation)
     _require_alleles(experiment, 1)
     kept, genome = history.kept_until(generation)
     if kept != generation:
-        genome = genome_at(experiment, Moment(live.seed, run, generation), live.energy(run, generation), (kept, genome))
+        genome = genome_at(
+            experiment,
+            Moment(live.seed, run, generation),
+            live.energy(run, generation),
+            (kept, genome),
+        )
     return frames.pack(_header(experiment, generation), {"share": shares(experiment, [genome])})
 
 
@@ -71,14 +89,23 @@ def shares(experiment: BaseExperiment, genomes: Iterable[Genome]) -> npt.NDArray
 def _header(experiment: BaseExperiment, first: int) -> dict[str, Any]:
     """What is said of shares that begin with the generation `first`."""
     alleles = list(studies.alleles_of(experiment))
-    return {"kind": "alleles", "alleles": alleles, "about": studies.about(experiment), "first": first}
+    return {
+        "kind": "alleles",
+        "alleles": alleles,
+        "about": studies.about(experiment),
+        "first": first,
+    }
 
 
 def _require_alleles(experiment: BaseExperiment, generations: int) -> None:
     """Raises MissingError where a model declares no alleles, and ValueError for more numbers than one answer may hold."""
     alleles = studies.alleles_of(experiment)
     if not alleles:
-        raise MissingError(f"{experiment.name} is of the model {experiment.model}, which declares no alleles")
+        raise MissingError(
+            f"{experiment.name} is of the model {experiment.model}, which declares no alleles"
+        )
     loci = len(experiment.modules) * experiment.genome_length
     if generations * loci * len(alleles) * np.dtype(np.float32).itemsize > MOST_BYTES:
-        raise ValueError(f"{experiment.name} has {generations:,} generations of {loci:,} loci, more than one answer may hold")
+        raise ValueError(
+            f"{experiment.name} has {generations:,} generations of {loci:,} loci, more than one answer may hold"
+        )

@@ -25,7 +25,9 @@ class Cache:
                 return self._kept[key]
         made = make()
         with self._lock:
-            if key not in self._kept and len(made) <= self._limit:  # another thread may have made it in the meantime
+            if (
+                key not in self._kept and len(made) <= self._limit
+            ):  # another thread may have made it in the meantime
                 self._kept[key] = made
                 self.size += len(made)
             while self.size > self._limit:

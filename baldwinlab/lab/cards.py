@@ -29,7 +29,9 @@ def routes(lab: Lab) -> list[BaseRoute]:
         found = _studies(lab)
         known, asked = _papers(lab, found), request.query_params.get("paper")
         problem = _unknown(asked, known) if asked and asked not in known else None
-        return JSONResponse({"papers": [_card(lab, paper, found) for paper in known.values()], "problem": problem})
+        return JSONResponse(
+            {"papers": [_card(lab, paper, found) for paper in known.values()], "problem": problem}
+        )
 
     def picture(request: Request) -> FileResponse:
         known, name = _papers(lab, _studies(lab)), text(request.query_params, "paper")
@@ -65,7 +67,9 @@ def _papers(lab: Lab, found: Studies) -> dict[str, Paper]:
     known = dict(papers.built_in())
     for study in found.values():
         if study.paper not in known:
-            with suppress(StudyError, PaperError):  # a study whose paper cannot be read has its results all the same
+            with suppress(
+                StudyError, PaperError
+            ):  # a study whose paper cannot be read has its results all the same
                 known[study.paper] = _kept(lab, study)
     return known
 
@@ -80,17 +84,31 @@ def _kept(lab: Lab, study: Study) -> Paper:
 
 
 def _card(lab: Lab, paper: Paper, found: Studies) -> dict[str, Any]:
-    facts = paper.about.model_dump(include={"name", "title", "authors", "year", "published", "description", "link", "runs"})
-    counts = {"conditions": len(paper.own()), "claims": len(paper.claims), "picture": (paper.folder / CARD).is_file()}
+    facts = paper.about.model_dump(
+        include={"name", "title", "authors", "year", "published", "description", "link", "runs"}
+    )
+    counts = {
+        "conditions": len(paper.own()),
+        "claims": len(paper.claims),
+        "picture": (paper.folder / CARD).is_file(),
+    }
     made = [_about(lab, name, study) for name, study in found.items() if study.paper == paper.name]
     return facts | counts | {"preset": _preset(paper), "studies": made}
 
 
 def _about(lab: Lab, name: str, study: Study) -> dict[str, Any]:
     """What came of a study of a paper, and whether there is something to watch in it."""
-    watched = any(study.runs(one.name) and studies.can_be_shown(one) for one in study.experiments.values())
+    watched = any(
+        study.runs(one.name) and studies.can_be_shown(one) for one in study.experiments.values()
+    )
     verdicts, problem = _verdicts(lab, study)
-    return {"study": name, "changes": list(study.changes), "verdicts": verdicts, "problem": problem, "watch": watched}
+    return {
+        "study": name,
+        "changes": list(study.changes),
+        "verdicts": verdicts,
+        "problem": problem,
+        "watch": watched,
+    }
 
 
 def _preset(paper: Paper) -> str | None:
@@ -98,7 +116,11 @@ def _preset(paper: Paper) -> str | None:
 
     A name that an earlier paper has taken is that paper's. None of a user's paper, whose conditions that tab does not list.
     """
-    owners = {name: one.name for one in reversed(papers.built_in().values()) for name in one.experiment_names()}
+    owners = {
+        name: one.name
+        for one in reversed(papers.built_in().values())
+        for name in one.experiment_names()
+    }
     own = [name for name in (paper.about.emergence, *paper.own()) if owners.get(name) == paper.name]
     return next((name for name in own if paper.experiment(name).learns), own[0] if own else None)
 
@@ -110,6 +132,8 @@ def _verdicts(lab: Lab, study: Study) -> tuple[dict[str, int], str | None]:
         counted = Counter(claim["verdict"] for claim in claims_in(study))
     except StudyError as error:
         return {}, str(error)
-    from baldwinlab.statistics.rules import VERDICTS  # here, because to load SciPy's statistics takes a while
+    from baldwinlab.statistics.rules import (
+        VERDICTS,
+    )  # here, because to load SciPy's statistics takes a while
 
     return {verdict: counted[verdict] for verdict in VERDICTS if counted[verdict]}, None

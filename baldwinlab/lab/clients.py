@@ -20,7 +20,10 @@ MOST_CLIENTS: Final = 128  # connections at a time
 PIECE: Final = 2**17  # bytes of an answer that are written before the client has taken those before
 LONGEST_MESSAGE: Final = 2**12  # bytes that a page may send through a websocket
 LAST_WORDS: Final = 1  # seconds that answers under way have to end when the server does
-BUSY: Final = b'{"error": "the lab has %d connections open, which is the most; close some of its pages"}' % MOST_CLIENTS
+BUSY: Final = (
+    b'{"error": "the lab has %d connections open, which is the most; close some of its pages"}'
+    % MOST_CLIENTS
+)
 
 
 class Connection(H11Protocol):
@@ -97,7 +100,9 @@ class InPieces:
         async def send_in_pieces(message: Message) -> None:
             body = memoryview(message.get("body", b""))
             while len(body) > PIECE:
-                await send({"type": message["type"], "body": bytes(body[:PIECE]), "more_body": True})
+                await send(
+                    {"type": message["type"], "body": bytes(body[:PIECE]), "more_body": True}
+                )
                 body = body[PIECE:]
             await send({**message, "body": bytes(body)} if "body" in message else message)
 

@@ -27,29 +27,60 @@ from baldwinlab.runs.simulate import check_seed
 from baldwinlab.version import __version__
 
 FIRST: Final = "live_page.js"  # the module that the page begins with
-WORKER: Final = ("engine.js", "lives.js", "looking.js", "engine_worker.js")  # what a worker is made of, in this order
+WORKER: Final = (
+    "engine.js",
+    "lives.js",
+    "looking.js",
+    "engine_worker.js",
+)  # what a worker is made of, in this order
 STYLES: Final = (
     *("vendor/uPlot.min.css", "style.css", "world.css", "watch.css"),
     *("charts.css", "live.css", "share.css", "guide.css"),
 )
 MOST_RUNS: Final = 50
 MOST_BYTES: Final = 2_000_000
-CHOICES: Final = ("learning.rule", "lifetime.update")  # of which each combination has a module that ships
+CHOICES: Final = (
+    "learning.rule",
+    "lifetime.update",
+)  # of which each combination has a module that ships
 
 RULES: Final = (
-    {"path": "world.start.x", "than": "world.width", "says": "agents are born on the map, so this must be less than"},
-    {"path": "world.start.y", "than": "world.height", "says": "agents are born on the map, so this must be less than"},
+    {
+        "path": "world.start.x",
+        "than": "world.width",
+        "says": "agents are born on the map, so this must be less than",
+    },
+    {
+        "path": "world.start.y",
+        "than": "world.height",
+        "says": "agents are born on the map, so this must be less than",
+    },
     *(
-        {"path": path, "than": f"world.{span}", "share": 0.5, "equal": True, "says": "this must be at most half the map,"}
+        {
+            "path": path,
+            "than": f"world.{span}",
+            "share": 0.5,
+            "equal": True,
+            "says": "this must be at most half the map,",
+        }
         for path in ("world.start.radius", "senses.visual_radius", "contact.reach")
         for span in ("width", "height")
     ),
     *(
-        {"path": f"world.food.*.{axis}.{0}", "than": f"world.food.*.{axis}.{1}", "says": "edges go from a smaller to a larger,"}
+        {
+            "path": f"world.food.*.{axis}.{0}",
+            "than": f"world.food.*.{axis}.{1}",
+            "says": "edges go from a smaller to a larger,",
+        }
         for axis in "xy"
     ),
     *(
-        {"path": f"world.food.*.{axis}.1", "than": f"world.{span}", "equal": True, "says": "food lies on the map, at most to"}
+        {
+            "path": f"world.food.*.{axis}.1",
+            "than": f"world.{span}",
+            "equal": True,
+            "says": "food lies on the map, at most to",
+        }
         for axis, span in (("x", "width"), ("y", "height"))
     ),
 )
@@ -66,15 +97,21 @@ def live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
     given = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
     told = laboratory(given) | {"seed": seed}
-    made = pages.page("live.html", FIRST, STYLES, title=given[0].name, worker=_worker(), laboratory=told)
+    made = pages.page(
+        "live.html", FIRST, STYLES, title=given[0].name, worker=_worker(), laboratory=told
+    )
     if len(made) > MOST_BYTES:
-        raise RefusedError(f"the page would take {len(made):,} bytes, and may take {MOST_BYTES:,}: export fewer conditions")
+        raise RefusedError(
+            f"the page would take {len(made):,} bytes, and may take {MOST_BYTES:,}: export fewer conditions"
+        )
     return made
 
 
 def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
     """What the page is told: see here.js."""
-    from scipy import stats  # here, because it takes a second to load, in which the lab would not open
+    from scipy import (
+        stats,
+    )  # here, because it takes a second to load, in which the lab would not open
 
     programs: dict[str, dict[str, Any]] = {}
     for experiment in experiments:
@@ -91,7 +128,10 @@ def laboratory(experiments: Sequence[Experiment]) -> dict[str, Any]:
         "schemas": different,
         "programs": list(programs.values()),
         "rules": RULES,
-        "quantiles": [0.0, *(float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MOST_RUNS + 1))],
+        "quantiles": [
+            0.0,
+            *(float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MOST_RUNS + 1)),
+        ],
     }
 
 
@@ -105,10 +145,25 @@ def _modules_for(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
 
 def _program(name: str, experiment: Experiment) -> dict[str, Any]:
     own = any(added_choices(experiment))
-    paths = [path for path, _, _ in choosing_fields(type(experiment)) if path not in _choosable(experiment)] if own else []
+    paths = (
+        [
+            path
+            for path, _, _ in choosing_fields(type(experiment))
+            if path not in _choosable(experiment)
+        ]
+        if own
+        else []
+    )
     when = {path: look_up(experiment, path)[0] for path in (*CHOICES, *paths)}
-    plain = {path: list(value) if isinstance(value, tuple) else value for path, value in when.items()}
-    return {"name": name, "when": plain, "module": pages.packed(module_of(experiment)), "plan": Habitat(experiment).plan()}
+    plain = {
+        path: list(value) if isinstance(value, tuple) else value for path, value in when.items()
+    }
+    return {
+        "name": name,
+        "when": plain,
+        "module": pages.packed(module_of(experiment)),
+        "plan": Habitat(experiment).plan(),
+    }
 
 
 def _preset(experiment: Experiment) -> dict[str, Any]:
@@ -129,7 +184,9 @@ def _preset(experiment: Experiment) -> dict[str, Any]:
 def _worker() -> str:
     """The code of a worker, in which nothing can be imported."""
     lines = "".join((pages.STATIC / name).read_text("utf-8") for name in WORKER).splitlines()
-    return "\n".join(line.removeprefix("export ") for line in lines if not line.startswith("import "))
+    return "\n".join(
+        line.removeprefix("export ") for line in lines if not line.startswith("import ")
+    )
 
 
 def _choosable(experiment: Experiment) -> dict[str, list[str]]:
@@ -148,7 +205,11 @@ def _schema(experiment: Experiment) -> Any:
     """The fields that the page shows: those that it cannot change are as they are."""
     schema = schema_of(type(experiment))
     choosable = _choosable(experiment)
-    fixed = ["model", "record.genome_every", *(path for path, _, _ in choosing_fields(type(experiment)) if path not in choosable)]
+    fixed = [
+        "model",
+        "record.genome_every",
+        *(path for path, _, _ in choosing_fields(type(experiment)) if path not in choosable),
+    ]
     if any(added_choices(experiment)):
         fixed += ["name", "lifetime.update", *_settled(experiment)]
     for path, names in choosable.items():
@@ -167,14 +228,18 @@ def _schema(experiment: Experiment) -> Any:
 def _settled(experiment: Experiment) -> Iterator[str]:
     """The fields that a foreign part has made something of which compiled code takes as it is."""
     network = type(experiment.part("network.kind"))
-    if network.layers is not Network.layers or getattr(network, "graphs", False):  # only its part checks a graph's room
+    if network.layers is not Network.layers or getattr(
+        network, "graphs", False
+    ):  # only its part checks a graph's room
         yield "network.hidden"
     for path, kind, _ in choosing_fields(type(experiment)):
         for part in experiment.parts(path):
             if type(part).name not in BUILT_IN[kind]:
                 free = numeric_fields(type(part))
                 table = f"{path.rpartition('.')[0]}.{key_of(type(part).name)}"
-                yield from (f"{table}.{name}" for name in type(part).model_fields if name not in free)
+                yield from (
+                    f"{table}.{name}" for name in type(part).model_fields if name not in free
+                )
     settled = _constants(experiment)
     for path, value in _numbers(experiment.to_dict()):
         other = _changed(experiment, path, value)
@@ -215,8 +280,13 @@ def _look(experiment: Experiment) -> dict[str, Any]:
     box |= {"width": {"path": "x.1", "less": "x.0"}, "height": {"path": "y.1", "less": "y.0"}}
     mark = {"kind": "rectangle", **box, "colour": FOOD_COLOR, "label": FOOD, "solid": False}
     start, side = seen["marks"][regions], {"sum": [["world.start.radius", 2]]}
-    around = {axis: {"sum": [[f"world.start.{axis}", 1], ["world.start.radius", -1]]} for axis in "xy"}
-    seen["sectors"] = [sector and sector | {"radius": {"path": "senses.visual_radius"}} for sector in seen["sectors"]]
+    around = {
+        axis: {"sum": [[f"world.start.{axis}", 1], ["world.start.radius", -1]]} for axis in "xy"
+    }
+    seen["sectors"] = [
+        sector and sector | {"radius": {"path": "senses.visual_radius"}}
+        for sector in seen["sectors"]
+    ]
     seen["item_kinds"] = [{"table": "world.food", "row": food}, *seen["item_kinds"][foods:]]
     seen["marks"] = [
         {"table": "world.food", "row": mark},

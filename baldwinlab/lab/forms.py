@@ -26,17 +26,25 @@ def routes(lab: Lab) -> list[BaseRoute]:
     async def check(request: Request) -> JSONResponse:
         order = await body(request)
         errors = faults(order.get("experiment")) or _beyond(order)
-        return JSONResponse({"errors": errors, "note": "" if errors else await run_in_threadpool(_note, order)})
+        return JSONResponse(
+            {"errors": errors, "note": "" if errors else await run_in_threadpool(_note, order)}
+        )
 
     async def schema(request: Request) -> JSONResponse:
         return JSONResponse(form_of((await body(request)).get("experiment")))
 
     async def preview(request: Request) -> JSONResponse:
         experiment = validate((await body(request)).get("experiment", {}))
-        return JSONResponse(shown(experiment) if isinstance(experiment, Experiment) else {"world": None, "look": None})
+        return JSONResponse(
+            shown(experiment)
+            if isinstance(experiment, Experiment)
+            else {"world": None, "look": None}
+        )
 
     endpoints = {"validate": check, "schema": schema, "look": preview}
-    return [Route(f"/api/{name}", endpoint, methods=["POST"]) for name, endpoint in endpoints.items()]
+    return [
+        Route(f"/api/{name}", endpoint, methods=["POST"]) for name, endpoint in endpoints.items()
+    ]
 
 
 def shown(experiment: Experiment) -> dict[str, Any]:
@@ -68,7 +76,9 @@ def completed(tree: Any) -> BaseExperiment:
             made: BaseExperiment = validate(tree)
             return made
         except ExperimentError as error:
-            paths = [line.partition(UNKNOWN)[0] for line in str(error).splitlines() if UNKNOWN in line]
+            paths = [
+                line.partition(UNKNOWN)[0] for line in str(error).splitlines() if UNKNOWN in line
+            ]
             pruned = tree
             for path in paths:
                 pruned = _without_table(pruned, path.split("."))
@@ -84,7 +94,11 @@ def _without_table(tree: Any, path: list[str]) -> Any:
     below = tree[path[0]]
     if len(path) > 1:
         return tree | {path[0]: _without_table(below, path[1:])}
-    return {name: value for name, value in tree.items() if name != path[0] or not isinstance(below, dict)}
+    return {
+        name: value
+        for name, value in tree.items()
+        if name != path[0] or not isinstance(below, dict)
+    }
 
 
 def faults(tree: Any) -> list[dict[str, str]]:
@@ -114,12 +128,16 @@ def _beyond(order: dict[str, Any]) -> list[dict[str, str]]:
 
 def _note(order: dict[str, Any]) -> str:
     """Whether the runs of a live run are too few to compare it with another one; "" where they are not."""
-    from baldwinlab.statistics.contrasts import planned_designs  # here, because SciPy's statistics take a while to load
+    from baldwinlab.statistics.contrasts import (
+        planned_designs,
+    )  # here, because SciPy's statistics take a while to load
     from baldwinlab.statistics.sample_sizes import describe_too_few
 
     if "runs" not in order:
         return ""
-    sentence = describe_too_few(planned_designs({"this": Factors(), "another": Factors()}, whole(order, "runs", 1)))
+    sentence = describe_too_few(
+        planned_designs({"this": Factors(), "another": Factors()}, whole(order, "runs", 1))
+    )
     return f"To compare two conditions: {sentence[0].lower()}{sentence[1:]}" if sentence else ""
 
 

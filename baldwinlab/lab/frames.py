@@ -21,7 +21,11 @@ DTYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32")
 _ALIGNED = 8  # bytes, to which a typed array of any of these types may begin
 
 
-def pack(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]], differences: Collection[str] = ()) -> bytes:
+def pack(
+    header: Mapping[str, Any],
+    arrays: Mapping[str, npt.NDArray[Any]],
+    differences: Collection[str] = (),
+) -> bytes:
     """The container of a header and named arrays, whose names, types, shapes and offsets become header["arrays"].
 
     An offset is in bytes from the beginning of the data. Arrays [row, column] that are named in `differences` are kept column by
@@ -32,8 +36,12 @@ def pack(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]], diff
     chunks, offset = [], 0
     for name, array in arrays.items():
         if array.dtype.name not in DTYPES:
-            raise ValueError(f"array {name} is of type {array.dtype}; it must be one of {', '.join(DTYPES)}")
-        listed.append({"name": name, "dtype": array.dtype.name, "shape": list(array.shape), "offset": offset})
+            raise ValueError(
+                f"array {name} is of type {array.dtype}; it must be one of {', '.join(DTYPES)}"
+            )
+        listed.append(
+            {"name": name, "dtype": array.dtype.name, "shape": list(array.shape), "offset": offset}
+        )
         ordered = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
         if name in differences:
             listed[-1]["differences"] = True

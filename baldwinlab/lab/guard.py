@@ -75,10 +75,15 @@ def _fault(scope: Scope) -> str | None:
     headers, port = Headers(scope=scope), _port(scope)
     host, origin = headers.get("host", ""), headers.get("origin")
     if host not in {f"{name}:{port}" for name in NAMES} | ({*NAMES} if port == 80 else set()):
-        return f"this server is not {host!r}: it answers to 127.0.0.1:{port} and localhost:{port} only"
+        return (
+            f"this server is not {host!r}: it answers to 127.0.0.1:{port} and localhost:{port} only"
+        )
     if origin is not None and origin != f"http://{host}":
         return f"a page of {origin} may not ask this server"
-    if scope["path"].startswith("/api") and headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+    if scope["path"].startswith("/api") and headers.get("sec-fetch-site", "none") not in (
+        "none",
+        "same-origin",
+    ):
         return "another page may not ask this server"
     return None
 
@@ -91,7 +96,9 @@ def _with_headers(scope: Scope, send: Send) -> Send:
             headers = MutableHeaders(scope=message)
             for name, value in HEADERS.items():
                 headers.setdefault(name, value)
-            headers["Cache-Control"] = "no-store" if scope["path"].startswith("/api") else "no-cache"
+            headers["Cache-Control"] = (
+                "no-store" if scope["path"].startswith("/api") else "no-cache"
+            )
         await send(message)
 
     return send_with_headers

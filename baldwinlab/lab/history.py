@@ -29,7 +29,12 @@ def routes(lab: Lab) -> list[BaseRoute]:
         query = request.query_params
         life = await run_in_threadpool(lives.find, lab, query)
         lives.require_agent(life.experiment, agent := number(query, "agent"))
-        return InTurn(lab, lambda: JSONResponse(line_of_ancestors(life.moment.generation, agent, *_recorded(lab, query, life))))
+        return InTurn(
+            lab,
+            lambda: JSONResponse(
+                line_of_ancestors(life.moment.generation, agent, *_recorded(lab, query, life))
+            ),
+        )
 
     return [Route("/api/run", run), Route("/api/ancestors", descent)]
 
@@ -41,16 +46,26 @@ def curve(lab: Lab, query: Query) -> dict[str, Any]:
     """
     from baldwinlab.statistics.fitness import gained  # here, because it takes a while to load
 
-    study, name, run = studies.find(lab, text(query, "study")), text(query, "condition"), number(query, "run")
+    study, name, run = (
+        studies.find(lab, text(query, "study")),
+        text(query, "condition"),
+        number(query, "run"),
+    )
     studies.condition(study, name)
     studies.require_run(lab, study, name, run)
     record = study.read(name, run, genomes=False)
     achieved = gained(record)
     measure = "food eaten" if "food_eaten" in record else "fitness"
-    return {"measure": measure, "best": achieved.max("agent").values.tolist(), "mean": achieved.mean("agent").values.tolist()}
+    return {
+        "measure": measure,
+        "best": achieved.max("agent").values.tolist(),
+        "mean": achieved.mean("agent").values.tolist(),
+    }
 
 
-def line_of_ancestors(generation: int, agent: int, parents: Parents, eaten: Counts) -> dict[str, Any]:
+def line_of_ancestors(
+    generation: int, agent: int, parents: Parents, eaten: Counts
+) -> dict[str, Any]:
     """From whom an agent descends, generation by generation from the `first` one to its own.
 
     `agents` are the line of the fitter parents, with the agent itself at the end, and `others` the other parents along it, one
@@ -66,7 +81,9 @@ def line_of_ancestors(generation: int, agent: int, parents: Parents, eaten: Coun
         "eaten": eaten[range(first, generation + 1), line].tolist(),
         "others": others,
         "eaten_of_others": eaten[range(first, generation), others].tolist(),
-        "ancestors": [len(of_a_generation) for of_a_generation in ancestors(parents, generation, agent)][::-1],
+        "ancestors": [
+            len(of_a_generation) for of_a_generation in ancestors(parents, generation, agent)
+        ][::-1],
         "mean": eaten[first : generation + 1].mean(axis=1).tolist(),
     }
 
@@ -80,6 +97,8 @@ def _recorded(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     if "live" in query:
         history = lab.live.run(query["live"]).history(run, generation)
     else:
-        until_then = experiment.replace(evolution={"generations": generation + 1}, record={"genome_every": generation + 1})
+        until_then = experiment.replace(
+            evolution={"generations": generation + 1}, record={"genome_every": generation + 1}
+        )
         (history,) = live_batch(until_then, seed, [run])
     return history.parents, history.of_agents("food_eaten")

@@ -19,7 +19,9 @@ from baldwinlab.version import __version__
 
 PLAYER: Final = "replay_page.js"
 STYLES: Final = ("style.css", "world.css", "watch.css", "replay_page.css")
-MOST: Final = 1_000_000  # agents times steps that are played; a longer life is played from its beginning
+MOST: Final = (
+    1_000_000  # agents times steps that are played; a longer life is played from its beginning
+)
 SHOWN: Final = {  # the variables that are drawn, and their dimensions
     **dict.fromkeys(("x", "y", "heading", "action", "eaten"), ("step", "agent")),
     **dict.fromkeys(("item_x", "item_y"), ("step", "item")),
@@ -30,19 +32,27 @@ SHOWN: Final = {  # the variables that are drawn, and their dimensions
 def html(dataset: xr.Dataset) -> str:
     """How a notebook shows a dataset: a trace, or some steps of it, plays; any other is shown as xarray does."""
     table = str(dataset._repr_html_())
-    return f"{_frame(dataset)}<details><summary>What this trace holds</summary>{table}</details>" if plays(dataset) else table
+    return (
+        f"{_frame(dataset)}<details><summary>What this trace holds</summary>{table}</details>"
+        if plays(dataset)
+        else table
+    )
 
 
 def plays(dataset: xr.Dataset) -> bool:
     """Whether a dataset is a trace with all that its player draws, at one step at least."""
-    drawn = all(name in dataset.variables and dataset[name].dims == dims for name, dims in SHOWN.items())
+    drawn = all(
+        name in dataset.variables and dataset[name].dims == dims for name, dims in SHOWN.items()
+    )
     return drawn and bool(dataset.sizes["step"]) and {"look", "experiment"} <= dataset.attrs.keys()
 
 
 def _frame(trace: xr.Dataset) -> str:
     """Its scripts run, but as a page from nowhere: they see nothing of the notebook."""
     title = f"{trace.attrs['condition']}, run {trace.attrs['run']}, generation {trace.attrs['generation']}"
-    again = "bl.replay(bl.load('experiment.toml'), seed={seed}, run={run}, generation={generation})".format(**trace.attrs)
+    again = "bl.replay(bl.load('experiment.toml'), seed={seed}, run={run}, generation={generation})".format(
+        **trace.attrs
+    )
     panel = {
         "title": title,
         "recording": pages.packed(recording(trace)),
@@ -59,7 +69,10 @@ def recording(trace: xr.Dataset) -> bytes:
     """The container that the page plays, as `lab/recording.py` has it, but what agents do is kept as differences."""
     steps, agents = trace.sizes["step"], trace.sizes["agent"]
     part = trace.isel(step=slice(0, max(1, MOST // agents)))
-    look = {**json.loads(trace.attrs["look"]), "lessons": False}  # a trace does not say from whom each learns
+    look = {
+        **json.loads(trace.attrs["look"]),
+        "lessons": False,
+    }  # a trace does not say from whom each learns
     moving, items = _of_agents(part, look), _of_items(part)
     header = {
         "kind": "recording",
@@ -77,7 +90,11 @@ def recording(trace: xr.Dataset) -> bytes:
 
 def _of_agents(part: xr.Dataset, look: dict[str, Any]) -> dict[str, npt.NDArray[Any]]:
     """What is known of each in each step: [step, agent], and of sensors [step, agent * byte or input]."""
-    sensor = part.sensor.values if any(look["real"]) else np.packbits(part.sensor.values > 0, axis=2, bitorder="little")
+    sensor = (
+        part.sensor.values
+        if any(look["real"])
+        else np.packbits(part.sensor.values > 0, axis=2, bitorder="little")
+    )
     turns = np.rint(part.heading.values * (look["headings"] / 360)) % look["headings"]
     return {
         "x": part.x.values,
@@ -94,5 +111,12 @@ def _of_items(part: xr.Dataset) -> dict[str, npt.NDArray[Any]]:
     x, y = part.item_x.values, part.item_y.values
     step, item = np.nonzero((np.diff(x, axis=0) != 0) | (np.diff(y, axis=0) != 0))
     step = step + 1  # at which they lie where they have moved
-    moves = {"step": step.astype(np.uint32), "item": item.astype(np.uint32), "x": x[step, item], "y": y[step, item]}
-    return {"item_x": x[0], "item_y": y[0]} | {f"move_{name}": values for name, values in moves.items()}
+    moves = {
+        "step": step.astype(np.uint32),
+        "item": item.astype(np.uint32),
+        "x": x[step, item],
+        "y": y[step, item],
+    }
+    return {"item_x": x[0], "item_y": y[0]} | {
+        f"move_{name}": values for name, values in moves.items()
+    }

@@ -31,7 +31,9 @@ Floats = npt.NDArray[np.float32]
 def routes(lab: Lab) -> list[BaseRoute]:
     async def inside(request: Request) -> Response:
         agent = number(request.query_params, "agent")
-        return await answer(lab, request, _bytes_of_step, lambda life, part: look_inside(life, part, agent))
+        return await answer(
+            lab, request, _bytes_of_step, lambda life, part: look_inside(life, part, agent)
+        )
 
     return [Route("/api/inside", inside)]
 
@@ -78,11 +80,16 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     return frames.pack(header, arrays)
 
 
-def _follow(experiment: Experiment, batch: Batch, part: Span, agent: int) -> dict[str, npt.NDArray[Any]]:
+def _follow(
+    experiment: Experiment, batch: Batch, part: Span, agent: int
+) -> dict[str, npt.NDArray[Any]]:
     """Live the whole life. What is written down of a step is there after it; weights are as they were before it."""
     steps = experiment.lifetime.steps
     wanted = min(SAMPLES, max(2, MOST_BYTES // (4 * experiment.weight_count)))
-    samples, done = np.unique(np.linspace(0, steps, wanted).astype(np.uint32)), range(part.first + 1, part.last + 1)
+    samples, done = (
+        np.unique(np.linspace(0, steps, wanted).astype(np.uint32)),
+        range(part.first + 1, part.last + 1),
+    )
     notes = {
         "weights": Series("weights", samples.tolist(), agent),
         "activations": Series("activations", done, agent),
@@ -97,7 +104,9 @@ def _follow(experiment: Experiment, batch: Batch, part: Span, agent: int) -> dic
     return arrays
 
 
-def _ask_modules(experiment: Experiment, batch: Batch, genome: Floats, arrays: dict[str, npt.NDArray[Any]]) -> None:
+def _ask_modules(
+    experiment: Experiment, batch: Batch, genome: Floats, arrays: dict[str, npt.NDArray[Any]]
+) -> None:
     """Add what the modules of `genome` [module, weight] that learning does not change answer to what was sensed.
 
     Where the engine looks answers up, it leaves hidden units out: there, and only there, the modules are asked again.
@@ -120,7 +129,9 @@ def _responses(experiment: Experiment, batch: Batch, weights: Floats) -> npt.NDA
     """[sample, code]: what the action module would have the agent do."""
     count, actions = len(experiment.inputs), len(experiment.actions)
     codes = (np.arange(2**count)[:, None] >> np.arange(count) & 1).astype(np.float32)
-    different, which = np.unique(weights, axis=0, return_inverse=True)  # who does not learn has but one
+    different, which = np.unique(
+        weights, axis=0, return_inverse=True
+    )  # who does not learn has but one
     outputs = np.stack([_answers(batch, sample, codes)[:, -actions:] for sample in different])
     return np.asarray(outputs.argmax(axis=2)[which.ravel()], np.uint8)
 
@@ -139,7 +150,9 @@ def _answers(batch: Batch, weights: Floats, inputs: Floats) -> Floats:
 def _links(batch: Batch, weights: Floats) -> Floats:
     """[link, (from unit, to unit, weight)], of a network that is no layers."""
     found = np.empty((len(weights), 3), np.float32)
-    return found[: links(batch.state.network, weights[:, None], len(batch.state.activations), 0, found)]
+    return found[
+        : links(batch.state.network, weights[:, None], len(batch.state.activations), 0, found)
+    ]
 
 
 def _kin(life: Life, past: Past, energy: npt.NDArray[np.float64], agent: int) -> dict[str, Any]:
@@ -155,7 +168,10 @@ def _kin(life: Life, past: Past, energy: npt.NDArray[np.float64], agent: int) ->
         assert past.energy is not None
         before = past.energy.values[moment.generation - 1]
         pairs = next_genome(experiment, moment, past.genome, before)[1]
-        parents, elders = _agents(pairs, agent), _agents(elders_of(experiment, moment, pairs), agent)
+        parents, elders = (
+            _agents(pairs, agent),
+            _agents(elders_of(experiment, moment, pairs), agent),
+        )
     if moment.generation + 1 < experiment.evolution.generations:
         after = moment._replace(generation=moment.generation + 1)
         pairs = next_genome(experiment, after, past.genome, energy)[1]

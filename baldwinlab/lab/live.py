@@ -41,7 +41,9 @@ GRACE: Final = 60.0  # seconds that a run waits for a page to come back
 LOOK: Final = 0.05  # seconds between two looks at a run
 BATCH: Final = 500  # generations in a message
 LONGEST_NAME: Final = 100
-NAME: Final = re.compile(r"(?!(.*/)?runs(/|$))[A-Za-z0-9][A-Za-z0-9+_-]*(/[A-Za-z0-9][A-Za-z0-9+_-]*)*")
+NAME: Final = re.compile(
+    r"(?!(.*/)?runs(/|$))[A-Za-z0-9][A-Za-z0-9+_-]*(/[A-Za-z0-9][A-Za-z0-9+_-]*)*"
+)
 
 
 class Live:
@@ -58,7 +60,9 @@ class Live:
         check_size(experiment, runs)
         with self._lock:
             if sum(not run.ended for run in self._runs.values()) >= MOST_AT_ONCE:
-                raise ValueError(f"{MOST_AT_ONCE} live runs live already, which is the most; stop one of them first")
+                raise ValueError(
+                    f"{MOST_AT_ONCE} live runs live already, which is the most; stop one of them first"
+                )
             self._make_room(memory_of(experiment, runs))
             run = LiveRun(experiment, seed, runs, seconds)
             self._runs[run.id] = run
@@ -90,7 +94,9 @@ class Live:
         """Raises MissingError where there is none."""
         run = self._runs.get(id)
         if run is None:
-            raise MissingError(f"there is no live run {id!r}: one whose page is closed for a minute is stopped and forgotten")
+            raise MissingError(
+                f"there is no live run {id!r}: one whose page is closed for a minute is stopped and forgotten"
+            )
         return run
 
     @contextmanager
@@ -107,7 +113,9 @@ class Live:
                 run.watchers -= 1
                 self._say_farewell(run)
 
-    def recording_source(self, id: str, run: int, generation: int) -> tuple[Experiment, int, int, xr.DataArray]:
+    def recording_source(
+        self, id: str, run: int, generation: int
+    ) -> tuple[Experiment, int, int, xr.DataArray]:
         """What `replay` takes for a generation that has lived: experiment, seed, run, energy so far.
 
         Raises MissingError, and ValueError for a run or a generation that there is not (yet).
@@ -124,7 +132,9 @@ class Live:
         records = run.records()
         experiment = run.experiment.replace(evolution={"generations": run.lived})
         with self._lock:
-            study = create(new_directory(root, name), [experiment], run.seed, factors=presets.factors())
+            study = create(
+                new_directory(root, name), [experiment], run.seed, factors=presets.factors()
+            )
         for number, record in enumerate(records):
             study.write(experiment.name, number, record)
         run.kept = name
@@ -195,10 +205,15 @@ async def _tell(websocket: WebSocket, run: LiveRun) -> None:
     told, state = 0, ""
     await _send(websocket, {"type": "run", **_about(run)})
     while True:
-        now, ended = run.state, run.ended  # before the generations, so that the end is told after the last
+        now, ended = (
+            run.state,
+            run.ended,
+        )  # before the generations, so that the end is told after the last
         lived = run.lived
         for first in range(told, lived, BATCH):
-            measures = await run_in_threadpool(run.measures, first, min(first + BATCH, lived))  # they take too long to wait here
+            measures = await run_in_threadpool(
+                run.measures, first, min(first + BATCH, lived)
+            )  # they take too long to wait here
             await _send(websocket, {"type": "generations", "first": first, **measures})
         told = lived
         if now != state:

@@ -27,7 +27,9 @@ SLOWEST: Final = 60.0  # seconds a generation
 class InPieces(cpu.Batch):
     """A batch whose lives are lived some steps at a time, to the same bits; before each piece, `look` is called."""
 
-    def __init__(self, look: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
+    def __init__(
+        self, look: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]
+    ) -> None:
         super().__init__(experiment, seed, runs)
         self._look, self._steps = look, steps_at_once(experiment, len(runs))
 
@@ -52,7 +54,10 @@ class LiveRun:
         self._histories: Sequence[History] = ()
         self._ready, self._end = False, ""
         self._stopping = False
-        self._going, self._stirred = threading.Event(), threading.Event()  # the latter when a wait may be over
+        self._going, self._stirred = (
+            threading.Event(),
+            threading.Event(),
+        )  # the latter when a wait may be over
         self._going.set()
         self._woke = time.monotonic()  # when the generation that lives now began
         self._thread = threading.Thread(target=self._live, name=f"live {self.id}", daemon=True)
@@ -108,18 +113,30 @@ class LiveRun:
         Of each its mean over the runs and, where there are several, the lower and upper edge of the 95 % interval of that mean,
         and `each`: of every generation, the number of each run.
         """
-        from baldwinlab.statistics.fitness import MEASURES, interval_of_mean  # here, because it takes a while to load
+        from baldwinlab.statistics.fitness import (
+            MEASURES,
+            interval_of_mean,
+        )  # here, because it takes a while to load
 
         lived = {"energy": [history.energy[first:last] for history in self._histories]}
         if isinstance(self.experiment, Experiment):
-            lived["food_eaten"] = [history.of_agents("food_eaten")[first:last] for history in self._histories]
-        some = xr.Dataset({name: (("run", "generation", "agent"), np.stack(values)) for name, values in lived.items()})
+            lived["food_eaten"] = [
+                history.of_agents("food_eaten")[first:last] for history in self._histories
+            ]
+        some = xr.Dataset(
+            {
+                name: (("run", "generation", "agent"), np.stack(values))
+                for name, values in lived.items()
+            }
+        )
         parts = ("mean", "low", "high", "each") if self.runs > 1 else ("mean",)
         found = {}
         for name, measure in MEASURES.items():
             values = measure(some)
             band = (*interval_of_mean(values), values.transpose("generation", "run"))
-            found[name] = {part: numbers.values.tolist() for part, numbers in zip(parts, band, strict=False)}
+            found[name] = {
+                part: numbers.values.tolist() for part, numbers in zip(parts, band, strict=False)
+            }
         return found
 
     def energy(self, run: int, generation: int) -> xr.DataArray:
@@ -131,15 +148,21 @@ class LiveRun:
         if not 0 <= run < self.runs:
             raise ValueError(f"run = {run} must be at least 0 and less than {self.runs}")
         if not 0 <= generation < self.lived:
-            raise ValueError(f"generation {generation} of the live run {self.id} has not lived: {self.lived} have")
+            raise ValueError(
+                f"generation {generation} of the live run {self.id} has not lived: {self.lived} have"
+            )
         return self._histories[run]
 
     def records(self) -> list[xr.Dataset]:
         """Each run as a study stores it. Raises StudyError while it lives, and where no generation has lived."""
         if self._end not in ("done", "stopped"):
-            raise StudyError(f"the live run {self.id} is {self.state}; only one that is done or stopped can be kept")
+            raise StudyError(
+                f"the live run {self.id} is {self.state}; only one that is done or stopped can be kept"
+            )
         if not self.lived:
-            raise StudyError(f"no generation of the live run {self.id} has lived, so there is nothing to keep")
+            raise StudyError(
+                f"no generation of the live run {self.id} has lived, so there is nothing to keep"
+            )
         return [history.record() for history in self._histories]
 
     def _live(self) -> None:
@@ -175,6 +198,10 @@ class LiveRun:
 def seconds_in(order: dict[str, Any]) -> float:
     """The seconds a generation that a page asks for. Raises ValueError."""
     seconds = order.get("seconds", 0)
-    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds <= SLOWEST:
+    if (
+        isinstance(seconds, bool)
+        or not isinstance(seconds, int | float)
+        or not 0 <= seconds <= SLOWEST
+    ):
         raise ValueError(f"seconds = {seconds!r} must be a number from 0 to {SLOWEST:g}")
     return float(seconds)

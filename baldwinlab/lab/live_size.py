@@ -17,9 +17,13 @@ MOST_ITEMS: Final = 500_000  # of food
 MOST_WITHOUT_LOOK: Final = 30_000_000  # agent-steps x (weights + items looked at): less than a second, in which nothing is obeyed
 OF_AN_AGENT: Final = 32  # bytes of an agent's fitness, parents and what it ate
 MOST_SWEPT_RUNS: Final = 1_000  # of all points of a sweep
-MOST_SWEPT_WORK: Final = 1_000_000_000_000  # weights x agent-steps of all of them: some minutes to an hour
+MOST_SWEPT_WORK: Final = (
+    1_000_000_000_000  # weights x agent-steps of all of them: some minutes to an hour
+)
 MOST_SWEPT_DISK: Final = 1_000_000_000  # bytes
-AT_WORK: Final = 5  # generations' genomes that are held at a time while one lives and the next is bred
+AT_WORK: Final = (
+    5  # generations' genomes that are held at a time while one lives and the next is bred
+)
 
 
 def memory_of(experiment: BaseExperiment, runs: int) -> int:
@@ -35,7 +39,9 @@ def steps_at_once(experiment: Experiment, runs: int) -> int:
 
 
 def _work_of_step(experiment: Experiment, runs: int) -> int:
-    return runs * experiment.population.size * (experiment.weight_count + items_looked_at(experiment))
+    return (
+        runs * experiment.population.size * (experiment.weight_count + items_looked_at(experiment))
+    )
 
 
 def check_size(experiment: BaseExperiment, runs: int) -> None:
@@ -53,11 +59,17 @@ def check_size(experiment: BaseExperiment, runs: int) -> None:
         (items, MOST_ITEMS, "items of food in all its runs"),
         (work, MOST_WORK, "runs x agents x steps x weights in a generation"),
         (step, MOST_WITHOUT_LOOK, "runs x agents x (weights + items that it looks at) in a step"),
-        (memory_of(experiment, runs), MOST_MEMORY, "bytes of memory, which are runs x generations x agents x (weights x 4 + 32)"),
+        (
+            memory_of(experiment, runs),
+            MOST_MEMORY,
+            "bytes of memory, which are runs x generations x agents x (weights x 4 + 32)",
+        ),
     )
     for value, most, what in faults:
         if value > most:
-            raise ValueError(f"a live run may have {most:,} {what}, and this one would have {value:,}; `baldwinlab run` does it")
+            raise ValueError(
+                f"a live run may have {most:,} {what}, and this one would have {value:,}; `baldwinlab run` does it"
+            )
 
 
 def check_swept_runs(runs: int) -> None:
@@ -76,4 +88,6 @@ def check_sweep(points: Sequence[Experiment], runs: int, disk: int) -> None:
 
 def _require_of_sweep(value: int, most: int, what: str) -> None:
     if value > most:
-        raise ValueError(f"a sweep from here may have {most:,} {what}, and this would have {value:,}; `baldwinlab sweep` does it")
+        raise ValueError(
+            f"a sweep from here may have {most:,} {what}, and this would have {value:,}; `baldwinlab sweep` does it"
+        )

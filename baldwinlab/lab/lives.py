@@ -27,7 +27,9 @@ class Past(NamedTuple):
     """What came before a lifetime."""
 
     genome: Genome  # [agent, module, weight], with which it begins
-    energy: xr.DataArray | None  # [generation, agent] of the generations before it, at least; None where there are none
+    energy: (
+        xr.DataArray | None
+    )  # [generation, agent] of the generations before it, at least; None where there are none
 
 
 class Life(NamedTuple):
@@ -46,7 +48,10 @@ class Span(NamedTuple):
 
 
 async def answer(
-    lab: Lab, request: Request, bytes_a_step: Callable[[Experiment], int], make: Callable[[Life, Span], bytes]
+    lab: Lab,
+    request: Request,
+    bytes_a_step: Callable[[Experiment], int],
+    make: Callable[[Life, Span], bytes],
 ) -> Response:
     """The container that `make` makes of the life and the part of it that a request asks for, or has made of it before."""
     query = request.query_params
@@ -55,7 +60,9 @@ async def answer(
     key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.moment)
 
     def made() -> Response:
-        return Response(lab.answers.get(key, lambda: make(life, part)), media_type="application/octet-stream")
+        return Response(
+            lab.answers.get(key, lambda: make(life, part)), media_type="application/octet-stream"
+        )
 
     return InTurn(lab, made)
 
@@ -67,7 +74,9 @@ def span(query: Query, steps: int, bytes_a_step: int) -> Span:
     """
     first, last = number(query, "first", 0), number(query, "last", steps)
     if not first < last <= steps:
-        raise ValueError(f"first = {first} and last = {last} must be in order and at most {steps}, the steps of a life")
+        raise ValueError(
+            f"first = {first} and last = {last} must be in order and at most {steps}, the steps of a life"
+        )
     return Span(first, min(last, first + max(1, min(MOST_STEPS, MOST_BYTES // bytes_a_step))))
 
 
@@ -79,14 +88,18 @@ def find(lab: Lab, query: Query) -> Life:
     """
     life = _named(lab, query)
     if not isinstance(life.experiment, Experiment):
-        raise MissingError(f"{life.experiment.name} is of the model {life.experiment.model}, whose lives have no world to watch")
+        raise MissingError(
+            f"{life.experiment.name} is of the model {life.experiment.model}, whose lives have no world to watch"
+        )
     return life
 
 
 def require_agent(experiment: BaseExperiment, agent: int) -> None:
     """Raises MissingError for an agent that the population has not."""
     if agent >= experiment.population.size:
-        raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}")
+        raise MissingError(
+            f"{experiment.name} has no agent {agent}: its agents are 0 to {experiment.population.size - 1}"
+        )
 
 
 def _named(lab: Lab, query: Query) -> Life:
@@ -118,7 +131,9 @@ def _stored(lab: Lab, query: Query, generation: int) -> Life:
     return Life(experiment, Moment(study.seed, run, generation), past)
 
 
-def _bred(experiment: Experiment, moment: Moment, energy: Callable[[], xr.DataArray | None]) -> Life:
+def _bred(
+    experiment: Experiment, moment: Moment, energy: Callable[[], xr.DataArray | None]
+) -> Life:
     require_generation(experiment, moment.generation)
 
     def past() -> Past:
@@ -132,4 +147,6 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
     """Raises MissingError for a generation that the experiment has not."""
     if generation >= experiment.evolution.generations:
         last = experiment.evolution.generations - 1
-        raise MissingError(f"{experiment.name} has no generation {generation}: its generations are 0 to {last}")
+        raise MissingError(
+            f"{experiment.name} has no generation {generation}: its generations are 0 to {last}"
+        )

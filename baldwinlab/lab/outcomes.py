@@ -18,8 +18,13 @@ from baldwinlab.studies.records import StudyError
 
 def routes(lab: Lab) -> list[BaseRoute]:
     async def runs(request: Request) -> Response:
-        study, label, measure = (text(request.query_params, key) for key in ("study", "condition", "measure"))
-        return InTurn(lab, lambda: Response(runs_of(lab, study, label, measure), media_type="application/json"))
+        study, label, measure = (
+            text(request.query_params, key) for key in ("study", "condition", "measure")
+        )
+        return InTurn(
+            lab,
+            lambda: Response(runs_of(lab, study, label, measure), media_type="application/json"),
+        )
 
     async def norms(request: Request) -> Response:
         study = text(request.query_params, "study")
@@ -30,13 +35,16 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
 def runs_of(lab: Lab, name: str, label: str, measure: str) -> bytes:
     """The curve of every run of a condition, as JSON. Raises MissingError, and StudyError and ValueError as `of_runs` does."""
-    from baldwinlab import results  # here, because it takes a second to load, and the first page comes before
+    from baldwinlab import (
+        results,
+    )  # here, because it takes a second to load, and the first page comes before
 
     study = find(lab, name)
     condition(study, label)
     written = _written(lab, [study.path(label, run) for run in study.runs(label)])
     return lab.answers.get(
-        ("runs", study.directory, label, measure, written), lambda: json.dumps(results.of_runs(study, label, measure)).encode()
+        ("runs", study.directory, label, measure, written),
+        lambda: json.dumps(results.of_runs(study, label, measure)).encode(),
     )
 
 
@@ -47,7 +55,10 @@ def norms_of(lab: Lab, name: str) -> bytes:
     study = find(lab, name)
     folder = study.directory / "assays" / "reaction"
     written = _written(lab, [folder, *sorted(folder.rglob("*.nc"))])
-    return lab.answers.get(("reaction", study.directory, written), lambda: json.dumps(results.reaction_norms(study)).encode())
+    return lab.answers.get(
+        ("reaction", study.directory, written),
+        lambda: json.dumps(results.reaction_norms(study)).encode(),
+    )
 
 
 def _written(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:

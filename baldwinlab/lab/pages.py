@@ -21,11 +21,22 @@ _IMPORT = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')
 def page(template: str, first: str, styles: Sequence[str], **data: Any) -> bytes:
     """The page of a template, with a module and all that it imports, and styles, by the names of their files."""
     loader = PackageLoader("baldwinlab.lab")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.policies["json.dumps_kwargs"] = {"sort_keys": False}  # fields stand in a form as they stand in the experiment
+    environment = Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {
+        "sort_keys": False
+    }  # fields stand in a form as they stand in the experiment
     made = environment.get_template(template).render(
         styles=palette.lab_css() + "".join((STATIC / name).read_text("utf-8") for name in styles),
-        modules={name: f"data:text/javascript;charset=utf-8,{quote(code)}" for name, code in modules(first).items()},
+        modules={
+            name: f"data:text/javascript;charset=utf-8,{quote(code)}"
+            for name, code in modules(first).items()
+        },
         **data,
     )
     return made.encode()

@@ -18,7 +18,9 @@ from baldwinlab.models.miniworld.look import look
 from baldwinlab.runs.recorder import Moves, Series, follow
 from baldwinlab.runs.reevaluate import born
 
-BYTES_OF_AGENT = 16  # in every step, but for its inputs: x and y, heading, action, items eaten, teacher
+BYTES_OF_AGENT = (
+    16  # in every step, but for its inputs: x and y, heading, action, items eaten, teacher
+)
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -68,20 +70,29 @@ def record(life: Life, part: Span, source: dict[str, str]) -> bytes:
 def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
     experiment, (seed, run, generation) = life.experiment, life.moment
     batch = born(experiment, seed, [run], generation, life.past().genome[None])
-    agents, found, done = slice(experiment.population.size), range(*part), range(part.first + 1, part.last + 1)
+    agents, found, done = (
+        slice(experiment.population.size),
+        range(*part),
+        range(part.first + 1, part.last + 1),
+    )
     moves = Moves(found)
     notes = {
         "x": Series("x", found, agents),
         "y": Series("y", found, agents),
         "heading": Series("heading", found, agents, _small(look(experiment).headings)),
-        "sensor": Series("inputs", done, agents, change=np.ravel if experiment.real_valued else _as_bits),
+        "sensor": Series(
+            "inputs", done, agents, change=np.ravel if experiment.real_valued else _as_bits
+        ),
         "action": Series("action", done, agents, _small(len(look(experiment).actions))),
         "eaten_in_life": Series("eaten_in_life", done, agents, np.uint32),
     }
     if experiment.part("learning.rule").learns_from:
         notes["teacher"] = Series("teacher", done, agents, _small(experiment.population.size))
     follow(batch, [moves, *notes.values()])
-    arrays = {name: note.values for name, note in notes.items()} | {"item_x": moves.items[:, 0], "item_y": moves.items[:, 1]}
+    arrays = {name: note.values for name, note in notes.items()} | {
+        "item_x": moves.items[:, 0],
+        "item_y": moves.items[:, 1],
+    }
     arrays["eaten_in_life"] = frames.narrowed(arrays["eaten_in_life"])
     return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 

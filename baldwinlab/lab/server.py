@@ -59,9 +59,25 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
     def engine(request: Request) -> JSONResponse:
         return JSONResponse({"ready": lab.ready(), "seconds": time.monotonic() - lab.began})
 
-    parts = (studies, cards, outcomes, forms, recording, inside, history, alleles, views, live, share)
+    parts = (
+        studies,
+        cards,
+        outcomes,
+        forms,
+        recording,
+        inside,
+        history,
+        alleles,
+        views,
+        live,
+        share,
+    )
     routes = [route for part in parts for route in part.routes(lab)]
-    routes += [*sweeping.routes(lab, sweeps), Route("/api/engine", engine), Route("/palette.css", _palette)]
+    routes += [
+        *sweeping.routes(lab, sweeps),
+        Route("/api/engine", engine),
+        Route("/palette.css", _palette),
+    ]
     files = Mount("/", StaticFiles(directory=STATIC, html=True))
     return Starlette(
         routes=[*routes, WebSocketRoute("/{path:path}", _no_websocket), files],
@@ -98,7 +114,11 @@ def _refused(request: Request, error: Exception) -> JSONResponse:
 
 def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    sentence = f"there is no {request.url.path} here" if error.status_code == 404 else f"{request.url.path}: {error.detail}"
+    sentence = (
+        f"there is no {request.url.path} here"
+        if error.status_code == 404
+        else f"{request.url.path}: {error.detail}"
+    )
     return _sentence(sentence, error.status_code)
 
 

@@ -29,7 +29,9 @@ from baldwinlab.version import __version__
 PLAYER = "replay_page.js"  # the module that a shared page begins with
 STYLES = ("style.css", "world.css", "watch.css", "replay_page.css")
 MOVIES = {"mp4": "video/mp4", "gif": "image/gif"}
-MOST_OF_A_MOVIE = 2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
+MOST_OF_A_MOVIE = (
+    2_000_000  # agents times steps: its trace is held in memory, some 100 bytes of each
+)
 _REPORT = re.compile(r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))")
 
 # A report is a file that anybody may have made, so it runs no scripts, reaches nothing, and counts as another page.
@@ -51,29 +53,49 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
     def report(request: Request) -> FileResponse:
         path = report_of(lab, request.path_params["place"])
-        kind = "text/plain" if path.suffix == ".csv" else None  # shown, as a sandbox lets nothing be downloaded
-        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind)
+        kind = (
+            "text/plain" if path.suffix == ".csv" else None
+        )  # shown, as a sandbox lets nothing be downloaded
+        return FileResponse(
+            path, headers={"Content-Security-Policy": REPORT_POLICY}, media_type=kind
+        )
 
-    endpoints = {"share": share, "laboratory": laboratory, "movie": movie, "movie/made": made, "report/{place:path}": report}
+    endpoints = {
+        "share": share,
+        "laboratory": laboratory,
+        "movie": movie,
+        "movie/made": made,
+        "report/{place:path}": report,
+    }
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
 
 def _shared(lab: Lab, query: Query) -> Response:
     sources = _sources(query)
     page = shared_page(lab, sources, number(query, "step", 0))
-    return _attachment(page, "text/html", f"{_file_name([lives.find(lab, given) for given in sources])}.html")
+    return _attachment(
+        page, "text/html", f"{_file_name([lives.find(lab, given) for given in sources])}.html"
+    )
 
 
 def _laboratory(lab: Lab, query: Query) -> Response:
     """The conditions of what is shown, each once, with its seed, as a page in which they live again."""
     shown = [lives.find(lab, given) for given in _sources(query)]
     experiments = list({life.experiment.name: life.experiment for life in shown}.values())
-    return _attachment(live_page(experiments, shown[0].moment.seed), "text/html", f"{_file_name(shown[:1])}-live.html")
+    return _attachment(
+        live_page(experiments, shown[0].moment.seed),
+        "text/html",
+        f"{_file_name(shown[:1])}-live.html",
+    )
 
 
 def _movie(lab: Lab, query: Query) -> Response:
     """With a `ticket`, a name of its own, how far it is can be asked for meanwhile."""
-    shown, kind, ticket = [lives.find(lab, given) for given in _sources(query)], text(query, "format"), query.get("ticket", "")
+    shown, kind, ticket = (
+        [lives.find(lab, given) for given in _sources(query)],
+        text(query, "format"),
+        query.get("ticket", ""),
+    )
     try:
         movie = movie_of(shown, kind, lambda share: lab.drawn.update({ticket: share}))
     finally:
@@ -83,7 +105,9 @@ def _movie(lab: Lab, query: Query) -> Response:
 
 def _sources(query: Query) -> list[dict[str, str]]:
     """The lifetimes that are shown, a and perhaps b, each as a request for its recording says it. Raises ValueError without a."""
-    return [dict(parse_qsl(text(query, name))) for name in ("a", "b") if name == "a" or name in query]
+    return [
+        dict(parse_qsl(text(query, name))) for name in ("a", "b") if name == "a" or name in query
+    ]
 
 
 def shared_page(lab: Lab, sources: list[dict[str, str]], step: int) -> bytes:
@@ -160,14 +184,23 @@ def report_of(lab: Lab, place: str) -> Path:
     path = studies.find(lab, name).directory / found["file"]
     studies.require_inside(lab.root, path)
     if not path.is_file():
-        raise MissingError(f"the study {name} has no {found['file']} yet; `baldwinlab report` makes it")
+        raise MissingError(
+            f"the study {name} has no {found['file']} yet; `baldwinlab report` makes it"
+        )
     return path
 
 
 def _file_name(shown: Sequence[Life]) -> str:
-    names = [f"{life.experiment.name}-run{life.moment.run}-generation{life.moment.generation}" for life in shown]
+    names = [
+        f"{life.experiment.name}-run{life.moment.run}-generation{life.moment.generation}"
+        for life in shown
+    ]
     return re.sub(r"[^\w+.-]", "-", "-beside-".join(names))
 
 
 def _attachment(content: bytes, kind: str, name: str) -> Response:
-    return Response(content, media_type=kind, headers={"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"})
+    return Response(
+        content,
+        media_type=kind,
+        headers={"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"},
+    )

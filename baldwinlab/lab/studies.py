@@ -43,10 +43,14 @@ def routes(lab: Lab) -> list[BaseRoute]:
 
     async def typical(request: Request) -> Response:
         name, condition = (text(request.query_params, key) for key in ("study", "condition"))
-        return InTurn(lab, lambda: Response(typical_of(lab, name, condition), media_type="application/json"))
+        return InTurn(
+            lab, lambda: Response(typical_of(lab, name, condition), media_type="application/json")
+        )
 
     def all_presets(request: Request) -> JSONResponse:
-        return JSONResponse({"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)})
+        return JSONResponse(
+            {"presets": _presets(), "default": _default(), "schema": schema_of(Experiment)}
+        )
 
     def preset(request: Request) -> JSONResponse:
         return JSONResponse(load_preset(text(request.query_params, "name")).to_dict())
@@ -112,7 +116,11 @@ def require_run(lab: Lab, study: Study, name: str, run: int) -> None:
     """Raises MissingError where no such run is stored."""
     runs = study.runs(name)
     if run not in runs:
-        stored = f"stored are {len(runs)}, from {runs[0]} to {runs[-1]}" if runs else "none is stored yet"
+        stored = (
+            f"stored are {len(runs)}, from {runs[0]} to {runs[-1]}"
+            if runs
+            else "none is stored yet"
+        )
         raise MissingError(f"{study.directory} has no run {run} of {name}; {stored}")
     require_inside(lab.root, study.path(name, run))
 
@@ -135,14 +143,28 @@ def _summary(study: Study, name: str) -> dict[str, Any]:
             "runs": study.runs(experiment.name),
             "generations": experiment.evolution.generations,
             "agents": experiment.population.size,
-            "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,  # of a life that can be watched
-            "alleles": list(alleles_of(experiment)),  # of genomes that can be looked at locus by locus
-            "views": [{"name": view, "of_an_agent": of.of_an_agent} for view, of in views_of(experiment).items()],
+            "steps": experiment.lifetime.steps
+            if isinstance(experiment, Experiment)
+            else None,  # of a life that can be watched
+            "alleles": list(
+                alleles_of(experiment)
+            ),  # of genomes that can be looked at locus by locus
+            "views": [
+                {"name": view, "of_an_agent": of.of_an_agent}
+                for view, of in views_of(experiment).items()
+            ],
         }
         for experiment in study.experiments.values()
     ]
     report = (study.directory / "report.html").is_file()
-    return {"id": name, "seed": study.seed, "paper": study.paper, "conditions": conditions, "report": report, "problem": None}
+    return {
+        "id": name,
+        "seed": study.seed,
+        "paper": study.paper,
+        "conditions": conditions,
+        "report": report,
+        "problem": None,
+    }
 
 
 def alleles_of(experiment: BaseExperiment) -> Mapping[str, float]:
@@ -164,7 +186,9 @@ def about(experiment: BaseExperiment) -> str:
 
 def can_be_shown(experiment: BaseExperiment) -> bool:
     """Whether the World tab has something to show of a condition: a world, the alleles of its genomes, or a view."""
-    return isinstance(experiment, Experiment) or bool(alleles_of(experiment) or views_of(experiment))
+    return isinstance(experiment, Experiment) or bool(
+        alleles_of(experiment) or views_of(experiment)
+    )
 
 
 def _shown(study: Study) -> str:
@@ -196,7 +220,13 @@ def _presets() -> list[dict[str, Any]]:
     ]
     models = [(name, part) for (kind, name), part in choices.foreign().items() if kind == "model"]
     return built_in + [
-        {"name": name, "learner": name, "map": "", "description": (part.__doc__ or "").split("\n")[0], "world": None}
+        {
+            "name": name,
+            "learner": name,
+            "map": "",
+            "description": (part.__doc__ or "").split("\n")[0],
+            "world": None,
+        }
         for name, part in models
     ]
 
@@ -239,7 +269,9 @@ def typical_of(lab: Lab, name: str, label: str) -> bytes:
     written = tuple(path.stat().st_mtime_ns for path in stored)
 
     def make() -> bytes:
-        from baldwinlab.statistics.fitness import typical_run  # here, because it takes a while to load
+        from baldwinlab.statistics.fitness import (
+            typical_run,
+        )  # here, because it takes a while to load
 
         return json.dumps({"run": typical_run(open_conditions(study, [label]), label)}).encode()
 

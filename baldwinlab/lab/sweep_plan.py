@@ -49,7 +49,9 @@ class Plan(NamedTuple):
     @property
     def disk(self) -> int:
         """Bytes that its runs take."""
-        return estimate.of_runs([(point, self.sweep.runs) for point in self.points], WORKERS, CPU.worlds).disk
+        return estimate.of_runs(
+            [(point, self.sweep.runs) for point in self.points], WORKERS, CPU.worlds
+        ).disk
 
     def seconds(self) -> float:
         """About how long it takes here, by how long a generation of its first point takes, which is lived for that."""
@@ -73,12 +75,25 @@ def plan_of(order: Mapping[str, Any]) -> Plan:
 
     Raises ValueError, with a sentence for the user, where that cannot be, or not from the page; MissingError for a preset.
     """
-    preset, fields, runs = str(order.get("preset", "")), order.get("fields"), whole(order, "runs", 1)
+    preset, fields, runs = (
+        str(order.get("preset", "")),
+        order.get("fields"),
+        whole(order, "runs", 1),
+    )
     if not isinstance(fields, dict):
         raise ValueError("fields must name each field that is swept, with its values")
-    there, here = load_preset(preset).to_dict(), experiment_of(order.get("experiment", {})).to_dict()
-    changed = {path: value for path, value in _changes(there, here | {"name": there["name"]}) if not _within(path, fields)}
-    tree = {"experiment": preset, "runs": runs, "seed": whole(order, "seed", 0)} | ({"set": changed} if changed else {})
+    there, here = (
+        load_preset(preset).to_dict(),
+        experiment_of(order.get("experiment", {})).to_dict(),
+    )
+    changed = {
+        path: value
+        for path, value in _changes(there, here | {"name": there["name"]})
+        if not _within(path, fields)
+    }
+    tree = {"experiment": preset, "runs": runs, "seed": whole(order, "seed", 0)} | (
+        {"set": changed} if changed else {}
+    )
     sweep = validate(tree | {"fields": fields}, FILE)
     check_swept_runs(runs * math.prod(map(len, sweep.lists.values())))
     plan = Plan(sweep, experiments(sweep, Path(FILE)), tomlkit.dumps(tree | {"fields": fields}))
@@ -92,10 +107,16 @@ def _changes(there: Any, here: Any, path: str = "") -> Iterator[tuple[str, Any]]
         there, here = (dict(enumerate(tree)) for tree in (there, here))
     if isinstance(here, dict):
         for key, value in here.items():
-            yield from _changes(there.get(key) if isinstance(there, dict) else None, value, f"{path}.{key}" if path else key)
+            yield from _changes(
+                there.get(key) if isinstance(there, dict) else None,
+                value,
+                f"{path}.{key}" if path else key,
+            )
     elif here != there:
         if here is None or _tables(here):
-            raise ValueError(f"{path} has been changed in a way that a sweep's file cannot say; leave it as the preset has it")
+            raise ValueError(
+                f"{path} has been changed in a way that a sweep's file cannot say; leave it as the preset has it"
+            )
         yield path, here
 
 

@@ -31,7 +31,10 @@ class LiveSweep:
 
     def __init__(self, plan: Plan, study: Study, name: str) -> None:
         self.plan, self.study, self.name = plan, study, name
-        self.state, self.message = "preparing", ""  # preparing, running, done, stopped or failed; more of the last
+        self.state, self.message = (
+            "preparing",
+            "",
+        )  # preparing, running, done, stopped or failed; more of the last
         self.lived = 0  # agent-steps
         self._stopping = False
         self._began = time.monotonic()
@@ -48,7 +51,9 @@ class LiveSweep:
     def about(self) -> dict[str, Any]:
         """What a page shows of it."""
         share = self.lived / self.plan.agent_steps
-        left = (time.monotonic() - self._began) * (1 / share - 1) if share and not self.ended else None
+        left = (
+            (time.monotonic() - self._began) * (1 / share - 1) if share and not self.ended else None
+        )
         return {
             "name": self.name,
             "state": self.state,
@@ -94,7 +99,9 @@ class Sweeps:
         """As a study of that name in `root`. Raises ValueError while another lives, and StudyError for a name that cannot be."""
         with self._lock:
             if self.last and not self.last.ended:
-                raise ValueError(f"the sweep {self.last.name} lives already; stop it first, or wait until it is done")
+                raise ValueError(
+                    f"the sweep {self.last.name} lives already; stop it first, or wait until it is done"
+                )
             directory = new_directory(root, name)
             study = create(directory, plan.points, plan.sweep.seed, SWEEP)
             write_atomically(directory / FILE, plan.toml.encode())
@@ -113,8 +120,15 @@ def routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
         except ValueError as error:  # what is being written is not wrong until it is sent
             return JSONResponse({"problem": str(error)})
         seconds = await run_in_threadpool(plan.seconds)
-        facts = {"points": len(plan.points), "runs": plan.runs, "workers": min(WORKERS, plan.runs), "disk": plan.disk}
-        from baldwinlab.sweeps.comparison import describe_too_few_runs  # here, because it takes a while to load
+        facts = {
+            "points": len(plan.points),
+            "runs": plan.runs,
+            "workers": min(WORKERS, plan.runs),
+            "disk": plan.disk,
+        }
+        from baldwinlab.sweeps.comparison import (
+            describe_too_few_runs,
+        )  # here, because it takes a while to load
 
         note = await run_in_threadpool(describe_too_few_runs, plan.sweep, len(plan.points))
         return JSONResponse(facts | {"seconds": seconds, "toml": plan.toml, "note": note})

@@ -20,7 +20,12 @@ from baldwinlab.suggestions import did_you_mean
 
 def routes(lab: Lab) -> list[BaseRoute]:
     async def view(request: Request) -> Response:
-        return InTurn(lab, lambda: Response(seen(lab, request.query_params), media_type="application/octet-stream"))
+        return InTurn(
+            lab,
+            lambda: Response(
+                seen(lab, request.query_params), media_type="application/octet-stream"
+            ),
+        )
 
     return [Route("/api/view", view)]
 
@@ -31,11 +36,18 @@ def seen(lab: Lab, query: Query) -> bytes:
     Raises StudyError and ValueError as a request for a recording does, MissingError also for a view or an agent that is not, and
     ValueError for what does not fit together or into one answer.
     """
-    study, name, run = studies.find(lab, text(query, "study")), text(query, "condition"), number(query, "run")
+    study, name, run = (
+        studies.find(lab, text(query, "study")),
+        text(query, "condition"),
+        number(query, "run"),
+    )
     experiment = studies.condition(study, name)
     study.require_parts(name)
     view = _declared(experiment, text(query, "view"))
-    generation, asked = number(query, "generation"), number(query, "agent", 0) if "agent" in query else None
+    generation, asked = (
+        number(query, "generation"),
+        number(query, "agent", 0) if "agent" in query else None,
+    )
     lives.require_generation(experiment, generation)
     lives.require_agent(experiment, asked or 0)
     studies.require_run(lab, study, name, run)
@@ -45,7 +57,11 @@ def seen(lab: Lab, query: Query) -> bytes:
         agent = int(record.energy.values[generation].argmax()) if asked is None else asked
         genomes = stored_genome(experiment, record, generation)
         found = view.of(experiment.of_model, Moment(study.seed, run, generation), genomes, agent)
-        header = {"meaning": view.meaning, "agent": agent if view.of_an_agent else None, "about": studies.about(experiment)}
+        header = {
+            "meaning": view.meaning,
+            "agent": agent if view.of_an_agent else None,
+            "about": studies.about(experiment),
+        }
         return _packed(found, header)
 
     key = ("view", experiment, study.seed, run, generation, query["view"], asked)
@@ -55,8 +71,14 @@ def seen(lab: Lab, query: Query) -> bytes:
 def _declared(experiment: BaseExperiment, name: str) -> View:
     declared = studies.views_of(experiment)
     if name not in declared:
-        known = f"{did_you_mean(name, declared)}; it declares {', '.join(declared)}" if declared else ", and none at all"
-        raise MissingError(f"{experiment.name} is of the model {experiment.model}, which declares no view {name!r}{known}")
+        known = (
+            f"{did_you_mean(name, declared)}; it declares {', '.join(declared)}"
+            if declared
+            else ", and none at all"
+        )
+        raise MissingError(
+            f"{experiment.name} is of the model {experiment.model}, which declares no view {name!r}{known}"
+        )
     return declared[name]
 
 
@@ -64,12 +86,24 @@ def _packed(found: Seen, header: dict[str, Any]) -> bytes:
     arrays = arrays_of(found)
     size = sum(array.nbytes for array in arrays.values())
     if size > lives.MOST_BYTES:
-        raise ValueError(f"this view has {size:,} bytes, more than one answer may hold; that is {lives.MOST_BYTES:,}")
+        raise ValueError(
+            f"this view has {size:,} bytes, more than one answer may hold; that is {lives.MOST_BYTES:,}"
+        )
     of_kind: dict[str, Any]
     if isinstance(found, Matrix):
-        of_kind = {"kind": "matrix", "rows": list(found.rows), "columns": list(found.columns), "value": found.value}
+        of_kind = {
+            "kind": "matrix",
+            "rows": list(found.rows),
+            "columns": list(found.columns),
+            "value": found.value,
+        }
     elif isinstance(found, Cells):
         of_kind = {"kind": "cells", "marks": dict(found.marks), "visits": found.visits}
     else:
-        of_kind = {"kind": "walk", "names": list(found.lines), "step": found.step, "value": found.value}
+        of_kind = {
+            "kind": "walk",
+            "names": list(found.lines),
+            "step": found.step,
+            "value": found.value,
+        }
     return frames.pack(header | of_kind, arrays)

@@ -57,9 +57,16 @@ def _change(part: Any, state: State, rate: Value, lane: Lane) -> None:
         for i in range(inputs + int(part.biases)):
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
-                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE  # a bias is as if from a 1
+                x = (
+                    get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
+                )  # a bias is as if from a 1
                 faster = speed(part, weight, x, y, lane)
-                put(state.weights, weight, lane, clamp(get(state.weights, weight, lane) + rate * faster, LIMIT))
+                put(
+                    state.weights,
+                    weight,
+                    lane,
+                    clamp(get(state.weights, weight, lane) + rate * faster, LIMIT),
+                )
                 weight += 1
         source += inputs
 
@@ -68,9 +75,13 @@ def _told(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
     """The oracle of all four."""
     inherited = "a" in agent.own
     of_all = [float(each) for each in (part.a, part.b, part.c, part.d)] if not inherited else []
-    of_each = zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(of_all)
+    of_each = (
+        zip(*(agent.own[name] for name in "abcd"), strict=True) if inherited else repeat(of_all)
+    )
     for (row, unit, x, y), (a, b, c, d) in zip(synapses(naive, agent), of_each, strict=inherited):
-        row[unit] = min(max(row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d), -10.0), 10.0)
+        row[unit] = min(
+            max(row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d), -10.0), 10.0
+        )
 
 
 def _gate_told(agent: Any, naive: Any) -> float:
@@ -122,10 +133,16 @@ class _Inherited(LearningRule):
     """Coefficients as genes: the last four modules of the genome."""
 
     coding: Literal["network", "connection"] = Field(
-        "network", description="network: the first gene of each module is that of all connections; connection: each has its own"
+        "network",
+        description="network: the first gene of each module is that of all connections; connection: each has its own",
     )
-    arrays: ClassVar[Mapping[str, Array]] = {name: per_agent("weights") for name in "abcd"}  # coefficients, in [-1, 1]
-    derived: ClassVar[Mapping[str, Any]] = {**LAYERS, "of_each": lambda part, experiment: part.coding == "connection"}
+    arrays: ClassVar[Mapping[str, Array]] = {
+        name: per_agent("weights") for name in "abcd"
+    }  # coefficients, in [-1, 1]
+    derived: ClassVar[Mapping[str, Any]] = {
+        **LAYERS,
+        "of_each": lambda part, experiment: part.coding == "connection",
+    }
 
     @staticmethod
     def inherit(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:

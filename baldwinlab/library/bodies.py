@@ -24,7 +24,9 @@ from baldwinlab.parts.kinds import Body
 FASTEST, QUARTER = np.float32(STRIDE), np.float32(HEADING_COUNT // 4)
 HEADINGS, LAST_HEADING = np.float32(HEADING_COUNT), np.float32(HEADING_COUNT - 1)
 NINE = np.float32(360 / HEADING_COUNT)  # degrees
-ROUNDER = np.float32(1.5 * 2**23)  # added and taken away again, it leaves a whole number: the nearest, of two the even one
+ROUNDER = np.float32(
+    1.5 * 2**23
+)  # added and taken away again, it leaves a whole number: the nearest, of two the even one
 
 
 @compiled
@@ -83,7 +85,12 @@ class Continuous(Body, name="continuous"):
     recorded is the number of the faster wheel.
     """
 
-    turn: float = Field(36.0, ge=0, le=180, description="degrees that it turns where one wheel runs and the other stands still")
+    turn: float = Field(
+        36.0,
+        ge=0,
+        le=180,
+        description="degrees that it turns where one wheel runs and the other stands still",
+    )
     actions: ClassVar[tuple[str, ...]] = ("left wheel", "right wheel")
     stride: ClassVar[float] = STRIDE
     chooses: ClassVar[bool] = False

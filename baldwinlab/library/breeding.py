@@ -69,7 +69,14 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
     least: ClassVar[float] = 0.0
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         """One spin of a wheel with as many pointers, evenly spaced, as there are places for parents; then these are shuffled."""
         total, last = _slices(fitness, shares)
         places, agent = 2 * parents.shape[0], 0
@@ -89,7 +96,9 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
         slices = list(accumulate(fitness if any(fitness) else [1.0 for _ in fitness]))
         places = 2 * len(uniforms)
         pointers = [(place + uniforms[0][1][0]) * slices[-1] / places for place in range(places)]
-        drawn = [next(agent for agent, end in enumerate(slices) if pointer < end) for pointer in pointers]
+        drawn = [
+            next(agent for agent, end in enumerate(slices) if pointer < end) for pointer in pointers
+        ]
         for place in range(places - 1, 0, -1):
             other = int(uniforms[place // 2][0][place % 2] * (place + 1))
             drawn[place], drawn[other] = drawn[other], drawn[place]
@@ -102,11 +111,28 @@ class BestCopies(Selection, name="best-copies"):
     Or, as often as `mated` says, a child has a second parent: any of the best, so now and then the first again.
     """
 
-    share: float = Field(0.2, gt=0, le=1, description="share of the agents that have children, the fittest; at least one agent")
-    mated: float = Field(0.0, ge=0, le=1, description="share of the children that have a second parent, any of the fittest")
+    share: float = Field(
+        0.2,
+        gt=0,
+        le=1,
+        description="share of the agents that have children, the fittest; at least one agent",
+    )
+    mated: float = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description="share of the children that have a second parent, any of the fittest",
+    )
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         best = max(1, int(part.share * fitness.size + 0.5))
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
@@ -118,7 +144,9 @@ class BestCopies(Selection, name="best-copies"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+        order = sorted(
+            range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
+        )
         best = order[: max(1, int(part.share * len(fitness) + 0.5))]
         pairs = [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
         for pair, (draws, _) in zip(pairs, uniforms, strict=True):
@@ -133,7 +161,14 @@ class Outcrossing(Selection, name="outcrossing"):
     least: ClassVar[float] = 0.0
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         total, _ = _slices(fitness, shares)
         for child in range(parents.shape[0]):
             first = first_above(shares, uniforms[child, 0, 0] * total)
@@ -141,7 +176,9 @@ class Outcrossing(Selection, name="outcrossing"):
             others = before + (total - shares[first])
             if others > 0.0:
                 pointer = uniforms[child, 0, 1] * others
-                second = first_above(shares, pointer if pointer < before else shares[first] + (pointer - before))
+                second = first_above(
+                    shares, pointer if pointer < before else shares[first] + (pointer - before)
+                )
             elif fitness.size > 1:  # nobody else has any fitness
                 second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
                 second += np.int64(second >= first)
@@ -170,7 +207,14 @@ class LargerTournament(Selection, name="larger-tournament"):
     size: int = Field(3, ge=2, le=4, description="agents that are drawn for each parent")
 
     @staticmethod
-    def select(part: Any, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents) -> None:
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
         for child in range(parents.shape[0]):
             for parent in range(2):
                 best = int(uniforms[child, parent, 0] * fitness.size)
@@ -181,8 +225,14 @@ class LargerTournament(Selection, name="larger-tournament"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        fought = [[[int(draw * len(fitness)) for draw in draws[: part.size]] for draws in of_child[:2]] for of_child in uniforms]
-        return [[max(each, key=lambda agent: fitness[agent]) for each in of_child] for of_child in fought]
+        fought = [
+            [[int(draw * len(fitness)) for draw in draws[: part.size]] for draws in of_child[:2]]
+            for of_child in uniforms
+        ]
+        return [
+            [max(each, key=lambda agent: fitness[agent]) for each in of_child]
+            for of_child in fought
+        ]
 
 
 class Gaussian(Variation, name="gaussian"):
@@ -191,11 +241,15 @@ class Gaussian(Variation, name="gaussian"):
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                inherited = fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                inherited = (
+                    fitter[module, weight] if draws[draw, 0] < 0.5 else other[module, weight]
+                )
                 if (gate if part.one_gate else draws[draw, 1]) < part.rate:
                     inherited += np.float32(normal_quantile(draws[draw, 2]) * part.size)
                 child[module, weight] = inherited
@@ -208,7 +262,10 @@ class Gaussian(Variation, name="gaussian"):
 
         rest = iter(draws)
         genes = [zip(ours, theirs, rest) for ours, theirs in zip(fitter, other, strict=True)]  # noqa: B905  (draws go on)
-        return [[(one if draw[0] < 0.5 else two) + mutation(draw) for one, two, draw in module] for module in genes]
+        return [
+            [(one if draw[0] < 0.5 else two) + mutation(draw) for one, two, draw in module]
+            for module in genes
+        ]
 
 
 class OnePointCrossover(Variation, name="one-point-crossover"):
@@ -217,8 +274,12 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
-        cut = cut_at(draws[0, 3], child.size)  # of the modules in a row; not the gate's number, which may be the child's
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        cut = cut_at(
+            draws[0, 3], child.size
+        )  # of the modules in a row; not the gate's number, which may be the child's
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
@@ -238,11 +299,15 @@ class Copy(Variation, name="copy"):
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 inherited = fitter[module, weight] if draws[0, 0] < 0.5 else other[module, weight]
-                child[module, weight] = _mutated(part, inherited, draws, module * child.shape[1] + weight, gate)
+                child[module, weight] = _mutated(
+                    part, inherited, draws, module * child.shape[1] + weight, gate
+                )
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
@@ -278,7 +343,9 @@ class GenePool(Variation, name="gene-pool"):
             if parents[child, 1] == ITSELF:
                 copy_genome(genome[parents[child, 0]], children[child])
                 continue
-            rng.draw_uniforms(moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, draws)
+            rng.draw_uniforms(
+                moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, draws
+            )
             for draw in range(children.shape[1] * length):
                 place = int(draws[draw, 0] * parents.size)
                 parent = parents[place // 2, place % 2]
@@ -296,11 +363,17 @@ class GenePool(Variation, name="gene-pool"):
         def child_of(of_child: Any) -> Any:
             rest = iter(of_child)
             return [
-                [_from_pool(part, genome, pool, module, weight, next(rest)) for weight in range(len(genes))]
+                [
+                    _from_pool(part, genome, pool, module, weight, next(rest))
+                    for weight in range(len(genes))
+                ]
                 for module, genes in enumerate(genome[0])
             ]
 
-        return [genome[one] if two == ITSELF else child_of(of_child) for (one, two), of_child in zip(parents, draws, strict=True)]
+        return [
+            genome[one] if two == ITSELF else child_of(of_child)
+            for (one, two), of_child in zip(parents, draws, strict=True)
+        ]
 
 
 @compiled
@@ -329,7 +402,10 @@ def _mutated(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) ->
 def _in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
     """The oracles' uniform mutation, of a genome whose modules lie in a row."""
     opens = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
-    child = [old + is_open * part.size * (2 * draw[2] - 1) for old, is_open, draw in zip(weights, opens, draws, strict=True)]
+    child = [
+        old + is_open * part.size * (2 * draw[2] - 1)
+        for old, is_open, draw in zip(weights, opens, draws, strict=True)
+    ]
     return split_modules(child, length)
 
 

@@ -39,7 +39,14 @@ DEGREES = tuple((ray - RAYS // 2) * BETWEEN_RAYS * 360 // HEADING_COUNT for ray 
 
 @phase
 def notice(
-    part: Any, model: Model, state: State, lane: int, x: np.float32, y: np.float32, dx: np.float32, dy: np.float32
+    part: Any,
+    model: Model,
+    state: State,
+    lane: int,
+    x: np.float32,
+    y: np.float32,
+    dx: np.float32,
+    dy: np.float32,
 ) -> None:
     """Per agent, at (x, y): take account of an item that is (dx, dy) away, within `model.visual_radius`."""
 
@@ -51,7 +58,16 @@ def _squared_distance(state: State, world: int, slot: Lane, x: np.float32, y: np
 
 
 @compiled
-def _notice_in(part: Any, model: Model, state: State, world: int, region: int, lane: int, x: np.float32, y: np.float32) -> None:
+def _notice_in(
+    part: Any,
+    model: Model,
+    state: State,
+    world: int,
+    region: int,
+    lane: int,
+    x: np.float32,
+    y: np.float32,
+) -> None:
     """`notice` each item of a region that is near enough, one after another in the order of their slots."""
     farthest = model.visual_radius * model.visual_radius
     columns = cells_within(model, region, 0, x, model.visual_radius)
@@ -83,11 +99,15 @@ class _OfItems(Sense):
     of: str = Field(FOOD, description="the kind of items that it tells of")
     only_items: ClassVar[bool] = True
     real: ClassVar[bool] = True
-    derived: ClassVar[Mapping[str, Any]] = {"number": lambda part, experiment: kind_number(part.of)(part, experiment)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "number": lambda part, experiment: kind_number(part.of)(part, experiment)
+    }
 
     def check(self, experiment: Any) -> None:
         if self.of not in (kinds := item_kinds(experiment)):
-            raise ValueError(f"senses.{key_of(self.name)}.of = {self.of!r} must be one of the kinds of items: {', '.join(kinds)}")
+            raise ValueError(
+                f"senses.{key_of(self.name)}.of = {self.of!r} must be one of the kinds of items: {', '.join(kinds)}"
+            )
 
 
 class Nearest(_OfItems, name="nearest"):
@@ -98,11 +118,20 @@ class Nearest(_OfItems, name="nearest"):
 
     inputs: ClassVar[tuple[str, ...]] = ("angle", "distance")
     sectors: ClassVar[tuple[None, ...]] = (None, None)
-    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(3)}  # the way to it, squared, and in x and y
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "nearest": per_agent(3)
+    }  # the way to it, squared, and in x and y
 
     @staticmethod
     def notice(
-        part: Any, model: Model, state: State, lane: int, x: np.float32, y: np.float32, dx: np.float32, dy: np.float32
+        part: Any,
+        model: Model,
+        state: State,
+        lane: int,
+        x: np.float32,
+        y: np.float32,
+        dx: np.float32,
+        dy: np.float32,
     ) -> None:
         squared = dx * dx + dy * dy
         if visible(state.features, model, x, y, dx, dy, squared < part.nearest[0, lane]):
@@ -121,19 +150,27 @@ class Nearest(_OfItems, name="nearest"):
             u = dx * model.cosine[heading] + dy * model.sine[heading]
             v = dy * model.cosine[heading] - dx * model.sine[heading]
             angle = share_of_turn(u, v)
-            distance = min(ONE, np.float32(square_root(part.nearest[0, lane])) / model.visual_radius)
+            distance = min(
+                ONE, np.float32(square_root(part.nearest[0, lane])) / model.visual_radius
+            )
         state.activations[first, lane] = angle
         state.activations[first + 1, lane] = distance
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         food = [
-            item for item in items if item.kind == naive.kinds[part.number] and naive.distance(agent, item) <= naive.visual_radius
+            item
+            for item in items
+            if item.kind == naive.kinds[part.number]
+            and naive.distance(agent, item) <= naive.visual_radius
         ]
         if not food:
             return [0, 1]
         nearest = min(food, key=lambda item: naive.distance(agent, item))
-        return [naive.bearing(agent, nearest) / 360, naive.distance(agent, nearest) / naive.visual_radius]
+        return [
+            naive.bearing(agent, nearest) / 360,
+            naive.distance(agent, nearest) / naive.visual_radius,
+        ]
 
 
 class Smell(_OfItems, name="smell"):
@@ -143,7 +180,12 @@ class Smell(_OfItems, name="smell"):
     (1 - (d / r)^2)^2. So that nothing smells from beyond `senses.visual_radius`, r is less than that by `spread`.
     """
 
-    spread: float = Field(5.0, gt=0, le=100_000, description="how far each nostril is from the middle, units of length")
+    spread: float = Field(
+        5.0,
+        gt=0,
+        le=100_000,
+        description="how far each nostril is from the middle, units of length",
+    )
     inputs: ClassVar[tuple[str, ...]] = ("smell left", "smell right")
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((180, 360), (0, 180))
     arrays: ClassVar[Mapping[str, Array]] = {"strength": per_agent(2)}
@@ -161,7 +203,14 @@ class Smell(_OfItems, name="smell"):
 
     @staticmethod
     def notice(
-        part: Any, model: Model, state: State, lane: int, x: np.float32, y: np.float32, dx: np.float32, dy: np.float32
+        part: Any,
+        model: Model,
+        state: State,
+        lane: int,
+        x: np.float32,
+        y: np.float32,
+        dx: np.float32,
+        dy: np.float32,
     ) -> None:
         heading = int(state.heading[0, lane])
         u = dx * model.cosine[heading] + dy * model.sine[heading]
@@ -190,7 +239,9 @@ class Smell(_OfItems, name="smell"):
             nostril.heading = agent.heading + side
             naive.advance(nostril, float(part.spread))
             shares = [
-                naive.distance(nostril, item) / float(part.reach) for item in items if item.kind == naive.kinds[part.number]
+                naive.distance(nostril, item) / float(part.reach)
+                for item in items
+                if item.kind == naive.kinds[part.number]
             ]
             strength = sum((1 - share**2) ** 2 for share in shares if share < 1)
             smells.append(strength / (1 + strength))
@@ -208,14 +259,18 @@ class Energy(Sense, name="energy"):
     sectors: ClassVar[tuple[None, ...]] = (None,)
     real: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Any]] = {
-        "energies": lambda part, experiment: np.array([region.energy for region in item_regions(experiment)], np.float32)
+        "energies": lambda part, experiment: np.array(
+            [region.energy for region in item_regions(experiment)], np.float32
+        )
     }
 
     @staticmethod
     def measure(part: Any, model: Model, state: State, world: int, agent: int, first: int) -> None:
         lane, gained = world * model.agents + agent, ZERO
         for region in range(part.energies.size):
-            gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane] - state.eaten_before[region, lane])
+            gained += part.energies[region] * np.float32(
+                state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
+            )
         gained = max(gained, ZERO)
         state.activations[first, lane] = gained / (gained + part.half)
 
@@ -234,21 +289,39 @@ class Rays(_OfItems, name="rays"):
 
     radius: float = Field(5.0, gt=0, le=100_000, description="of items, to a ray, units of length")
     inputs: ClassVar[tuple[str, ...]] = tuple(
-        f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead" for degrees in DEGREES
+        f"ray {abs(degrees)} {'left' if degrees < 0 else 'right'}" if degrees else "ray ahead"
+        for degrees in DEGREES
     )
-    sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(((each - 2) % 360, (each + 2) % 360) for each in DEGREES)
+    sectors: ClassVar[tuple[tuple[float, float], ...]] = tuple(
+        ((each - 2) % 360, (each + 2) % 360) for each in DEGREES
+    )
     arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent(RAYS)}  # squared distances
 
     @staticmethod
     def notice(
-        part: Any, model: Model, state: State, lane: int, x: np.float32, y: np.float32, dx: np.float32, dy: np.float32
+        part: Any,
+        model: Model,
+        state: State,
+        lane: int,
+        x: np.float32,
+        y: np.float32,
+        dx: np.float32,
+        dy: np.float32,
     ) -> None:
         squared, wide = dx * dx + dy * dy, part.radius * part.radius
-        for ray in range(RAYS if visible(state.features, model, x, y, dx, dy, squared < FAR) else 0):
-            towards = (int(state.heading[0, lane]) + HEADING_COUNT + (ray - RAYS // 2) * BETWEEN_RAYS) % HEADING_COUNT
+        for ray in range(
+            RAYS if visible(state.features, model, x, y, dx, dy, squared < FAR) else 0
+        ):
+            towards = (
+                int(state.heading[0, lane]) + HEADING_COUNT + (ray - RAYS // 2) * BETWEEN_RAYS
+            ) % HEADING_COUNT
             u = dx * model.cosine[towards] + dy * model.sine[towards]
             v = dy * model.cosine[towards] - dx * model.sine[towards]
-            if abs(v) <= part.radius and (u >= ZERO or squared <= wide) and squared < part.nearest[ray, lane]:
+            if (
+                abs(v) <= part.radius
+                and (u >= ZERO or squared <= wide)
+                and squared < part.nearest[ray, lane]
+            ):
                 part.nearest[ray, lane] = squared
 
     @staticmethod
@@ -266,8 +339,13 @@ class Rays(_OfItems, name="rays"):
         def closeness(ray: float) -> float:
             met = []
             for item in (item for item in items if item.kind == naive.kinds[part.number]):
-                way, aside = naive.distance(agent, item), math.radians(naive.bearing(agent, item) - ray)
-                if abs(way * math.sin(aside)) <= part.radius and (math.cos(aside) >= 0 or way <= part.radius):
+                way, aside = (
+                    naive.distance(agent, item),
+                    math.radians(naive.bearing(agent, item) - ray),
+                )
+                if abs(way * math.sin(aside)) <= part.radius and (
+                    math.cos(aside) >= 0 or way <= part.radius
+                ):
                     met.append(way)
             return max(0.0, 1 - float(min(met, default=math.inf)) / float(naive.visual_radius))
 

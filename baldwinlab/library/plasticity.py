@@ -60,11 +60,15 @@ def _adapt(part: Any, state: State, rule: int, lane: Lane) -> None:
         for i in range(inputs + int(part.biases)):
             for unit in range(outputs):
                 y = get(state.activations, source + inputs + unit, lane)
-                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE  # a bias is as if from a 1
+                x = (
+                    get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
+                )  # a bias is as if from a 1
                 sign = get(part.signs, weight, lane)
                 strength = get(state.weights, weight, lane) * sign
                 strength = strength + rate * change(rule, strength, x, y)
-                strength = choose(strength < ZERO, ZERO, choose(strength > ONE, ONE, strength))  # rounding may pass the ends
+                strength = choose(
+                    strength < ZERO, ZERO, choose(strength > ONE, ONE, strength)
+                )  # rounding may pass the ends
                 put(state.weights, weight, lane, sign * strength)
                 weight += 1
         source += inputs
@@ -73,14 +77,22 @@ def _adapt(part: Any, state: State, rule: int, lane: Lane) -> None:
 class _Strengths(LearningRule):
     """What the four rules share."""
 
-    arrays: ClassVar[Mapping[str, Array]] = {"signs": per_agent("weights")}  # 1 or -1, as the weights were born
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "signs": per_agent("weights")
+    }  # 1 or -1, as the weights were born
     derived: ClassVar[Mapping[str, Any]] = LAYERS
 
     def check(self, experiment: Any) -> None:
         rate = experiment.learning.rate
         if rate > 1 or experiment.learning.evolved_rate:
-            said = "cannot be a gene (learning.evolved_rate)" if rate <= 1 else f"is {rate:g} and must be at most 1"
-            raise ValueError(f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {said}")
+            said = (
+                "cannot be a gene (learning.evolved_rate)"
+                if rate <= 1
+                else f"is {rate:g} and must be at most 1"
+            )
+            raise ValueError(
+                f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {said}"
+            )
 
     @staticmethod
     def hatch(part: Any, model: Model, state: State, world: int, agent: int) -> None:

@@ -51,7 +51,9 @@ def _blame(part: Any, model: Model, state: State, told: Any, lane: Lane) -> None
     for k in range(model.inputs):
         total = get(part.predictor, k, lane) * get(part.units, first, lane)
         for unit in range(1, part.hidden):
-            total = total + get(part.predictor, unit * model.inputs + k, lane) * get(part.units, first + unit, lane)
+            total = total + get(part.predictor, unit * model.inputs + k, lane) * get(
+                part.units, first + unit, lane
+            )
         if part.biases:
             total = total + get(part.predictor, part.hidden * model.inputs + k, lane)
         y = sigmoid(total)
@@ -62,12 +64,22 @@ def _blame(part: Any, model: Model, state: State, told: Any, lane: Lane) -> None
         for k in range(model.inputs):
             old = get(part.predictor, unit * model.inputs + k, lane)
             error = error + get(part.errors, k, lane) * old
-            put(part.predictor, unit * model.inputs + k, lane, old - rate * get(part.errors, k, lane) * h)
+            put(
+                part.predictor,
+                unit * model.inputs + k,
+                lane,
+                old - rate * get(part.errors, k, lane) * h,
+            )
         put(part.wanted, unit, lane, h - error)
     if part.biases:
         for k in range(model.inputs):
             row = part.hidden * model.inputs + k
-            put(part.predictor, row, lane, get(part.predictor, row, lane) - rate * get(part.errors, k, lane))
+            put(
+                part.predictor,
+                row,
+                lane,
+                get(part.predictor, row, lane) - rate * get(part.errors, k, lane),
+            )
 
 
 @compiled
@@ -78,7 +90,16 @@ def _learn(part: Any, model: Model, state: State, told: Any, step: int, lane: La
         forward(state.network, state.weights, part.units, lane)
         _blame(part, model, state, told, lane)
         rate = get(state.rate, 0, lane)
-        backpropagate(part.sizes, part.biases, rate, state.weights, part.units, state.errors, part.wanted, lane)
+        backpropagate(
+            part.sizes,
+            part.biases,
+            rate,
+            state.weights,
+            part.units,
+            state.errors,
+            part.wanted,
+            lane,
+        )
     for k in range(model.inputs):
         put(part.sensed, k, lane, get(state.activations, k, lane))
 
@@ -89,7 +110,9 @@ def _told(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
         inputs, weights = len(agent.inputs), agent.own["predictor"]
         used = (part.hidden + naive.biases) * inputs
         layer = [weights[row : row + inputs] for row in range(0, used, inputs)]
-        naive.backpropagate([*agent.action_module[:-1], layer], agent.own["sensed"], target, agent.rate)
+        naive.backpropagate(
+            [*agent.action_module[:-1], layer], agent.own["sensed"], target, agent.rate
+        )
         agent.own["predictor"] = [weight for row in layer for weight in row] + weights[used:]
     agent.own["sensed"] = agent.inputs
 
@@ -99,14 +122,18 @@ class _Foretelling(LearningRule):
 
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
-        "predictor": per_agent("weights"),  # from the last hidden layer to the predictions, and unused ones behind
+        "predictor": per_agent(
+            "weights"
+        ),  # from the last hidden layer to the predictions, and unused ones behind
         "sensed": per_agent("inputs"),  # a step ago
         "units": per_agent("units"),
         "errors": per_agent("inputs"),  # of the predictions
         "wanted": per_agent("units"),  # of the last hidden layer
     }
     derived: ClassVar[Mapping[str, Any]] = {
-        "sizes": lambda part, experiment: np.array(experiment.layer_sizes[:-1], np.int64),  # without the actions
+        "sizes": lambda part, experiment: np.array(
+            experiment.layer_sizes[:-1], np.int64
+        ),  # without the actions
         "biases": lambda part, experiment: experiment.network.biases,
         "hidden": lambda part, experiment: _last_hidden(experiment),
         "first_hidden": lambda part, experiment: sum(experiment.layer_sizes[:-2]),
@@ -115,9 +142,13 @@ class _Foretelling(LearningRule):
     def check(self, experiment: Any) -> None:
         rule = f"learning.rule = {self.name!r}"
         if not experiment.part("network.kind").memoryless:
-            raise ValueError(f"{rule} asks the network again what it would have predicted: it must have no memory")
+            raise ValueError(
+                f"{rule} asks the network again what it would have predicted: it must have no memory"
+            )
         if not experiment.network.hidden:
-            raise ValueError(f"{rule} teaches hidden units: network.hidden must have at least one layer")
+            raise ValueError(
+                f"{rule} teaches hidden units: network.hidden must have at least one layer"
+            )
         needed = (_last_hidden(experiment) + experiment.network.biases) * len(experiment.inputs)
         if needed > experiment.weight_count:
             raise ValueError(
@@ -151,15 +182,21 @@ class RandomPrediction(_Foretelling, name="random-prediction"):
     def check(self, experiment: Any) -> None:
         super().check(experiment)
         if len(experiment.inputs) > COINS:
-            raise ValueError(f"learning.rule = {self.name!r} tosses {COINS} coins, and there are {len(experiment.inputs)} inputs")
+            raise ValueError(
+                f"learning.rule = {self.name!r} tosses {COINS} coins, and there are {len(experiment.inputs)} inputs"
+            )
 
     @staticmethod
     def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
         """Toss: the bits of a random word, the highest first; the same whenever they are asked for."""
         for agent in range(model.agents):
-            words = philox(step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1])
+            words = philox(
+                step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
+            )
             for k in range(model.inputs):
-                part.coins[k, world * model.agents + agent] = np.float32((words[0] >> np.uint32(31 - k)) & np.uint32(1))
+                part.coins[k, world * model.agents + agent] = np.float32(
+                    (words[0] >> np.uint32(31 - k)) & np.uint32(1)
+                )
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -168,4 +205,9 @@ class RandomPrediction(_Foretelling, name="random-prediction"):
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         number = naive.drawn(agent, LIFE)[0]
-        _told(part, agent, naive, [float(int(number * 2 ** (k + 1)) % 2) for k in range(len(agent.inputs))])
+        _told(
+            part,
+            agent,
+            naive,
+            [float(int(number * 2 ** (k + 1)) % 2) for k in range(len(agent.inputs))],
+        )

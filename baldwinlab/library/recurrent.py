@@ -30,7 +30,9 @@ class _Recurrent(Network):
 
     memoryless: ClassVar[bool] = False
 
-    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
+    def memory(
+        self, inputs: int, hidden: tuple[int, ...], actions: int
+    ) -> tuple[tuple[int, int], ...]:
         return tuple((inputs + hidden[0] + unit, inputs + unit) for unit in range(hidden[0]))
 
 
@@ -49,12 +51,19 @@ class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
 
     def check(self, experiment: Any) -> None:
         if not experiment.network.hidden:
-            raise ValueError("network.kind = 'simple-recurrent' hears hidden units: network.hidden must have at least one layer")
+            raise ValueError(
+                "network.kind = 'simple-recurrent' hears hidden units: network.hidden must have at least one layer"
+            )
 
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
         for unit in range(part.context):
-            put(activations, part.inputs + unit, lane, get(activations, part.inputs + part.context + unit, lane))
+            put(
+                activations,
+                part.inputs + unit,
+                lane,
+                get(activations, part.inputs + part.context + unit, lane),
+            )
         feed_forward(part.sizes, part.biases, weights, activations, lane)
 
     @staticmethod
@@ -66,7 +75,10 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
     """Leaky hidden units, each connected to all and to itself, by one Euler step a step of life. Only output weights learn."""
 
     time_constant: float = Field(
-        4.0, ge=1, le=1_000_000, description="of every hidden unit, steps of life; 1: it forgets at once"
+        4.0,
+        ge=1,
+        le=1_000_000,
+        description="of every hidden unit, steps of life; 1: it forgets at once",
     )
 
     derived: ClassVar[Mapping[str, Any]] = {
@@ -82,19 +94,29 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 
     def check(self, experiment: Any) -> None:
         if len(experiment.network.hidden) != 1:
-            raise ValueError("network.kind = 'continuous-time' has one layer of hidden units: network.hidden must have one entry")
+            raise ValueError(
+                "network.kind = 'continuous-time' has one layer of hidden units: network.hidden must have one entry"
+            )
 
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
         sources, new = part.inputs + part.hidden, ONE / part.time_constant
         old = ONE - new  # of a state, what a step leaves of it; the new is what drives it
-        _fire(part, weights, activations, lane)  # once more as a step before, since neither birth nor learning does it
+        _fire(
+            part, weights, activations, lane
+        )  # once more as a step before, since neither birth nor learning does it
         for unit in range(part.hidden):
             drive = get(weights, unit, lane) * get(activations, 0, lane)
             for i in range(1, part.inputs):
-                drive = drive + get(weights, i * part.hidden + unit, lane) * get(activations, i, lane)
-            for i in range(part.inputs, sources):  # by the weight of its state, a hidden unit is heard as it fires
-                drive = drive + get(weights, i * part.hidden + unit, lane) * get(activations, i + part.hidden, lane)
+                drive = drive + get(weights, i * part.hidden + unit, lane) * get(
+                    activations, i, lane
+                )
+            for i in range(
+                part.inputs, sources
+            ):  # by the weight of its state, a hidden unit is heard as it fires
+                drive = drive + get(weights, i * part.hidden + unit, lane) * get(
+                    activations, i + part.hidden, lane
+                )
             state = part.inputs + unit
             put(activations, state, lane, old * get(activations, state, lane) + new * drive)
         _fire(part, weights, activations, lane)
@@ -102,13 +124,23 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         for unit in range(part.actions):
             total = get(weights, first + unit, lane) * get(activations, sources, lane)
             for i in range(1, part.hidden):
-                total = total + get(weights, first + i * part.actions + unit, lane) * get(activations, sources + i, lane)
+                total = total + get(weights, first + i * part.actions + unit, lane) * get(
+                    activations, sources + i, lane
+                )
             if part.biases:
                 total = total + get(weights, first + part.hidden * part.actions + unit, lane)
             put(activations, outputs + unit, lane, sigmoid(total))
 
     @staticmethod
-    def backward(part: Any, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
+    def backward(
+        part: Any,
+        rate: Value,
+        weights: Rows,
+        activations: Rows,
+        errors: Rows,
+        targets: Rows,
+        lane: Lane,
+    ) -> None:
         """The delta rule for what leads to the outputs. What leads to hidden units is left to evolution."""
         sources = part.inputs + part.hidden
         first, outputs = (sources + int(part.biases)) * part.hidden, sources + part.hidden
@@ -117,7 +149,12 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
             error = rate * (y - get(targets, unit, lane)) * y * (ONE - y)
             for i in range(part.hidden):
                 weight = first + i * part.actions + unit
-                put(weights, weight, lane, get(weights, weight, lane) - error * get(activations, sources + i, lane))
+                put(
+                    weights,
+                    weight,
+                    lane,
+                    get(weights, weight, lane) - error * get(activations, sources + i, lane),
+                )
             if part.biases:
                 bias = first + part.hidden * part.actions + unit
                 put(weights, bias, lane, get(weights, bias, lane) - error)
@@ -129,11 +166,20 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         states = agent.own.get("states", [0.0] * part.hidden)
         biases = hidden[-1] if part.biases else [0.0] * part.hidden
         sources = [*agent.inputs, *_answers(states, biases)]
-        drives = [sum(x * row[unit] for x, row in zip(sources, hidden, strict=False)) for unit in range(part.hidden)]
-        states = [state + (drive - state) / part.time_constant for state, drive in zip(states, drives, strict=True)]
+        drives = [
+            sum(x * row[unit] for x, row in zip(sources, hidden, strict=False))
+            for unit in range(part.hidden)
+        ]
+        states = [
+            state + (drive - state) / part.time_constant
+            for state, drive in zip(states, drives, strict=True)
+        ]
         agent.own["states"] = states
         fired = _answers(states, biases) + [1.0] * part.biases
-        totals = [sum(x * row[unit] for x, row in zip(fired, outputs, strict=True)) for unit in range(part.actions)]
+        totals = [
+            sum(x * row[unit] for x, row in zip(fired, outputs, strict=True))
+            for unit in range(part.actions)
+        ]
         return _answers(totals, [0.0] * part.actions)
 
 

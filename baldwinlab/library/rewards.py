@@ -55,16 +55,32 @@ def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> 
     for k in range(part.sensed.shape[0]):
         put(part.sensed, k, lane, get(state.activations, k, lane))
     for k in range(actions):
-        put(part.done, k, lane, choose(abs(get(state.action, 0, lane) - np.float32(k)) < HALF, ONE, ZERO))
+        put(
+            part.done,
+            k,
+            lane,
+            choose(abs(get(state.action, 0, lane) - np.float32(k)) < HALF, ONE, ZERO),
+        )
 
 
 def _reinforced(part: Any, agent: Any, naive: Any, worth: float) -> None:
     """The oracle of `_reinforce`."""
     risen, done = worth - agent.own["worth"][0], agent.own["done"]
     if risen and any(done):
-        rate = agent.rate if risen > 0 else agent.rate * float(part.punishment)  # a float32 would make all of it float32
-        naive.backpropagate(agent.action_module, agent.own["sensed"], done if risen > 0 else [1 - one for one in done], rate)
-    agent.own |= {"worth": [worth], "sensed": agent.inputs, "done": [float(k == agent.action) for k in range(len(done))]}
+        rate = (
+            agent.rate if risen > 0 else agent.rate * float(part.punishment)
+        )  # a float32 would make all of it float32
+        naive.backpropagate(
+            agent.action_module,
+            agent.own["sensed"],
+            done if risen > 0 else [1 - one for one in done],
+            rate,
+        )
+    agent.own |= {
+        "worth": [worth],
+        "sensed": agent.inputs,
+        "done": [float(k == agent.action) for k in range(len(done))],
+    }
 
 
 class _Reinforced(LearningRule):
@@ -74,7 +90,9 @@ class _Reinforced(LearningRule):
 
     def check(self, experiment: Any) -> None:
         if not experiment.part("network.kind").memoryless:
-            raise ValueError(f"learning.rule = {self.name!r} asks the network again what it answered: it must have no memory")
+            raise ValueError(
+                f"learning.rule = {self.name!r} asks the network again what it answered: it must have no memory"
+            )
 
     @staticmethod
     def hatch(part: Any, model: Model, state: State, world: int, agent: int) -> None:
@@ -90,7 +108,9 @@ class Complementary(_Reinforced, name="crbp"):
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
     answers: ClassVar[tuple[str, ...]] = ("worth",)
-    punishment: float = Field(0.1, ge=0, le=1, description="rate after a fall, as a share of that after a rise")
+    punishment: float = Field(
+        0.1, ge=0, le=1, description="rate after a fall, as a share of that after a rise"
+    )
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -104,10 +124,14 @@ class Complementary(_Reinforced, name="crbp"):
 class Reward(_Reinforced, name="reward"):
     """What was done becomes likelier where energy was gained by it, and less likely where it was lost: learning with reward."""
 
-    punishment: float = Field(1.0, ge=0, le=1, description="rate after a loss, as a share of that after a gain")
+    punishment: float = Field(
+        1.0, ge=0, le=1, description="rate after a loss, as a share of that after a gain"
+    )
     arrays: ClassVar[Mapping[str, Array]] = MEMORY | {"gained": per_agent(1)}
     derived: ClassVar[Mapping[str, Any]] = {
-        "energies": lambda part, experiment: np.array([region.energy for region in item_regions(experiment)], np.float32)
+        "energies": lambda part, experiment: np.array(
+            [region.energy for region in item_regions(experiment)], np.float32
+        )
     }
 
     @staticmethod

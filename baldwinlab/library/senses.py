@@ -48,7 +48,9 @@ class Neighbours(Sense, name="neighbours"):
 
     inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
     sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
-    arrays: ClassVar[Mapping[str, Array]] = {"places": per_world(2, "agents")}  # x and y of each, for all to see
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "places": per_world(2, "agents")
+    }  # x and y of each, for all to see
 
     @staticmethod
     def survey(part: Any, model: Any, state: Any, world: int, step: int) -> None:
@@ -76,7 +78,11 @@ class Neighbours(Sense, name="neighbours"):
 class LastAction(Sense, name="last-action"):
     """Which of its three actions the agent did a step ago; a newborn has done none."""
 
-    inputs: ClassVar[tuple[str, ...]] = ("did the first action", "did the second action", "did the third action")
+    inputs: ClassVar[tuple[str, ...]] = (
+        "did the first action",
+        "did the second action",
+        "did the third action",
+    )
     sectors: ClassVar[Sectors] = (None, None, None)
 
     def check(self, experiment: Any) -> None:
@@ -107,7 +113,9 @@ class Touch(Sense, name="touch"):
 
     inputs: ClassVar[tuple[str, ...]] = ("stopped",)
     sectors: ClassVar[Sectors] = (None,)
-    arrays: ClassVar[Mapping[str, Array]] = {"place": per_agent(2)}  # where it was when it last sensed
+    arrays: ClassVar[Mapping[str, Array]] = {
+        "place": per_agent(2)
+    }  # where it was when it last sensed
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:

@@ -26,7 +26,10 @@ from baldwinlab.models.miniworld.world import shortest
 from baldwinlab.parts.kinds import LearningRule, backward, forward
 
 ZERO, HALF, ONE, INFINITY = np.float32(0), np.float32(0.5), np.float32(1), np.float32(np.inf)
-FORAGER = ("left", "front", "right"), ("left", "forward", "right")  # the senses and actions of the scripted forager
+FORAGER = (
+    ("left", "front", "right"),
+    ("left", "forward", "right"),
+)  # the senses and actions of the scripted forager
 
 
 @compiled
@@ -76,8 +79,15 @@ def _name_nearest(part: Any, model: Model, state: State, first: int, end: int) -
 class Imitation(LearningRule, name="imitation"):
     """Learns towards what another agent would do in its place: the best forager so far, or the nearest."""
 
-    whom: Literal["best", "nearest"] = Field("best", description="best: who has eaten most so far; nearest: whoever is nearest")
-    least: int = Field(1, ge=0, le=1_000_000, description="items that the other must have eaten, or nobody learns from it")
+    whom: Literal["best", "nearest"] = Field(
+        "best", description="best: who has eaten most so far; nearest: whoever is nearest"
+    )
+    least: int = Field(
+        1,
+        ge=0,
+        le=1_000_000,
+        description="items that the other must have eaten, or nobody learns from it",
+    )
     arrays: ClassVar[Mapping[str, Array]] = {
         "teacher": per_agent("weights"),  # the other's, as they stand
         "units": per_agent("units"),
@@ -86,11 +96,15 @@ class Imitation(LearningRule, name="imitation"):
         "distance": per_agent(1),  # to the nearest so far
     }
     learns_from: ClassVar[str] = "whom"
-    derived: ClassVar[Mapping[str, Any]] = {"of_nearest": lambda part, experiment: part.whom == "nearest"}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "of_nearest": lambda part, experiment: part.whom == "nearest"
+    }
 
     def check(self, experiment: Any) -> None:
         if not experiment.part("network.kind").memoryless:
-            raise ValueError("learning.rule = 'imitation' asks another's network with one's own inputs: it must have no memory")
+            raise ValueError(
+                "learning.rule = 'imitation' asks another's network with one's own inputs: it must have no memory"
+            )
 
     @staticmethod
     def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
@@ -114,13 +128,18 @@ class Imitation(LearningRule, name="imitation"):
         for k in range(state.targets.shape[0]):
             put(part.wanted, k, lane, get(part.units, first + k, lane))
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane
+        )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         other = max(agents, key=lambda each: each.eaten_in_life)
         if part.of_nearest:
-            other = min((each for each in agents if each is not agent), key=lambda each: naive.distance(agent, each))
+            other = min(
+                (each for each in agents if each is not agent),
+                key=lambda each: naive.distance(agent, each),
+            )
         if other.eaten_in_life >= part.least and other is not agent:
             target = naive.think(other.action_module, agent.inputs)
             naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
@@ -133,18 +152,26 @@ class Supervised(LearningRule, name="supervised"):
 
     def check(self, experiment: Any) -> None:
         if (experiment.inputs[:3], experiment.actions) != FORAGER:
-            raise ValueError("learning.rule = 'supervised' is for the first sense 'food' and the body 'walker'")
+            raise ValueError(
+                "learning.rule = 'supervised' is for the first sense 'food' and the body 'walker'"
+            )
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
-        left, front, right = get(state.activations, 0, lane), get(state.activations, 1, lane), get(state.activations, 2, lane)
+        left, front, right = (
+            get(state.activations, 0, lane),
+            get(state.activations, 1, lane),
+            get(state.activations, 2, lane),
+        )
         left = choose(front > HALF, ZERO, left)
         right = choose((front > HALF) | (left > HALF), ZERO, right)
         put(part.wanted, 0, lane, left)
         put(part.wanted, 1, lane, ONE - left - right)
         put(part.wanted, 2, lane, right)
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane
+        )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -161,13 +188,17 @@ class RandomTargets(LearningRule, name="random-targets"):
 
     def check(self, experiment: Any) -> None:
         if len(experiment.actions) > 4:
-            raise ValueError(f"learning.rule = 'random-targets' draws 4 targets, and there are {len(experiment.actions)} actions")
+            raise ValueError(
+                f"learning.rule = 'random-targets' draws 4 targets, and there are {len(experiment.actions)} actions"
+            )
 
     @staticmethod
     def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
         """Draw: a number for each action, the same whenever it is asked."""
         for agent in range(model.agents):
-            words = philox(step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1])
+            words = philox(
+                step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
+            )
             lane = world * model.agents + agent
             for k in range(state.targets.shape[0]):
                 part.wanted[k, lane] = unit(words[k])
@@ -175,8 +206,15 @@ class RandomTargets(LearningRule, name="random-targets"):
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, part.wanted, lane
+        )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        naive.backpropagate(agent.action_module, agent.inputs, naive.drawn(agent, LIFE)[: len(agent.outputs)], agent.rate)
+        naive.backpropagate(
+            agent.action_module,
+            agent.inputs,
+            naive.drawn(agent, LIFE)[: len(agent.outputs)],
+            agent.rate,
+        )

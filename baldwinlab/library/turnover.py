@@ -34,7 +34,9 @@ def _gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
     """The energy of what an agent has eaten since it was born."""
     lane, gained = world * model.agents + agent, ZERO
     for region in range(part.energies.size):
-        gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane] - state.eaten_before[region, lane])
+        gained += part.energies[region] * np.float32(
+            state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
+        )
     return gained
 
 
@@ -82,22 +84,35 @@ def _share(wheel: Any, agent: int) -> Any:
 
 
 @compiled
-def _conceive(part: Any, state: Any, world: int, number: int, one: int, other: int) -> tuple[Any, Any]:
+def _conceive(
+    part: Any, state: Any, world: int, number: int, one: int, other: int
+) -> tuple[Any, Any]:
     """Make `part.child` of two parents, the richer one the fitter; gives its `origin`. `number` is the child's own."""
     seed, run, generation = state.keys[world, 0], state.keys[world, 1], state.generation[0]
     if _share(part.wheel[world], other) > _share(part.wheel[world], one):
         one, other = other, one
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
     gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
-    vary(part.variation, state.genome[world, one], state.genome[world, other], part.draws[world], gate, part.child[world])
+    vary(
+        part.variation,
+        state.genome[world, one],
+        state.genome[world, other],
+        part.draws[world],
+        gate,
+        part.child[world],
+    )
     return state.origin[world, one, 0], state.origin[world, other, 0]
 
 
 @compiled
 def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
     """Let a child live in the place of `agent`, who is due to die; in the neutral twin of anybody, and spare the other."""
-    number = model.agents + part.births[world, 0]  # those below are the numbers of the first newborns
-    words = philox(0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1])
+    number = (
+        model.agents + part.births[world, 0]
+    )  # those below are the numbers of the first newborns
+    words = philox(
+        0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1]
+    )
     wheel = part.wheel[world]
     place = _drawn(wheel, words[2]) if part.neutral else agent
     origin = _conceive(part, state, world, number, _drawn(wheel, words[0]), _drawn(wheel, words[1]))
@@ -106,26 +121,41 @@ def _let_one_die(part: Any, model: Any, state: Any, world: int, agent: int, step
     succeed(model, state, world, place, part.births[world, 0])
     part.births[world, 0] += 1
     _begin(part, model, state, world, place, step + 1)
-    _begin(part, model, state, world, agent, step + 1)  # in the neutral twin somebody else, who is spared
+    _begin(
+        part, model, state, world, agent, step + 1
+    )  # in the neutral twin somebody else, who is spared
 
 
 class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     """Who runs out of energy, or is old, dies, and a child of those who have energy left is born in its place at once."""
 
-    reserve: float = Field(1.0, gt=0, le=1_000_000, description="with which an agent is born, energy")
+    reserve: float = Field(
+        1.0, gt=0, le=1_000_000, description="with which an agent is born, energy"
+    )
     upkeep: float = Field(0.001, ge=0, le=1_000_000, description="that a step costs, energy")
-    oldest: int = Field(2_000, ge=1, le=100_000_000, description="age at which an agent dies, whatever it has left, steps")
+    oldest: int = Field(
+        2_000,
+        ge=1,
+        le=100_000_000,
+        description="age at which an agent dies, whatever it has left, steps",
+    )
     bears: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
-        "since": per_world("agents", dtype="int32"),  # the step in which who lives in a place was born; below 0: before this life
-        "begun": per_world("agents"),  # the energy that it had then, less what it had eaten until then
+        "since": per_world(
+            "agents", dtype="int32"
+        ),  # the step in which who lives in a place was born; below 0: before this life
+        "begun": per_world(
+            "agents"
+        ),  # the energy that it had then, less what it had eaten until then
         "wheel": per_world("agents"),  # scratch: shares in being a parent, added up
         "births": per_world(1, dtype="int64"),  # of this life, so far
         "child": per_world("modules", "genome length"),  # scratch: the genome of who is to be born
         "draws": per_world("draws", 4, dtype="float64"),  # scratch
     }
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {
-        "energies": lambda part, experiment: np.array([region.energy for region in item_regions(experiment)], np.float32),
+        "energies": lambda part, experiment: np.array(
+            [region.energy for region in item_regions(experiment)], np.float32
+        ),
         "neutral": is_neutral,
         "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
     }
@@ -142,7 +172,9 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         """The first newborns begin as if in the midst of lives that they had lived before: or all would die together."""
         part.births[world, 0] = 0
         for agent in range(model.agents):
-            words = philox(0, agent, state.generation[0], AGE, state.keys[world, 0], state.keys[world, 1])
+            words = philox(
+                0, agent, state.generation[0], AGE, state.keys[world, 0], state.keys[world, 1]
+            )
             age = int(unit(words[0]) * np.float32(part.oldest))
             part.since[world, agent] = -age
             part.begun[world, agent] = unit(words[1]) * part.reserve + part.upkeep * np.float32(age)

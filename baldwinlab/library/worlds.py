@@ -43,9 +43,17 @@ def _require_on_the_map(path: str, box: Iterable[float], world: Any) -> None:
 
 def _walls_and_images(part: Any, experiment: Any) -> Any:
     """The edges of all walls, and then of their images beyond the edges of the map, as far as anybody sees."""
-    width, height, sight = experiment.world.width, experiment.world.height, experiment.senses.visual_radius
+    width, height, sight = (
+        experiment.world.width,
+        experiment.world.height,
+        experiment.senses.visual_radius,
+    )
     shifts = [(x * width, y * height) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
-    images = [(left + x, right + x, upper + y, lower + y) for left, right, upper, lower in part.boxes for x, y in shifts]
+    images = [
+        (left + x, right + x, upper + y, lower + y)
+        for left, right, upper, lower in part.boxes
+        for x, y in shifts
+    ]
     near = [
         (left, right, upper, lower)
         for left, right, upper, lower in images
@@ -56,7 +64,10 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
 
 def _frame(part: Any, experiment: Any) -> Any:
     """What the images follow from beside the walls; it stands among the constants, so that a page without a server keeps it."""
-    return np.array([experiment.world.width, experiment.world.height, experiment.senses.visual_radius], np.float32)
+    return np.array(
+        [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
+        np.float32,
+    )
 
 
 @compiled
@@ -64,7 +75,12 @@ def _inside(edges: Any, count: int, x: Any, y: Any) -> Any:
     """Whether a place lies in any of the first `count` walls."""
     found = x * ZERO > ONE
     for wall in range(count):
-        found = found | ((x >= edges[wall, 0]) & (x <= edges[wall, 1]) & (y >= edges[wall, 2]) & (y <= edges[wall, 3]))
+        found = found | (
+            (x >= edges[wall, 0])
+            & (x <= edges[wall, 1])
+            & (y >= edges[wall, 2])
+            & (y <= edges[wall, 3])
+        )
     return found
 
 
@@ -73,8 +89,14 @@ def _in_the_way(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
     """Whether a line meets a wall: by the shares of its way at which it enters and leaves the wall's two strips."""
     enters_x, leaves_x = (edges[wall, 0] - x) / dx, (edges[wall, 1] - x) / dx
     enters_y, leaves_y = (edges[wall, 2] - y) / dy, (edges[wall, 3] - y) / dy
-    first_x, last_x = choose(enters_x < leaves_x, enters_x, leaves_x), choose(enters_x < leaves_x, leaves_x, enters_x)
-    first_y, last_y = choose(enters_y < leaves_y, enters_y, leaves_y), choose(enters_y < leaves_y, leaves_y, enters_y)
+    first_x, last_x = (
+        choose(enters_x < leaves_x, enters_x, leaves_x),
+        choose(enters_x < leaves_x, leaves_x, enters_x),
+    )
+    first_y, last_y = (
+        choose(enters_y < leaves_y, enters_y, leaves_y),
+        choose(enters_y < leaves_y, leaves_y, enters_y),
+    )
     first = choose(first_x > first_y, first_x, first_y)
     last = choose(last_x < last_y, last_x, last_y)
     return (first <= last) & (last >= ZERO) & (first <= ONE)
@@ -97,21 +119,40 @@ class Walls(WorldFeature, name="walls"):
 
     def check(self, experiment: Any) -> None:
         """A wall that is thinner than a step could be stepped over, and what lies in a wall as a whole has no place."""
-        world, stride, start = experiment.world, experiment.part("motor.body").stride, experiment.world.start
-        disc = (start.x - start.radius, start.x + start.radius, start.y - start.radius, start.y + start.radius)
-        whole = {"world.start": disc} | {f"world.food[{k}]": (*food.x, *food.y) for k, food in enumerate(world.food)}
+        world, stride, start = (
+            experiment.world,
+            experiment.part("motor.body").stride,
+            experiment.world.start,
+        )
+        disc = (
+            start.x - start.radius,
+            start.x + start.radius,
+            start.y - start.radius,
+            start.y + start.radius,
+        )
+        whole = {"world.start": disc} | {
+            f"world.food[{k}]": (*food.x, *food.y) for k, food in enumerate(world.food)
+        }
         for number, (left, right, upper, lower) in enumerate(self.boxes):
             path = f"world.walls.boxes[{number}]"
             _require_on_the_map(path, (left, right, upper, lower), world)
             if min(right - left, lower - upper) < stride:
-                raise ValueError(f"{path} must be at least {stride:g} thick, or it could be stepped over")
+                raise ValueError(
+                    f"{path} must be at least {stride:g} thick, or it could be stepped over"
+                )
             for name, box in whole.items():
                 if left <= box[0] and box[1] <= right and upper <= box[2] and box[3] <= lower:
                     raise ValueError(f"{path} leaves no room in {name}, which lies inside of it")
 
     def marks(self) -> tuple[dict[str, Any], ...]:
         return tuple(
-            {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color": "grey", "label": "wall"}
+            {
+                "shape": "rectangle",
+                "x": (left, right),
+                "y": (upper, lower),
+                "color": "grey",
+                "label": "wall",
+            }
             for left, right, upper, lower in self.boxes
         )
 
@@ -141,7 +182,10 @@ class Walls(WorldFeature, name="walls"):
             hands = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
             return not (beside or above) and min(hands) <= 0 <= max(hands)
 
-        inside = any(left <= x <= right and upper <= y <= lower for left, right, upper, lower in walls[: part.count])
+        inside = any(
+            left <= x <= right and upper <= y <= lower
+            for left, right, upper, lower in walls[: part.count]
+        )
         return {"forbids": inside, "stops": inside, "hides": any(meets(*wall) for wall in walls)}
 
 
@@ -172,7 +216,9 @@ class Patches(WorldFeature, name="patches"):
 @compiled
 def _drifted(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) -> Any:
     """A place a step later, wrapped at the edges of its region, from `low` on; as an item's place, on the map."""
-    place = choose(place < low, place + world_span, place) + velocity  # rounding may have put one over the map's edge
+    place = (
+        choose(place < low, place + world_span, place) + velocity
+    )  # rounding may have put one over the map's edge
     place = choose(place < low, place + span, place)
     place = choose(place < low + span, place, place - span)
     return wrapped(choose(place < low, low, place), world_span)
@@ -181,12 +227,19 @@ def _drifted(place: Any, velocity: Any, low: Any, span: Any, world_span: Any) ->
 class DriftingFood(WorldFeature, name="drifting-food"):
     """The items of food drift with a constant velocity; who leaves its region on one side comes back on the other."""
 
-    velocity_x: float = Field(0.5, ge=-1000, le=1000, description="to the right, units of length per step")
-    velocity_y: float = Field(0.0, ge=-1000, le=1000, description="downwards, units of length per step")
+    velocity_x: float = Field(
+        0.5, ge=-1000, le=1000, description="to the right, units of length per step"
+    )
+    velocity_y: float = Field(
+        0.0, ge=-1000, le=1000, description="downwards, units of length per step"
+    )
 
     def check(self, experiment: Any) -> None:
         for number, food in enumerate(experiment.world.food):
-            for axis, velocity, (low, high) in (("x", self.velocity_x, food.x), ("y", self.velocity_y, food.y)):
+            for axis, velocity, (low, high) in (
+                ("x", self.velocity_x, food.x),
+                ("y", self.velocity_y, food.y),
+            ):
                 if abs(velocity) >= high - low:
                     raise ValueError(
                         f"world.drifting_food.velocity_{axis} = {velocity:g} must be less than {high - low:g}, the extent of "
@@ -203,8 +256,12 @@ class DriftingFood(WorldFeature, name="drifting-food"):
             if model.region_kind[region] == 0:
                 for item in range(model.region_items[region], model.region_items[region + 1]):
                     if state.item_x[world, item] >= ZERO:  # else it is away
-                        x = _drifted(state.item_x[world, item], part.velocity_x, left, width, model.width)
-                        y = _drifted(state.item_y[world, item], part.velocity_y, upper, height, model.height)
+                        x = _drifted(
+                            state.item_x[world, item], part.velocity_x, left, width, model.width
+                        )
+                        y = _drifted(
+                            state.item_y[world, item], part.velocity_y, upper, height, model.height
+                        )
                         state.item_x[world, item], state.item_y[world, item] = x, y
                         if forbidden(state.features, model, x, y):
                             grow(model, state, world, region, item)
@@ -214,15 +271,21 @@ class DriftingFood(WorldFeature, name="drifting-food"):
 class SlowRegrowth(WorldFeature, name="slow-regrowth"):
     """What is eaten comes back only after some steps."""
 
-    delay: int = Field(100, ge=1, le=100_000_000, description="for which an eaten item is away, steps")
+    delay: int = Field(
+        100, ge=1, le=100_000_000, description="for which an eaten item is away, steps"
+    )
     arrays: ClassVar[Mapping[str, Array]] = {
         "x": per_world("items"),  # where an item that is away will lie
-        "due": per_world("items", dtype="int32"),  # the step after which it does; -1 where it is not away
+        "due": per_world(
+            "items", dtype="int32"
+        ),  # the step after which it does; -1 where it is not away
     }
 
     def check(self, experiment: Any) -> None:
         if "regions-in-turn" in experiment.world.features:
-            raise ValueError("world.features: slow-regrowth and regions-in-turn both put items away, so only one of them can be")
+            raise ValueError(
+                "world.features: slow-regrowth and regions-in-turn both put items away, so only one of them can be"
+            )
 
     @staticmethod
     def build(part: Any, model: Any, state: Any, world: int) -> None:
@@ -236,7 +299,10 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
             changed = False
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 if state.touched[world, item] == step:
-                    part.x[world, item], part.due[world, item] = state.item_x[world, item], step + part.delay
+                    part.x[world, item], part.due[world, item] = (
+                        state.item_x[world, item],
+                        step + part.delay,
+                    )
                     state.item_x[world, item] = AWAY * model.width
                     changed = True
                 elif part.due[world, item] == step:
@@ -254,7 +320,10 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
 
     every: int = Field(500, ge=1, le=100_000_000, description="for which a region bears, steps")
     generations: int = Field(
-        0, ge=0, le=100_000_000, description="after which lives begin with the next region; 0: all begin with the first"
+        0,
+        ge=0,
+        le=100_000_000,
+        description="after which lives begin with the next region; 0: all begin with the first",
     )
 
     @staticmethod

@@ -31,12 +31,16 @@ class _OfModel:
         return lives
 
 
-def living(experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None) -> Living:
+def living(
+    experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
+) -> Living:
     """Runs of an experiment, ready to live on a backend, the CPU unless one is given. Raises ValueError where it cannot."""
     if isinstance(experiment, Experiment):
         from baldwinlab.models.miniworld.foragers import Foragers
 
         return Foragers(experiment, seed, runs, backend)
     if backend is not None and backend.name != "cpu":
-        raise ValueError(f"the model {experiment.model!r} lives on the CPU alone: backend = {backend.name!r} must be cpu or auto")
+        raise ValueError(
+            f"the model {experiment.model!r} lives on the CPU alone: backend = {backend.name!r} must be cpu or auto"
+        )
     return _OfModel(experiment, seed, runs)

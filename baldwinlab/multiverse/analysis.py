@@ -75,7 +75,11 @@ class Multiverse(_Record):
     @property
     def singles(self) -> Multiverse:
         """The standard reading, and those that make a single choice otherwise."""
-        return self.model_copy(update={"readings": tuple(reading for reading in self.readings if len(reading.choices) < 2)})
+        return self.model_copy(
+            update={
+                "readings": tuple(reading for reading in self.readings if len(reading.choices) < 2)
+            }
+        )
 
     @property
     def combined(self) -> bool:
@@ -89,7 +93,10 @@ class Multiverse(_Record):
 
 def paper_claims(paper: Paper | None = None) -> tuple[Claim, ...]:
     claims = (paper or load()).claims
-    return tuple(Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure) for claim in claims)
+    return tuple(
+        Claim(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure)
+        for claim in claims
+    )
 
 
 def reading(
@@ -106,7 +113,9 @@ def reading(
     `study` has the dimensions (condition, run, generation, agent), its conditions named as the paper's: evo/A. Raises ValueError
     unless `last` is at least 1.
     """
-    outcomes = {result.claim.id: _outcome(result.record()) for result in evaluate(study, last, paper)}
+    outcomes = {
+        result.claim.id: _outcome(result.record()) for result in evaluate(study, last, paper)
+    }
     counts = study["energy"].notnull().any(("generation", "agent")).sum("run").values
     return Reading(
         name=name,
@@ -131,14 +140,20 @@ def distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> flo
     """
     sizes = {claim.id: claim.figure for claim in (paper or load()).claims if claim.figure}
     effects = {claim: outcomes[claim].effect for claim in sizes if claim in outcomes}
-    found = [abs(effect - sizes[claim]) / sizes[claim] for claim, effect in effects.items() if effect is not None]
+    found = [
+        abs(effect - sizes[claim]) / sizes[claim]
+        for claim, effect in effects.items()
+        if effect is not None
+    ]
     return float(np.mean(found)) if sizes and len(found) == len(sizes) else None
 
 
 def by_verdict(multiverse: Multiverse, claim: str) -> dict[Verdict, tuple[Reading, ...]]:
     """The readings under which a claim holds, is undecided, and does not hold. One that lacks its runs is in none."""
     return {
-        verdict: tuple(reading for reading in multiverse.readings if reading.outcomes[claim].verdict == verdict)
+        verdict: tuple(
+            reading for reading in multiverse.readings if reading.outcomes[claim].verdict == verdict
+        )
         for verdict in DECIDED
     }
 
@@ -147,7 +162,9 @@ def always(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
     """The claims that have one of these verdicts under every reading that decides them, and are decided under any."""
     found = []
     for claim in multiverse.claims:
-        seen = {reading.outcomes[claim.id].verdict for reading in multiverse.readings} - {NOT_EVALUATED}
+        seen = {reading.outcomes[claim.id].verdict for reading in multiverse.readings} - {
+            NOT_EVALUATED
+        }
         if seen and seen <= set(verdicts):
             found.append(claim.id)
     return found
@@ -177,7 +194,9 @@ def nearest(multiverse: Multiverse) -> Reading | None:
     with_figure = [claim.id for claim in multiverse.claims if claim.figure is not None]
 
     def rank(reading: Reading) -> tuple[int, float]:
-        return -sum(reading.outcomes[claim].verdict == HOLDS for claim in with_figure), reading.distance or 0.0
+        return -sum(
+            reading.outcomes[claim].verdict == HOLDS for claim in with_figure
+        ), reading.distance or 0.0
 
     return min(measured, key=rank, default=None)
 
@@ -188,7 +207,10 @@ def containing(multiverse: Multiverse) -> list[Reading]:
 
     def contains(reading: Reading) -> bool:
         intervals = [(reading.outcomes[claim].interval, size) for claim, size in sizes.items()]
-        return all(interval is not None and interval[0] <= size <= interval[1] for interval, size in intervals)
+        return all(
+            interval is not None and interval[0] <= size <= interval[1]
+            for interval, size in intervals
+        )
 
     return [reading for reading in multiverse.readings if contains(reading)]
 
@@ -215,7 +237,9 @@ class Share(NamedTuple):
 
 def shares(multiverse: Multiverse) -> list[Share]:
     """For each choice, each of its alternatives (the standard first) and each claim, how many combinations hold the claim."""
-    taken: dict[str, dict[str, list[Reading]]] = {choice: {STANDARD: []} for choice in _choices(multiverse.readings)}
+    taken: dict[str, dict[str, list[Reading]]] = {
+        choice: {STANDARD: []} for choice in _choices(multiverse.readings)
+    }
     for reading in multiverse.readings:
         for choice, group in taken.items():
             group.setdefault(reading.choices.get(choice, STANDARD), []).append(reading)
@@ -240,9 +264,18 @@ def weightiest(found: Sequence[Share], claim: str) -> tuple[Share, Share] | None
     """Of the choice that moves a claim most: the alternatives of the largest and of the smallest share."""
     ends = []
     for choice in dict.fromkeys(share.choice for share in found):
-        group = [share for share in found if share.choice == choice and share.claim == claim and share.share is not None]
+        group = [
+            share
+            for share in found
+            if share.choice == choice and share.claim == claim and share.share is not None
+        ]
         if group:
-            ends.append((max(group, key=lambda one: one.share or 0), min(group, key=lambda one: one.share or 0)))
+            ends.append(
+                (
+                    max(group, key=lambda one: one.share or 0),
+                    min(group, key=lambda one: one.share or 0),
+                )
+            )
     return max(ends, key=lambda pair: (pair[0].share or 0) - (pair[1].share or 0), default=None)
 
 
@@ -257,14 +290,22 @@ def summary(multiverse: Multiverse) -> dict[str, Any]:
         "nearest": near and {"reading": near.name, "distance": near.distance, "held": near.held},
         "intervals_contain_the_figures": [reading.name for reading in containing(multiverse)],
         "most_held": [reading.name for reading in most_held(multiverse)],
-        "shares": [share._asdict() for share in shares(multiverse)] if multiverse.combined else None,
+        "shares": [share._asdict() for share in shares(multiverse)]
+        if multiverse.combined
+        else None,
     }
 
 
 def write(multiverse: Multiverse, path: Path) -> Path:
     """Write all of it as JSON, whole or not at all; null where a number does not exist. Raises OSError."""
-    record = {"checksum": _checksum(multiverse), "summary": summary(multiverse), **multiverse.model_dump(mode="json")}
-    return write_atomically(path, (json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode())
+    record = {
+        "checksum": _checksum(multiverse),
+        "summary": summary(multiverse),
+        **multiverse.model_dump(mode="json"),
+    }
+    return write_atomically(
+        path, (json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+    )
 
 
 def read(path: Path) -> Multiverse:
@@ -274,10 +315,16 @@ def read(path: Path) -> Multiverse:
         found = Multiverse.model_validate_json(raw)
     except ValidationError as error:
         place = ".".join(str(step) for step in error.errors()[0]["loc"])
-        raise ValueError(f"{path} is not what `baldwinlab multiverse` writes: {place or 'it is no JSON'}") from None
+        raise ValueError(
+            f"{path} is not what `baldwinlab multiverse` writes: {place or 'it is no JSON'}"
+        ) from None
     record = json.loads(raw)
-    if "checksum" in record and (record["checksum"] != _checksum(found) or record["summary"] != summary(found)):
-        raise ValueError(f"{path} has been changed since `baldwinlab multiverse` wrote it; that command makes it again")
+    if "checksum" in record and (
+        record["checksum"] != _checksum(found) or record["summary"] != summary(found)
+    ):
+        raise ValueError(
+            f"{path} has been changed since `baldwinlab multiverse` wrote it; that command makes it again"
+        )
     return found
 
 

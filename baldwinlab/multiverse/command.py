@@ -10,7 +10,18 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.api.bring import How, bring
 from baldwinlab.api.report import report
-from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, Runs, Seed, Workers, load_parts
+from baldwinlab.cli.common import (
+    BackendName,
+    Executor,
+    Force,
+    Last,
+    Out,
+    Parts,
+    Runs,
+    Seed,
+    Workers,
+    load_parts,
+)
 from baldwinlab.errors import require_positive
 from baldwinlab.factors import MULTIVERSE
 from baldwinlab.multiverse.design import combinations, experiments, factors, one_at_a_time
@@ -23,13 +34,19 @@ ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when H
 
 
 def multiverse(
-    paper: Annotated[str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")] = DEFAULT,
+    paper: Annotated[
+        str, Parameter(help="a paper, see `baldwinlab papers`, or the folder of your own")
+    ] = DEFAULT,
     /,
     *,
     part: Parts = None,
     runs: Runs = ENOUGH_RUNS,
     full: Annotated[
-        bool, Parameter(help="all combinations of the choices (of Le's paper 2048), not one at a time", negative="")
+        bool,
+        Parameter(
+            help="all combinations of the choices (of Le's paper 2048), not one at a time",
+            negative="",
+        ),
     ] = False,
     executor: Executor = "threads",
     out: Out = None,
@@ -50,11 +67,26 @@ def multiverse(
     chosen = None if paper == DEFAULT else load(paper)
     readings = combinations(chosen) if full else one_at_a_time(chosen)
     if chosen and not (chosen.claims and len(readings) > 1):
-        raise PaperError(f"{chosen.folder}: a multiverse needs claims.toml, and a reading beside the standard in readings/")
-    out = out or Path("results") / (chosen.name if chosen else "paper") / ("multiverse-full" if full else "multiverse")
+        raise PaperError(
+            f"{chosen.folder}: a multiverse needs claims.toml, and a reading beside the standard in readings/"
+        )
+    out = out or Path("results") / (chosen.name if chosen else "paper") / (
+        "multiverse-full" if full else "multiverse"
+    )
     how = How(workers, backend, executor, force)
-    study = bring(experiments(readings), out, how, runs=runs, seed=seed, paper=chosen, kind=MULTIVERSE, factors=factors(readings))
+    study = bring(
+        experiments(readings),
+        out,
+        how,
+        runs=runs,
+        seed=seed,
+        paper=chosen,
+        kind=MULTIVERSE,
+        factors=factors(readings),
+    )
     report(study, last=last, force=force)
     if out.name in FOLDERS and is_study(out.parent):
-        console.say(f"{out.parent} is a study of the paper: its report is written again, with the readings")
+        console.say(
+            f"{out.parent} is a study of the paper: its report is written again, with the readings"
+        )
         report(Study(out.parent), last=last, force=force)

@@ -51,7 +51,12 @@ class Reading(NamedTuple):
     @property
     def choices(self) -> dict[str, str]:
         """The alternative taken, by choice: {"R2": "contact-5"}."""
-        return {choice: part for part in self.parts for choice, names in alternatives(self.paper).items() if part in names}
+        return {
+            choice: part
+            for part in self.parts
+            for choice, names in alternatives(self.paper).items()
+            if part in names
+        }
 
     @property
     def changes(self) -> dict[str, Any]:
@@ -62,7 +67,11 @@ class Reading(NamedTuple):
     @property
     def fields(self) -> dict[str, Any]:
         """The same by path: {"contact.reach": 5}."""
-        return {f"{part}.{field}": value for part, fields in self.changes.items() for field, value in fields.items()}
+        return {
+            f"{part}.{field}": value
+            for part, fields in self.changes.items()
+            for field, value in fields.items()
+        }
 
     @property
     def description(self) -> str:
@@ -73,7 +82,10 @@ class Reading(NamedTuple):
 
 def one_at_a_time(paper: Paper | None = None) -> list[Reading]:
     """The standard reading, and each alternative by itself: of Le's paper, 15 readings."""
-    return [Reading((), paper), *(Reading((name,), paper) for names in alternatives(paper).values() for name in names)]
+    return [
+        Reading((), paper),
+        *(Reading((name,), paper) for names in alternatives(paper).values() for name in names),
+    ]
 
 
 def combinations(paper: Paper | None = None) -> list[Reading]:
@@ -92,7 +104,9 @@ def experiments(readings: Iterable[Reading]) -> list[Experiment]:
         changes = reading.changes
         for condition in _conditions(reading):
             record = {"genome_every": condition.evolution.generations}
-            found.append(condition.replace(name=f"{reading.name}/{condition.name}", record=record, **changes))
+            found.append(
+                condition.replace(name=f"{reading.name}/{condition.name}", record=record, **changes)
+            )
     return found
 
 
@@ -106,14 +120,20 @@ def factors(readings: Iterable[Reading]) -> dict[str, Factors]:
     for reading in readings:
         known = (reading.paper or load()).factors()
         for condition in _conditions(reading):
-            found[f"{reading.name}/{condition.name}"] = known[condition.name]._replace(reading=reading.name)
+            found[f"{reading.name}/{condition.name}"] = known[condition.name]._replace(
+                reading=reading.name
+            )
     return found
 
 
-def by_reading(conditions: Mapping[str, Factors], paper: Paper | None = None) -> dict[Reading, dict[str, str]]:
+def by_reading(
+    conditions: Mapping[str, Factors], paper: Paper | None = None
+) -> dict[Reading, dict[str, str]]:
     """The conditions of a multiverse by reading, each with the name that it has in the paper: evo/A."""
     found: dict[Reading, dict[str, str]] = {}
     for name, (learner, map_name, reading) in conditions.items():
         parts = () if reading == STANDARD else tuple(reading.split(JOINED_BY))
-        found.setdefault(Reading(parts, paper), {})[name] = f"{learner}/{map_name}" if map_name else learner
+        found.setdefault(Reading(parts, paper), {})[name] = (
+            f"{learner}/{map_name}" if map_name else learner
+        )
     return found

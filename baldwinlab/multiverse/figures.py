@@ -29,7 +29,12 @@ def readings(multiverse: Multiverse) -> Figure:
         for column, name in enumerate(names):
             outcome = reading.outcomes[name]
             axes.axhspan(
-                row - 0.5, row + 0.5, column / len(names), (column + 1) / len(names), color=VERDICTS[outcome.verdict], lw=0
+                row - 0.5,
+                row + 0.5,
+                column / len(names),
+                (column + 1) / len(names),
+                color=VERDICTS[outcome.verdict],
+                lw=0,
             )
             axes.text(column, row, _cell(outcome), ha="center", va="center")
     _lines(axes, len(names), [min(reading.choices, default="") for reading in rows])
@@ -52,7 +57,13 @@ def _cell(outcome: Outcome) -> str:
     if outcome.effect is None:
         return MARKS[outcome.verdict]
     sign = "+" if outcome.p_holm is not None and outcome.effect > 0 else ""
-    digits = 0 if abs(outcome.effect) >= 10 or outcome.effect == 0 else 1 if abs(outcome.effect) >= 1 else 2
+    digits = (
+        0
+        if abs(outcome.effect) >= 10 or outcome.effect == 0
+        else 1
+        if abs(outcome.effect) >= 1
+        else 2
+    )
     return f"{MARKS[outcome.verdict]} {sign}{outcome.effect:.{digits}f}".replace("-", "−")
 
 
@@ -75,7 +86,14 @@ def readings_shares(multiverse: Multiverse) -> Figure:
 
 def _percent(axes: Axes, column: int, row: int, share: Share) -> None:
     text = "–" if share.share is None else f"{share.share:.0%}"
-    axes.text(column, row, text, ha="center", va="center", color="white" if (share.share or 0) >= DARK else "black")
+    axes.text(
+        column,
+        row,
+        text,
+        ha="center",
+        va="center",
+        color="white" if (share.share or 0) >= DARK else "black",
+    )
 
 
 def _grid(figure: Figure, labels: list[str], names: list[str]) -> Axes:

@@ -14,11 +14,18 @@ from baldwinlab.studies.store import Study
 from baldwinlab.studies.study import Progress, open_conditions
 
 FILE = "multiverse.json"  # what came of a multiverse, in its folder
-FOLDERS = ("multiverse-full", "multiverse")  # in a study of the paper: the first that is there stands in its report
+FOLDERS = (
+    "multiverse-full",
+    "multiverse",
+)  # in a study of the paper: the first that is there stands in its report
 
 
 def publish(
-    study: Study, out: Path, last: int, progress: Callable[[str, int, str], Progress], tell: Callable[[str], None]
+    study: Study,
+    out: Path,
+    last: int,
+    progress: Callable[[str, int, str], Progress],
+    tell: Callable[[str], None],
 ) -> analysis.Multiverse:
     """Write multiverse.json, the figures and the page of a multiverse, and return what came of it.
 
@@ -37,9 +44,17 @@ def publish(
                 found.append(analysis.reading(data, *about, last, paper))
             show(1)
     claims = analysis.paper_claims(paper)
-    multiverse = analysis.Multiverse(seed=study.seed, last=last, claims=claims, readings=tuple(found), source=paper.about.source)
+    multiverse = analysis.Multiverse(
+        seed=study.seed, last=last, claims=claims, readings=tuple(found), source=paper.about.source
+    )
     analysis.write(multiverse, study.directory / FILE)
     tell("drawing the figures")
     shown = section(multiverse, study.directory / "figures")
-    write_page("The paper's claims under every reading", lead(multiverse), [shown], out, study.directory / "figures")
+    write_page(
+        "The paper's claims under every reading",
+        lead(multiverse),
+        [shown],
+        out,
+        study.directory / "figures",
+    )
     return multiverse

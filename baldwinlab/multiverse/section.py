@@ -104,7 +104,11 @@ def _effect(reading: Reading, claim: str) -> str:
     outcome = reading.outcomes[claim]
     if outcome.effect is None:
         return "–"
-    interval = f" [{number(outcome.interval[0])}, {number(outcome.interval[1])}]" if outcome.interval else ""
+    interval = (
+        f" [{number(outcome.interval[0])}, {number(outcome.interval[1])}]"
+        if outcome.interval
+        else ""
+    )
     return signed(outcome.effect) + interval
 
 
@@ -141,21 +145,34 @@ def _outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
     for reading in multiverse.readings:
         for claim, outcome in reading.outcomes.items():
             low, high = outcome.interval or (None, None)
-            yield {"reading": reading.name, "claim": claim, **outcome.model_dump(exclude={"interval"}), "low": low, "high": high}
+            yield {
+                "reading": reading.name,
+                "claim": claim,
+                **outcome.model_dump(exclude={"interval"}),
+                "low": low,
+                "high": high,
+            }
 
 
 def verdict(multiverse: Multiverse) -> list[str]:
     """What came of readings that make a single choice otherwise, a sentence each, from the numbers alone."""
-    titles = {claim.id: f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})" for claim in multiverse.claims}
+    titles = {
+        claim.id: f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})"
+        for claim in multiverse.claims
+    }
     always = analysis.always(multiverse, HOLDS)
-    unrefuted = [claim for claim in analysis.always(multiverse, HOLDS, UNDECIDED) if claim not in always]
+    unrefuted = [
+        claim for claim in analysis.always(multiverse, HOLDS, UNDECIDED) if claim not in always
+    ]
     never = analysis.always(multiverse, UNDECIDED, FAILS)
     return [
         f"No single open choice overturns what holds under every reading: {_listed([titles[claim] for claim in always])}."
         if always
         else "No claim holds under every reading.",
         *(
-            [f"Contradicted under no reading, though under some these runs cannot tell: {_listed(unrefuted)}."]
+            [
+                f"Contradicted under no reading, though under some these runs cannot tell: {_listed(unrefuted)}."
+            ]
             if unrefuted
             else []
         ),
@@ -163,13 +180,19 @@ def verdict(multiverse: Multiverse) -> list[str]:
         *_nearness(multiverse),
         _most(multiverse),
         *_without_effect(multiverse),
-        *(f"{titles[claim.id]} {_standing(multiverse, claim.id)}." for claim in multiverse.claims if claim.id not in always),
+        *(
+            f"{titles[claim.id]} {_standing(multiverse, claim.id)}."
+            for claim in multiverse.claims
+            if claim.id not in always
+        ),
     ]
 
 
 def _standing(multiverse: Multiverse, claim: str) -> str:
     """Such as: holds under the standard reading and 13 others; is undecided under biases (R3)."""
-    groups = {name: found for name, found in analysis.by_verdict(multiverse, claim).items() if found}
+    groups = {
+        name: found for name, found in analysis.by_verdict(multiverse, claim).items() if found
+    }
     if len(groups) == 1:
         (only,) = groups
         return f"{WORDS[only]} under {'any' if only == FAILS else 'every'} reading"
@@ -183,11 +206,19 @@ def _named(found: Sequence[Reading]) -> str:
     with_standard = len(others) < len(found)
     if len(others) <= (FEW if with_standard else MANY):
         return _listed([_name(reading) for reading in found])
-    return f"the standard reading and {len(others)} others" if with_standard else f"{len(found)} readings"
+    return (
+        f"the standard reading and {len(others)} others"
+        if with_standard
+        else f"{len(found)} readings"
+    )
 
 
 def _name(reading: Reading) -> str:
-    return f"{reading.name} ({', '.join(reading.choices)})" if reading.choices else "the standard reading"
+    return (
+        f"{reading.name} ({', '.join(reading.choices)})"
+        if reading.choices
+        else "the standard reading"
+    )
 
 
 def _nearness(multiverse: Multiverse) -> Iterator[str]:
@@ -208,7 +239,9 @@ def _nearness(multiverse: Multiverse) -> Iterator[str]:
 
 
 def _effects(reading: Reading, claims: dict[str, float]) -> str:
-    return _listed([f"{signed(reading.outcomes[claim].effect or 0)} for {claim}" for claim in claims])
+    return _listed(
+        [f"{signed(reading.outcomes[claim].effect or 0)} for {claim}" for claim in claims]
+    )
 
 
 def _most(multiverse: Multiverse) -> str:
@@ -216,13 +249,18 @@ def _most(multiverse: Multiverse) -> str:
     if not best or not best[0].held:
         return "No claim holds under any reading."
     held, count = best[0].held, len(multiverse.claims)
-    number_held = f"all {count} claims hold" if held == count else f"{held} of {count} claims hold, and under no other do more"
+    number_held = (
+        f"all {count} claims hold"
+        if held == count
+        else f"{held} of {count} claims hold, and under no other do more"
+    )
     return f"Under {_named(best)}, {number_held}."
 
 
 def _without_effect(multiverse: Multiverse) -> Iterator[str]:
     came = [
-        (reading, [(outcome.verdict, outcome.effect) for outcome in reading.outcomes.values()]) for reading in multiverse.readings
+        (reading, [(outcome.verdict, outcome.effect) for outcome in reading.outcomes.values()])
+        for reading in multiverse.readings
     ]
     standard = [found for reading, found in came if not reading.choices]
     same = [_name(reading) for reading, found in came if reading.choices and found in standard]
@@ -239,12 +277,16 @@ def combinations(multiverse: Multiverse) -> list[str]:
 
 
 def _combined(multiverse: Multiverse, claim: str, found: Sequence[analysis.Share]) -> str:
-    counts = {name: len(readings) for name, readings in analysis.by_verdict(multiverse, claim).items()}
+    counts = {
+        name: len(readings) for name, readings in analysis.by_verdict(multiverse, claim).items()
+    }
     decided = sum(counts.values())
     if not decided:
         return f"{claim} is not decided under any combination, for want of runs."
     held, failed = counts[HOLDS] / decided, counts[FAILS] / decided
-    text = f"{claim} holds under {held:.0%} of {decided:,} combinations, does not under {failed:.0%}"
+    text = (
+        f"{claim} holds under {held:.0%} of {decided:,} combinations, does not under {failed:.0%}"
+    )
     ends = analysis.weightiest(found, claim)
     if ends is None or ends[0].share == ends[1].share:
         return f"{text}."

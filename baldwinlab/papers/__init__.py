@@ -24,7 +24,10 @@ KEPT = "paper"  # the folder of a study that holds the user's paper that made it
 def built_in() -> dict[str, Paper]:
     """The papers that come with baldwinlab by name, the default first."""
     found = [open_paper(path.parent) for path in Path(__file__).parent.glob("*/paper.toml")]
-    return {paper.name: paper for paper in sorted(found, key=lambda paper: (paper.name != DEFAULT, paper.name))}
+    return {
+        paper.name: paper
+        for paper in sorted(found, key=lambda paper: (paper.name != DEFAULT, paper.name))
+    }
 
 
 def load(paper: str | Path = DEFAULT) -> Paper:
@@ -37,10 +40,14 @@ def load(paper: str | Path = DEFAULT) -> Paper:
     folder = Path(paper)
     if not folder.is_dir():
         known = suggest(str(paper), built_in())
-        raise PaperError(f"there is no paper {str(paper)!r}{known}, and any folder with a paper.toml")
+        raise PaperError(
+            f"there is no paper {str(paper)!r}{known}, and any folder with a paper.toml"
+        )
     found = check(open_paper(folder))
     if found.name in built_in():
-        raise PaperError(f"{folder / 'paper.toml'}: name {found.name!r} is that of a paper of baldwinlab; choose another")
+        raise PaperError(
+            f"{folder / 'paper.toml'}: name {found.name!r} is that of a paper of baldwinlab; choose another"
+        )
     return found
 
 
@@ -49,7 +56,11 @@ def keep(paper: Paper, directory: Path) -> None:
     if built_in().get(paper.name) == paper:
         return
     pages = ("*.toml", "README.md", CARD, *(f"{kind}/*.toml" for kind in KINDS))
-    files = {path.relative_to(paper.folder): read_bytes(path, PAPER_FILE) for page in pages for path in paper.folder.glob(page)}
+    files = {
+        path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)
+        for page in pages
+        for path in paper.folder.glob(page)
+    }
     kept = directory / KEPT
     require_inside_study(kept / "paper.toml")
     for path in kept.rglob("*.toml"):
@@ -67,5 +78,7 @@ def of_study(directory: Path, name: str) -> Paper:
     if (kept / "paper.toml").exists():
         return open_paper(kept)
     if (name or DEFAULT) not in built_in():
-        raise PaperError(f"{directory} was made by the paper {name!r}, of which nothing is kept in {kept}")
+        raise PaperError(
+            f"{directory} was made by the paper {name!r}, of which nothing is kept in {kept}"
+        )
     return built_in()[name or DEFAULT]

@@ -17,7 +17,12 @@ Rule = Literal[
     "greater", "lower", "close", "survives_longer", "zero",
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
 ]  # fmt: skip
-OF_ALL = ("best", "mean", "share", "most")  # what can be measured of any model; a model has `measures` of its own
+OF_ALL = (
+    "best",
+    "mean",
+    "share",
+    "most",
+)  # what can be measured of any model; a model has `measures` of its own
 
 RULES: Mapping[Rule, str] = {
     "greater": "Holds if every comparison has a corrected p below 0.05 and the first condition is the higher, in the median and "
@@ -65,7 +70,9 @@ class Comparison(Declared):
         with_bound = (*_BETWEEN, *_BOUNDED, "close")
         if self.bound is not None and self.rule not in with_bound:
             rules = ", ".join(with_bound)
-            raise ValueError(f"the rule {self.rule!r} uses no bound; leave bound out, or take one of {rules}")
+            raise ValueError(
+                f"the rule {self.rule!r} uses no bound; leave bound out, or take one of {rules}"
+            )
         if self.a == self.b:
             raise ValueError(
                 f"a and b are the same condition, {self.a!r}; b must be another, or 'first' for its first generations"
@@ -85,15 +92,21 @@ class Comparison(Declared):
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
         ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
-        needs |= dict.fromkeys(_BETWEEN, (ordered and not self.b, "a bound of two numbers, the lower first, and no b"))
-        needs |= dict.fromkeys(_BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b"))
+        needs |= dict.fromkeys(
+            _BETWEEN, (ordered and not self.b, "a bound of two numbers, the lower first, and no b")
+        )
+        needs |= dict.fromkeys(
+            _BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b")
+        )
         if self.paired and not self.b:
             raise ValueError("paired runs need b beside a")
         met, what = needs[self.rule]
         if not met:
             raise ValueError(f"the rule {self.rule!r} needs {what}")
         if self.b == FIRST and self.measure not in ("best", "mean", "share"):
-            raise ValueError(f"the measure {self.measure!r} is of a whole run, so b cannot be 'first'")
+            raise ValueError(
+                f"the measure {self.measure!r} is of a whole run, so b cannot be 'first'"
+            )
         return self
 
     @property
@@ -106,7 +119,11 @@ class Comparison(Declared):
     @property
     def limit(self) -> str:
         """The bound, in words."""
-        return f"{self.bound[0]:g} to {self.bound[1]:g}" if isinstance(self.bound, tuple) else f"{self.bound or 0:g}"
+        return (
+            f"{self.bound[0]:g} to {self.bound[1]:g}"
+            if isinstance(self.bound, tuple)
+            else f"{self.bound or 0:g}"
+        )
 
     @property
     def conditions(self) -> set[str]:

@@ -52,8 +52,12 @@ class About(Declared):
     runs: int = Field(30, ge=1, le=MOST_RUNS)  # of each condition
     figures: tuple[Figure, ...] = FIGURES
     assays: tuple[Assay, ...] = get_args(Assay)  # that are done when it is reproduced
-    emergence: str = ""  # the experiment whose lives the figure of that name shows; the first unless given
-    compared: tuple[str, ...] = ()  # experiments that stand for it beside other papers; all that learn unless given
+    emergence: str = (
+        ""  # the experiment whose lives the figure of that name shows; the first unless given
+    )
+    compared: tuple[
+        str, ...
+    ] = ()  # experiments that stand for it beside other papers; all that learn unless given
 
     @field_validator("link")
     @classmethod
@@ -95,7 +99,10 @@ class Paper:
 
     @cached_property
     def _named(self) -> dict[str, list[str]]:
-        return {kind: sorted(path.stem for path in (self.folder / kind).glob("*.toml")) for kind in KINDS}
+        return {
+            kind: sorted(path.stem for path in (self.folder / kind).glob("*.toml"))
+            for kind in KINDS
+        }
 
     def names(self, kind: str) -> list[str]:
         """The presets of a kind (one of `KINDS`), the standard reading first."""
@@ -107,7 +114,9 @@ class Paper:
 
     def changes(self, kind: str, name: str) -> dict[str, Any]:
         """The fields that a preset sets, as `Experiment.replace` takes them."""
-        return {part: fields for part, fields in self.layer(kind, name).items() if part != "description"}
+        return {
+            part: fields for part, fields in self.layer(kind, name).items() if part != "description"
+        }
 
     def layer(self, kind: str, name: str) -> dict[str, Any]:
         """A preset's file. Raises ExperimentError where there is none, PaperError for one that does not say what it is."""
@@ -115,7 +124,9 @@ class Paper:
         if name not in known:
             if (kind, name) == ("readings", STANDARD):
                 return {"description": "the paper as it stands"}
-            raise ExperimentError(f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, known)}")
+            raise ExperimentError(
+                f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, known)}"
+            )
         path = self.folder / kind / f"{name}.toml"
         layer = read(path)
         if not isinstance(layer.get("description"), str):
@@ -129,7 +140,9 @@ class Paper:
         learners, maps = [*self.names("conditions"), *self.names("controls")], self.names("maps")
         if not maps:
             return {learner: Factors(learner) for learner in learners}
-        return {f"{learner}/{place}": Factors(learner, place) for learner in learners for place in maps}
+        return {
+            f"{learner}/{place}": Factors(learner, place) for learner in learners for place in maps
+        }
 
     def experiment_names(self) -> list[str]:
         """All that it can name, its own conditions first."""
@@ -144,7 +157,9 @@ class Paper:
         if not slash:
             if self.lacks_map(name):
                 raise self.missing_map(name)
-            raise ExperimentError(f"there is no preset {name!r}{suggest(name, self.experiment_names())}")
+            raise ExperimentError(
+                f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
+            )
         first = "controls" if condition in self.names("controls") else "conditions"
         layers = [(first, condition), *([("maps", place)] if place else []), ("readings", reading)]
         tree: dict[str, Any] = {"name": name}
@@ -154,17 +169,24 @@ class Paper:
             made: Experiment = validate(tree)
             return made
         except ExperimentError as error:
-            files = " with ".join(f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind))
+            files = " with ".join(
+                f"{kind}/{one}.toml" for kind, one in layers if one in self.names(kind)
+            )
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
 
     def lacks_map(self, name: str) -> bool:
         """Return whether a name is that of a condition alone, in a paper whose experiments name a map, too."""
-        return bool(self.names("maps")) and name in (*self.names("conditions"), *self.names("controls"))
+        return bool(self.names("maps")) and name in (
+            *self.names("conditions"),
+            *self.names("controls"),
+        )
 
     def missing_map(self, name: str) -> ExperimentError:
         """Return the error for a name that `lacks_map`."""
         maps = self.about.maps or self.names("maps")
-        return ExperimentError(f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}")
+        return ExperimentError(
+            f"{name} names no map; {list_names(name, maps)}: write {name}/{maps[0]}"
+        )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
         """The measures of the model of one of its experiments, next to `OF_ALL`; None where its parts are not loaded."""
@@ -178,7 +200,11 @@ class Paper:
         """Of the experiments it can name, those that it runs, in its order."""
         conditions = self.about.conditions or self.names("conditions")
         maps = self.about.maps or self.names("maps")
-        return [f"{condition}/{place}" for place, condition in product(maps, conditions)] if maps else list(conditions)
+        return (
+            [f"{condition}/{place}" for place, condition in product(maps, conditions)]
+            if maps
+            else list(conditions)
+        )
 
     def experiments(self, reading: str = STANDARD) -> list[Experiment]:
         """Those that it runs, in its order."""
@@ -194,7 +220,9 @@ def open_paper(folder: Path) -> Paper:
 def check(paper: Paper) -> Paper:
     """Read all that is in the folder, and give it back. Raises PaperError with the first fault."""
     if not paper.names("conditions"):
-        raise PaperError(f"{paper.folder / 'conditions'} holds no condition: a TOML file laid over an experiment's defaults")
+        raise PaperError(
+            f"{paper.folder / 'conditions'} holds no condition: a TOML file laid over an experiment's defaults"
+        )
     _require_distinct_names(paper)
     for kind, listed in (("conditions", paper.about.conditions), ("maps", paper.about.maps)):
         _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
@@ -202,12 +230,19 @@ def check(paper: Paper) -> Paper:
     experiments = [paper.experiment(name) for name in known]
     for reading in paper.names("readings"):
         paper.experiment(known[0], reading)
-    for key, named in (("emergence", filter(None, [paper.about.emergence])), ("compared", paper.about.compared)):
+    for key, named in (
+        ("emergence", filter(None, [paper.about.emergence])),
+        ("compared", paper.about.compared),
+    ):
         _require(named, known, f"{paper.folder / 'paper.toml'}: {key}")
     require_known(paper.claims, paper.folder / "claims.toml", known, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:
-            _require_field(choice.field, experiments, f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}")
+            _require_field(
+                choice.field,
+                experiments,
+                f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}",
+            )
     paper.words  # noqa: B018 (reading them is the check)
     return paper
 
@@ -242,7 +277,11 @@ def require_known(
                 own = measures(name)
                 if own is None:
                     continue
-                _require([comparison.measure], [*OF_ALL, *own], f"{path}: {claim.id}: a measure of {name}")
+                _require(
+                    [comparison.measure],
+                    [*OF_ALL, *own],
+                    f"{path}: {claim.id}: a measure of {name}",
+                )
                 if comparison.rule == "survives_longer" and not own[comparison.measure].censored:
                     raise PaperError(
                         f"{path}: {claim.id}: the rule 'survives_longer' needs a measure that tells which runs are censored, "

@@ -22,7 +22,16 @@ from baldwinlab.papers import load
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, Comparison
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.contrasts import COLUMNS, Contrast
-from baldwinlab.statistics.rules import BY_P_VALUE, OVER_RUNS, RULES, SIGNIFICANT, UNDECIDED, VERDICTS, Verdict, conjunction
+from baldwinlab.statistics.rules import (
+    BY_P_VALUE,
+    OVER_RUNS,
+    RULES,
+    SIGNIFICANT,
+    UNDECIDED,
+    VERDICTS,
+    Verdict,
+    conjunction,
+)
 from baldwinlab.statistics.sample_sizes import TOO_FEW, Design, describe_too_few, smallest_corrected
 from baldwinlab.statistics.summary import SUMMARY_COLUMNS, by_condition
 from baldwinlab.statistics.survival import Survival, compare_survival
@@ -44,7 +53,11 @@ class Finding:
     def has_too_few_runs(self) -> bool:
         """Whether it is undecided because no data of so few runs could decide it."""
         by_p = self.comparison.rule in BY_P_VALUE
-        impossible = self.smallest_p_holm >= SIGNIFICANT if by_p else 1 in self.numbers[:2] and math.isnan(self.numbers.low)
+        impossible = (
+            self.smallest_p_holm >= SIGNIFICANT
+            if by_p
+            else 1 in self.numbers[:2] and math.isnan(self.numbers.low)
+        )
         return self.verdict == UNDECIDED and impossible
 
     @property
@@ -56,9 +69,20 @@ class Finding:
         """For JSON: null where a number does not exist."""
         numbers = {name: finite(value) for name, value in self.numbers._asdict().items()}
         low, high = numbers.pop("low"), numbers.pop("high")
-        where = {"condition": self.comparison.a, "comparison": self.comparison.other, "measure": self.comparison.measure}
-        tested = {"interval": None if low is None else [low, high], "p_holm": finite(self.p_holm), "verdict": self.verdict}
-        tested |= {"smallest_p_holm": finite(self.smallest_p_holm), "too_few_runs": self.has_too_few_runs}
+        where = {
+            "condition": self.comparison.a,
+            "comparison": self.comparison.other,
+            "measure": self.comparison.measure,
+        }
+        tested = {
+            "interval": None if low is None else [low, high],
+            "p_holm": finite(self.p_holm),
+            "verdict": self.verdict,
+        }
+        tested |= {
+            "smallest_p_holm": finite(self.smallest_p_holm),
+            "too_few_runs": self.has_too_few_runs,
+        }
         return where | numbers | tested
 
 
@@ -76,7 +100,9 @@ class ClaimResult:
     @property
     def has_too_few_runs(self) -> bool:
         """Whether it is undecided and more runs are needed for a verdict."""
-        return self.verdict == UNDECIDED and any(finding.has_too_few_runs for finding in self.findings)
+        return self.verdict == UNDECIDED and any(
+            finding.has_too_few_runs for finding in self.findings
+        )
 
     @property
     def label(self) -> str:
@@ -95,13 +121,20 @@ class ClaimResult:
     @property
     def deciding(self) -> Finding | None:
         """The weakest finding: the worst verdict, and of equals the largest corrected p."""
-        weakness = [(VERDICTS.index(finding.verdict), finite(finding.p_holm) or 0.0) for finding in self.findings]
+        weakness = [
+            (VERDICTS.index(finding.verdict), finite(finding.p_holm) or 0.0)
+            for finding in self.findings
+        ]
         return self.findings[weakness.index(max(weakness))] if weakness else None
 
     @property
     def from_paper(self) -> float | None:
         """How far the deciding effect lies above the paper's figure, where there are both."""
-        if self.deciding is None or self.claim.figure is None or math.isnan(self.deciding.numbers.effect):
+        if (
+            self.deciding is None
+            or self.claim.figure is None
+            or math.isnan(self.deciding.numbers.effect)
+        ):
             return None
         return self.deciding.numbers.effect - self.claim.figure
 
@@ -148,10 +181,16 @@ def evaluate(study: xr.Dataset, last: int = 10, paper: Claiming | None = None) -
     missing = {claim: sorted(claim.conditions - samples.present) for claim in claims}
     unmeasured = {claim: sorted(samples.unmeasured(claim)) for claim in claims}
     decided = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
-    numbers = {comparison: _measure(comparison, samples) for claim in decided for comparison in claim.comparisons}
+    numbers = {
+        comparison: _measure(comparison, samples)
+        for claim in decided
+        for comparison in claim.comparisons
+    }
     tested = [comparison for comparison, found in numbers.items() if not math.isnan(found.p)]
     corrected = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
-    smallest = smallest_corrected([_design(comparison, *numbers[comparison][:2]) for comparison in tested]).tolist()
+    smallest = smallest_corrected(
+        [_design(comparison, *numbers[comparison][:2]) for comparison in tested]
+    ).tolist()
     family = dict(zip(tested, zip(corrected, smallest, strict=True), strict=True))
 
     def decide(comparison: Comparison) -> Finding:
@@ -181,23 +220,38 @@ def describe_claims_too_few(results: Sequence[ClaimResult]) -> str:
     """Say in a sentence whether the runs are too few for the tests of the claims; "" where they are not."""
     findings = {finding.comparison: finding for result in results for finding in result.findings}
     tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
-    return describe_too_few([_design(finding.comparison, *finding.numbers[:2]) for finding in tested])
+    return describe_too_few(
+        [_design(finding.comparison, *finding.numbers[:2]) for finding in tested]
+    )
 
 
-def planned_claim_designs(claims: Sequence[Claim], conditions: Collection[str], runs: int) -> list[Design]:
+def planned_claim_designs(
+    claims: Sequence[Claim], conditions: Collection[str], runs: int
+) -> list[Design]:
     """Return the tests that these claims will make of a study with so many runs of each of these conditions."""
     decided = [claim for claim in claims if claim.conditions <= {*conditions}]
     tested = {comparison for claim in decided for comparison in claim.comparisons if comparison.b}
     return [_design(comparison, runs, runs) for comparison in tested]
 
 
-def compared(study: xr.Dataset, paper: Claiming) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
+def compared(
+    study: xr.Dataset, paper: Claiming
+) -> list[tuple[str, str, dict[str, npt.NDArray[np.float64]]]]:
     """The models' own measures in which claims compare conditions: name, meaning, and by condition a value a run."""
     samples = _Samples(study, 1, paper)
-    held = {one.measure: one for claim in paper.claims for one in claim.comparisons if one.b and samples.meaning(one)}
+    held = {
+        one.measure: one
+        for claim in paper.claims
+        for one in claim.comparisons
+        if one.b and samples.meaning(one)
+    }
     names = [str(name) for name in study["condition"].values]
     return [
-        (name, samples.meaning(one), {condition: samples.get(condition, name).values for condition in names})
+        (
+            name,
+            samples.meaning(one),
+            {condition: samples.get(condition, name).values for condition in names},
+        )
         for name, one in held.items()
     ]
 
@@ -210,7 +264,9 @@ class _Samples:
         self._study, self._paper = study, paper
         self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
         self._last["most"] = fitness.most(study)
-        self._first = {measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES}
+        self._first = {
+            measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES
+        }
         self._own: dict[tuple[str, str], xr.DataArray] = {}  # of the models, by condition and name
         runs = self._last["best"].notnull().any("run")
         self.present = {str(name) for name in study["condition"].values[runs.values]}
@@ -220,7 +276,8 @@ class _Samples:
         return {
             comparison.measure
             for comparison in claim.comparisons
-            if comparison.measure not in OF_ALL and any(self._paper.measures(name) is None for name in comparison.conditions)
+            if comparison.measure not in OF_ALL
+            and any(self._paper.measures(name) is None for name in comparison.conditions)
         }
 
     def meaning(self, comparison: Comparison) -> str:
@@ -254,7 +311,9 @@ class _Samples:
 def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
     """Without the runs, generations and agents that others have and these have not; nothing is copied where none is missing."""
     for dim in ("run", "generation", "agent"):
-        lived = runs["energy"].notnull().any([other for other in runs["energy"].dims if other != dim])
+        lived = (
+            runs["energy"].notnull().any([other for other in runs["energy"].dims if other != dim])
+        )
         runs = runs if bool(lived.all()) else runs.isel({dim: lived.values})
     return runs
 
@@ -268,17 +327,23 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
     if not (a.size and b.size):  # a model's own measure may be of no run
         return statistics.Comparison(a.size, b.size if comparison.b else 0, *[nan] * 8)
     if comparison.rule == "survives_longer":
-        return compare_survival(*(samples.survival(name, comparison.measure) for name in (comparison.a, comparison.b)))
+        return compare_survival(
+            *(samples.survival(name, comparison.measure) for name in (comparison.a, comparison.b))
+        )
     if comparison.b:
         return (statistics.paired if comparison.paired else statistics.compare)(a.values, b.values)
     median = float(np.median(a))
     if comparison.measure == "most" or comparison.rule in OVER_RUNS:
         found = float(OVER_RUNS.get(comparison.rule, np.max)(a))
         return statistics.Comparison(a.size, 0, median, nan, found, nan, nan, nan, nan, nan)
-    return statistics.Comparison(a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan)
+    return statistics.Comparison(
+        a.size, 0, median, nan, median, *statistics.median_interval(a.values), nan, nan, nan
+    )
 
 
-def claim_records(results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()) -> list[dict[str, Any]]:
+def claim_records(
+    results: Sequence[ClaimResult], paper: str = "", changes: Sequence[str] = ()
+) -> list[dict[str, Any]]:
     """Return the claims for JSON, each with the name of the paper that made the study, and the changes of its model."""
     belongs: dict[str, Any] = {"publication": paper} if paper else {}
     belongs |= {"changes": list(changes)} if changes else {}
@@ -307,5 +372,13 @@ def write(
 
 
 def _row(claim: str, finding: Finding) -> dict[str, Any]:
-    where = {"claim": claim, "condition_a": finding.comparison.a, "condition_b": finding.comparison.other}
-    return where | {"measure": finding.comparison.measure, "p_holm": finding.p_holm} | finding.numbers._asdict()
+    where = {
+        "claim": claim,
+        "condition_a": finding.comparison.a,
+        "condition_b": finding.comparison.other,
+    }
+    return (
+        where
+        | {"measure": finding.comparison.measure, "p_holm": finding.p_holm}
+        | finding.numbers._asdict()
+    )

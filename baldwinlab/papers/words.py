@@ -13,7 +13,14 @@ from baldwinlab.papers.files import Declared, declared, read
 Figure = Literal[
     "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "clocks", "measures", "survival"
 ]  # fmt: skip
-FIGURES: tuple[Figure, ...] = ("fitness", "final-fitness", "emergence", "networks", "senses", "maps")
+FIGURES: tuple[Figure, ...] = (
+    "fitness",
+    "final-fitness",
+    "emergence",
+    "networks",
+    "senses",
+    "maps",
+)
 Assay = Literal["innate", "neutral", "within-life", "modules", "reaction", "descent"]
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need",
@@ -31,7 +38,9 @@ class Inference(Declared):
 
 class Words(Declared):
     heading: str = ""  # of the report
-    captions: Mapping[Figure, str] = Field(default_factory=dict)  # what a figure's caption adds on the paper's own figure
+    captions: Mapping[Figure, str] = Field(
+        default_factory=dict
+    )  # what a figure's caption adds on the paper's own figure
     inference: Inference | None = None
 
 

@@ -20,11 +20,15 @@ from baldwinlab.engine.phases import phase
 from baldwinlab.parts.kinds import Part, compiled_values
 
 Numbers = npt.NDArray[np.float64]
-ITSELF: Final = -2  # in the place of a second parent: the child is its first parent, which lives on unchanged
+ITSELF: Final = (
+    -2
+)  # in the place of a second parent: the child is its first parent, which lives on unchanged
 
 
 @phase
-def select(part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any) -> None:
+def select(
+    part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any
+) -> None:
     """Fill `parents` int32 [child, 2] with agents. `uniforms` is [child, draw, 4] in (0, 1), of two draws.
 
     `shares` float64 [agent] and `order` int64 [agent] are scratch. Where the second parent is `ITSELF`, the first lives on.
@@ -32,7 +36,15 @@ def select(part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, orde
 
 
 @phase
-def pair(part: Any, genome: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any) -> None:
+def pair(
+    part: Any,
+    genome: Any,
+    fitness: Numbers,
+    uniforms: Numbers,
+    shares: Numbers,
+    order: Any,
+    parents: Any,
+) -> None:
     """As `select`, which it is unless the scheme says otherwise, with the genomes [agent, module, weight] to look at."""
     select(part, fitness, uniforms, shares, order, parents)
 
@@ -49,7 +61,15 @@ def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child:
 
 
 @phase
-def vary_all(part: Any, moment: Any, genome: Any, fitness: Numbers, parents: Any, draws: Numbers, children: Any) -> None:
+def vary_all(
+    part: Any,
+    moment: Any,
+    genome: Any,
+    fitness: Numbers,
+    parents: Any,
+    draws: Numbers,
+    children: Any,
+) -> None:
     """Fill all `children` [child, module, weight], one after another, by `vary`; `draws` is scratch, and `moment` theirs.
 
     A variation has its own where children must know of each other. Who lives on is then left to it, too.
@@ -61,7 +81,9 @@ def vary_all(part: Any, moment: Any, genome: Any, fitness: Numbers, parents: Any
             continue
         rng.draw_uniforms(seed, run, generation, rng.INHERITANCE, child, draws)
         gate = rng.uniform(rng.philox(0, child, generation, rng.MUTATION_GATE, seed, run)[0])
-        vary(part, genome[parents[child, 0]], genome[parents[child, 1]], draws, gate, children[child])
+        vary(
+            part, genome[parents[child, 0]], genome[parents[child, 1]], draws, gate, children[child]
+        )
 
 
 @phase
@@ -122,7 +144,9 @@ class Selection(Part):
 
     kind: ClassVar[str] = "selection"
     least: ClassVar[float] = -math.inf  # the lowest fitness that it copes with
-    has_groups: ClassVar[bool] = False  # whether parents are always of the child's own group, such as one half of the population
+    has_groups: ClassVar[bool] = (
+        False  # whether parents are always of the child's own group, such as one half of the population
+    )
 
     select: ClassVar[Any] = staticmethod(select.default)
     pair: ClassVar[Any] = staticmethod(pair.default)
@@ -134,9 +158,13 @@ class Selection(Part):
         evolution, variation = experiment.evolution, experiment.part("evolution.variation")
         varies_alone = type(variation).vary_all is vary_all.default
         mixing = {
-            f"evolution.elite = {evolution.elite}": evolution.elite > 0 and cls.keep is keep.default,
+            f"evolution.elite = {evolution.elite}": evolution.elite > 0
+            and cls.keep is keep.default,
             f"evolution.variation = {evolution.variation!r}": not varies_alone,
-            "learning.teacher = 'shuffled'": getattr(getattr(experiment, "learning", None), "teacher", "") == "shuffled",
+            "learning.teacher = 'shuffled'": getattr(
+                getattr(experiment, "learning", None), "teacher", ""
+            )
+            == "shuffled",
             "world.features with births in mid-life": experiment.births_in_life,
         }
         return [setting for setting, mixes in mixing.items() if mixes] if cls.has_groups else []
@@ -146,7 +174,11 @@ class Variation(Part):
     """What children have of their parents, and what is new."""
 
     kind: ClassVar[str] = "variation"
-    settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")  # of `evolution`, that it heeds
+    settings: ClassVar[tuple[str, ...]] = (
+        "mutation_gate",
+        "mutation_rate",
+        "mutation_size",
+    )  # of `evolution`, that it heeds
 
     found: ClassVar[Any] = staticmethod(found.default)
     vary: ClassVar[Any] = staticmethod(vary.default)

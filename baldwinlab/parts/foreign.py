@@ -58,7 +58,9 @@ def load_text(text: str, place: Path) -> ModuleType:
     if name in sys.modules:
         _make_known(sys.modules[name])
         return sys.modules[name]
-    spec = spec_from_file_location(name, place, loader=SourceFileLoader(name, str(place)))  # whatever the file's ending is
+    spec = spec_from_file_location(
+        name, place, loader=SourceFileLoader(name, str(place))
+    )  # whatever the file's ending is
     assert spec is not None
     module = module_from_spec(spec)
     module.__dict__["__source__"] = text
@@ -66,13 +68,17 @@ def load_text(text: str, place: Path) -> ModuleType:
     try:
         exec(compile(text, str(place), "exec"), module.__dict__)
         if not _make_known(module):
-            raise PartError(f"{place} holds no part: a class derived from a kind of part, with a name, is wanted")
+            raise PartError(
+                f"{place} holds no part: a class derived from a kind of part, with a name, is wanted"
+            )
     except BaseException as error:
         del sys.modules[name]
         _restore(before)
         if isinstance(error, PartError) or not isinstance(error, Exception):
             raise
-        raise PartError(f"{place} cannot be loaded: {type(error).__name__}: {' '.join(str(error).split())}") from None
+        raise PartError(
+            f"{place} cannot be loaded: {type(error).__name__}: {' '.join(str(error).split())}"
+        ) from None
     return module
 
 
@@ -83,7 +89,10 @@ def parts_in(module: ModuleType) -> list[Any]:
     return [
         each
         for each in vars(module).values()
-        if isinstance(each, type) and issubclass(each, Part) and each.name and each.__module__ == module.__name__
+        if isinstance(each, type)
+        and issubclass(each, Part)
+        and each.name
+        and each.__module__ == module.__name__
     ]
 
 

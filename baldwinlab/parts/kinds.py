@@ -58,7 +58,10 @@ class Part(Fields):
         _require_signatures(cls)
         cls.name = name
         made: Any = namedtuple("Compiled", [*numeric_fields(cls), *cls.derived, *cls.arrays])  # type: ignore[misc]
-        made.__module__, made.__qualname__ = cls.__module__, f"{cls.__qualname__}.Compiled"  # so that Numba's cache finds it
+        made.__module__, made.__qualname__ = (
+            cls.__module__,
+            f"{cls.__qualname__}.Compiled",
+        )  # so that Numba's cache finds it
         setattr(made, "part", cls)  # noqa: B010  (it is the class of a tuple, of which mypy knows all attributes)
         cls.Compiled = made
         if not built_in:
@@ -87,7 +90,9 @@ def own_phases(part: type[Part]) -> list[str]:
 
 def numeric_fields(part: type[Part]) -> list[str]:
     """The fields that compiled code can read: numbers, true and false."""
-    return [name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)]
+    return [
+        name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)
+    ]
 
 
 def _require_signatures(part: type[Part]) -> None:
@@ -95,9 +100,13 @@ def _require_signatures(part: type[Part]) -> None:
         wanted = [*inspect.signature(_of_kind(part, name)).parameters]
         given = vars(part).get(name)
         if given is not None and not isinstance(given, staticmethod):
-            raise TypeError(f"{part.__name__}.{name} must be a static method: @staticmethod def {name}({', '.join(wanted)})")
+            raise TypeError(
+                f"{part.__name__}.{name} must be a static method: @staticmethod def {name}({', '.join(wanted)})"
+            )
         if [*inspect.signature(getattr(part, name)).parameters] != wanted:
-            raise TypeError(f"{part.__name__}.{name} must have the arguments of its kind: {name}({', '.join(wanted)})")
+            raise TypeError(
+                f"{part.__name__}.{name} must have the arguments of its kind: {name}({', '.join(wanted)})"
+            )
 
 
 def _of_kind(part: type[Part], name: str) -> Callable[..., Any]:
@@ -129,7 +138,12 @@ def decide(part: Any, model: Any, state: Any, lane: Lane) -> None:
     put(state.action, 0, lane, action)
     for number in range(1, actions):
         output = get(state.activations, rows - actions + number, lane)
-        put(state.action, 0, lane, choose(output > best, np.float32(number), get(state.action, 0, lane)))
+        put(
+            state.action,
+            0,
+            lane,
+            choose(output > best, np.float32(number), get(state.action, 0, lane)),
+        )
         best = choose(output > best, output, best)
 
 
@@ -144,7 +158,9 @@ def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
 
 
 @phase
-def backward(part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane) -> None:
+def backward(
+    part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane
+) -> None:
     """Per agent: change `weights` so that the outputs move towards `targets`. `errors` [unit, lane] is scratch."""
 
 
@@ -213,10 +229,16 @@ class Sense(Part):
 
     kind: ClassVar[str] = "sense"
     inputs: ClassVar[tuple[str, ...]] = ()  # their names
-    sectors: ClassVar[tuple[tuple[float, float] | None, ...]] = ()  # where each looks, degrees clockwise from the heading
+    sectors: ClassVar[
+        tuple[tuple[float, float] | None, ...]
+    ] = ()  # where each looks, degrees clockwise from the heading
     item_kind: ClassVar[str] = ""  # of items that it looks for by `see`
-    only_items: ClassVar[bool] = False  # tells of items alone, so it need not be asked where none are near
-    real: ClassVar[bool] = False  # whether its inputs are what `measure` writes, and not the bits that `sense` gives
+    only_items: ClassVar[bool] = (
+        False  # tells of items alone, so it need not be asked where none are near
+    )
+    real: ClassVar[bool] = (
+        False  # whether its inputs are what `measure` writes, and not the bits that `sense` gives
+    )
 
     sense: ClassVar[Any] = staticmethod(sense.default)
     measure: ClassVar[Any] = staticmethod(measure.default)
@@ -229,7 +251,9 @@ class Body(Part):
     kind: ClassVar[str] = "body"
     actions: ClassVar[tuple[str, ...]] = ()  # their names; each is an output of the network
     stride: ClassVar[float] = 2.0  # the longest way in one step, units of length
-    chooses: ClassVar[bool] = True  # does one of its actions in a step, and not something of all of them
+    chooses: ClassVar[bool] = (
+        True  # does one of its actions in a step, and not something of all of them
+    )
 
     decide: ClassVar[Any] = staticmethod(decide.default)
     move: ClassVar[Any] = staticmethod(move.default)
@@ -240,13 +264,17 @@ class Network(Part):
 
     kind: ClassVar[str] = "network"
     memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
-    infinite_genes: ClassVar[tuple[int, ...]] = ()  # by number in a module: those that may be infinite; no others may
+    infinite_genes: ClassVar[
+        tuple[int, ...]
+    ] = ()  # by number in a module: those that may be infinite; no others may
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
         """Units in each layer. The first `inputs` units are the inputs, the last `actions` ones the outputs."""
         return (inputs, *hidden, actions)
 
-    def memory(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[tuple[int, int], ...]:
+    def memory(
+        self, inputs: int, hidden: tuple[int, ...], actions: int
+    ) -> tuple[tuple[int, int], ...]:
         """Units that remember, for whoever draws: pairs of a unit, and of the one that remembers what it was a step before."""
         return ()
 
@@ -259,11 +287,17 @@ class LearningRule(Part):
     """What changes an agent's weights in life."""
 
     kind: ClassVar[str] = "learning rule"
-    modules: ClassVar[tuple[str, ...]] = ("action",)  # in a genome, each of as many weights; the networks among them are
+    modules: ClassVar[tuple[str, ...]] = (
+        "action",
+    )  # in a genome, each of as many weights; the networks among them are
     # "action", the first, and "reinforcement", the second where there is one, whose answer is then in state.targets
     learns: ClassVar[bool] = True
-    drift_fits: ClassVar[bool] = False  # whether it goes as far as self-teaching, so that drift, which does, is a control for it
-    answers: ClassVar[tuple[str, ...]] = ()  # what the reinforcement module says, where that is not how to act: "gate", say
+    drift_fits: ClassVar[bool] = (
+        False  # whether it goes as far as self-teaching, so that drift, which does, is a control for it
+    )
+    answers: ClassVar[
+        tuple[str, ...]
+    ] = ()  # what the reinforcement module says, where that is not how to act: "gate", say
     learns_from: ClassVar[str] = (
         ""  # the array of its own, of whole numbers, that holds from which agent each learns; itself: nobody
     )
@@ -290,7 +324,9 @@ class WorldFeature(Part):
     """What else there is in the world: kinds of items, walls, whatever hides, stops or moves."""
 
     kind: ClassVar[str] = "world feature"
-    bears: ClassVar[bool] = False  # whether agents are born in mid-life, by `succeed` of models/miniworld/birth.py
+    bears: ClassVar[bool] = (
+        False  # whether agents are born in mid-life, by `succeed` of models/miniworld/birth.py
+    )
 
     def items(self) -> tuple[ItemRegion, ...]:
         """The items that it adds to the world's food."""
@@ -312,6 +348,10 @@ def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any
     own: dict[str, Any] = {}
     for name in numeric_fields(type(part)):
         value = getattr(part, name)
-        own[name] = np.float32(value) if type(part).model_fields[name].annotation is float else value
+        own[name] = (
+            np.float32(value) if type(part).model_fields[name].annotation is float else value
+        )
     derived = {name: make(part, experiment) for name, make in type(part).derived.items()}
-    return part.Compiled(**own, **derived, **{name: allocate(array) for name, array in type(part).arrays.items()})
+    return part.Compiled(
+        **own, **derived, **{name: allocate(array) for name, array in type(part).arrays.items()}
+    )

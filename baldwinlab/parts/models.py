@@ -23,7 +23,9 @@ class Survivors(NamedTuple):
     """Who lives at the end of a life in whose midst agents were born, in the place of each agent."""
 
     genome: npt.NDArray[np.float32]  # [run, agent, module, weight]
-    origin: npt.NDArray[np.int32]  # [run, agent, (fitter, other)], of which of the life's first newborns they descend
+    origin: npt.NDArray[
+        np.int32
+    ]  # [run, agent, (fitter, other)], of which of the life's first newborns they descend
 
 
 class Lives(NamedTuple):
@@ -31,9 +33,13 @@ class Lives(NamedTuple):
 
     energy: npt.NDArray[np.float64]  # [run, agent], gained in life
     cost: npt.NDArray[np.float64]  # [run, agent], of learning
-    learned: npt.NDArray[np.float32] | None  # [run, agent, weight], the first module at death; None where it is no use
+    learned: (
+        npt.NDArray[np.float32] | None
+    )  # [run, agent, weight], the first module at death; None where it is no use
     records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
-    living: Survivors | None = None  # who lives at the end, where that is not who was born at the beginning
+    living: Survivors | None = (
+        None  # who lives at the end, where that is not who was born at the beginning
+    )
 
 
 class Measure(NamedTuple):
@@ -43,7 +49,9 @@ class Measure(NamedTuple):
     of: Callable[
         [xr.Dataset], xr.DataArray
     ]  # from runs (run, generation, agent), as they are stored, to (run); NaN where there is none
-    censored: Callable[[xr.Dataset], xr.DataArray] | None = None  # of a time, by run: true where it lasts longer than that
+    censored: Callable[[xr.Dataset], xr.DataArray] | None = (
+        None  # of a time, by run: true where it lasts longer than that
+    )
 
 
 class Model(Part):
@@ -51,15 +59,33 @@ class Model(Part):
 
     kind: ClassVar[str] = "model"
     modules: ClassVar[tuple[str, ...]] = ("genome",)  # the names of a genome's modules
-    infinite_genes: ClassVar[tuple[int, ...]] = ()  # by number in a module: those that may be infinite; no others may
-    records: ClassVar[Mapping[str, Variable]] = {}  # what is recorded of every agent and generation beside fitness
-    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # of fields, by table: population, evolution, record
-    checked_with: ClassVar[Mapping[str, Any]] = {}  # fields of its own: lives so short that plain Python lives them in seconds
-    measures: ClassVar[Mapping[str, Measure]] = {}  # by name: what sums up a run, beside best, mean and share
-    shares: ClassVar[Mapping[str, Measure]] = {}  # by name: what is drawn beside records that are shares; to (..., generation)
-    alleles: ClassVar[Mapping[str, float]] = {}  # by name, in the order of drawing: what stands for it in a genome
-    views: ClassVar[Mapping[str, View]] = {}  # by name: how a generation can be looked at, beside its alleles
-    clock: ClassVar[str] = ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
+    infinite_genes: ClassVar[
+        tuple[int, ...]
+    ] = ()  # by number in a module: those that may be infinite; no others may
+    records: ClassVar[
+        Mapping[str, Variable]
+    ] = {}  # what is recorded of every agent and generation beside fitness
+    defaults: ClassVar[
+        Mapping[str, Mapping[str, Any]]
+    ] = {}  # of fields, by table: population, evolution, record
+    checked_with: ClassVar[
+        Mapping[str, Any]
+    ] = {}  # fields of its own: lives so short that plain Python lives them in seconds
+    measures: ClassVar[
+        Mapping[str, Measure]
+    ] = {}  # by name: what sums up a run, beside best, mean and share
+    shares: ClassVar[
+        Mapping[str, Measure]
+    ] = {}  # by name: what is drawn beside records that are shares; to (..., generation)
+    alleles: ClassVar[
+        Mapping[str, float]
+    ] = {}  # by name, in the order of drawing: what stands for it in a genome
+    views: ClassVar[
+        Mapping[str, View]
+    ] = {}  # by name: how a generation can be looked at, beside its alleles
+    clock: ClassVar[str] = (
+        ""  # which of the records counts how often an agent asked its world: evaluations, as generations are
+    )
     payoff: ClassVar[str] = "fitness"  # what it is called that lives gain, in words
 
     @property
@@ -74,7 +100,11 @@ class Model(Part):
 
     def all_shares(self) -> dict[str, Measure]:
         """What generations are made of: the records that are shares, mean over agents, and its own `shares`."""
-        recorded = {name: Measure(one.meaning, _mean_of(name)) for name, one in self.records.items() if one.unit == "1"}
+        recorded = {
+            name: Measure(one.meaning, _mean_of(name))
+            for name, one in self.records.items()
+            if one.unit == "1"
+        }
         return recorded | dict(self.shares)
 
     def without_learner(self) -> Self:
@@ -89,7 +119,9 @@ class Model(Part):
         """The genomes [agent, module, weight] of a generation without parents; random numbers are `moment.uniforms(...)`."""
         raise NotImplementedError
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         """The lives of one generation of these runs; `genomes` is [run, agent, module, weight]. A run's bits are its own."""
         raise NotImplementedError
 

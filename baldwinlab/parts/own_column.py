@@ -17,8 +17,25 @@ from typing import Any, Final
 
 from baldwinlab.errors import PartError
 
-PER_AGENT: Final = ("sense", "measure", "decide", "move", "forward", "backward", "links", "inherit", "hatch", "learn")
-OWN: Final = ("weights", "activations", "errors", "targets", "genes")  # arguments that are agents' arrays
+PER_AGENT: Final = (
+    "sense",
+    "measure",
+    "decide",
+    "move",
+    "forward",
+    "backward",
+    "links",
+    "inherit",
+    "hatch",
+    "learn",
+)
+OWN: Final = (
+    "weights",
+    "activations",
+    "errors",
+    "targets",
+    "genes",
+)  # arguments that are agents' arrays
 OF_ALL: Final = (
     "generation",
     "rule",
@@ -82,7 +99,12 @@ def _parsed(text: str) -> ast.Module:
     return ast.parse(text)
 
 
-def _looks(function: ast.FunctionDef, given: Roles, beside: Mapping[str, ast.FunctionDef], seen: frozenset[str]) -> Iterator[Any]:
+def _looks(
+    function: ast.FunctionDef,
+    given: Roles,
+    beside: Mapping[str, ast.FunctionDef],
+    seen: frozenset[str],
+) -> Iterator[Any]:
     """The expressions in a function by which it looks at others."""
     roles = dict(given)
     for name, value, node in _bindings(function):
@@ -92,17 +114,25 @@ def _looks(function: ast.FunctionDef, given: Roles, beside: Mapping[str, ast.Fun
         roles[name] = what
     for node in ast.walk(function):
         if isinstance(node, ast.Subscript) and _what(node.value, roles) == "array":
-            of_world = isinstance(node.slice, ast.Tuple) and _what(node.slice.elts[0], roles) == "world"
+            of_world = (
+                isinstance(node.slice, ast.Tuple) and _what(node.slice.elts[0], roles) == "world"
+            )
             own = isinstance(node.slice, ast.Tuple) and _what(node.slice.elts[-1], roles) == "lane"
             if not own and (isinstance(node.ctx, ast.Store) or not of_world):
                 yield node
-        elif isinstance(node, ast.Attribute) and _what(node.value, roles) == "array" and node.attr not in HARMLESS:
+        elif (
+            isinstance(node, ast.Attribute)
+            and _what(node.value, roles) == "array"
+            and node.attr not in HARMLESS
+        ):
             yield node
         elif isinstance(node, ast.Call):
             yield from _in_call(node, roles, beside, seen)
 
 
-def _in_call(node: ast.Call, roles: Roles, beside: Mapping[str, ast.FunctionDef], seen: frozenset[str]) -> Iterator[Any]:
+def _in_call(
+    node: ast.Call, roles: Roles, beside: Mapping[str, ast.FunctionDef], seen: frozenset[str]
+) -> Iterator[Any]:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     whats = [_what(argument, roles) for argument in node.args]
     if name in ("get", "put") and len(whats) > 2 and whats[0] == "array":

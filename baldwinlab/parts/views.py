@@ -25,7 +25,9 @@ class Matrix(NamedTuple):
 class Walk(NamedTuple):
     """Numbers that follow each other in a life, such as fitness trial by trial: a line each, from birth on."""
 
-    lines: Mapping[str, npt.NDArray[Any]]  # by name, [step]; all as long, and of a single number where nothing follows birth
+    lines: Mapping[
+        str, npt.NDArray[Any]
+    ]  # by name, [step]; all as long, and of a single number where nothing follows birth
     step: str  # what lies between two numbers: "trial"
     value: str  # what a number is, with its unit
 
@@ -33,10 +35,14 @@ class Walk(NamedTuple):
 class Cells(NamedTuple):
     """A life on a grid, step by step: where the agent stands, and what lies where. It may be made of several visits."""
 
-    marks: Mapping[str, str]  # what may lie in a cell, with its colour ("green", "#rrggbb"); the first has number 1
+    marks: Mapping[
+        str, str
+    ]  # what may lie in a cell, with its colour ("green", "#rrggbb"); the first has number 1
     ground: npt.NDArray[Any]  # [step, row, column], the number of what lies there; 0 for nothing
     place: npt.NDArray[Any]  # [step, (row, column)] of the agent
-    heading: npt.NDArray[Any]  # [step], quarter turns clockwise from the right; -1 where it has none
+    heading: npt.NDArray[
+        Any
+    ]  # [step], quarter turns clockwise from the right; -1 where it has none
     gained: npt.NDArray[Any]  # [step], payoff in this visit until then
     visit: npt.NDArray[Any]  # [step], the number of the visit, never falling
     visits: str  # what a visit is called: "environment", "trial"
@@ -66,11 +72,23 @@ def arrays_of(seen: Seen) -> dict[str, npt.NDArray[Any]]:
         lines = [np.asarray(line) for line in seen.lines.values()]
         if not lines or not lines[0].size:
             raise ValueError("a walk has a line at least, and each a number at least")
-        return {"lines": np.stack([_of_shape(name, line, (lines[0].size,), np.float32) for name, line in seen.lines.items()])}
+        return {
+            "lines": np.stack(
+                [
+                    _of_shape(name, line, (lines[0].size,), np.float32)
+                    for name, line in seen.lines.items()
+                ]
+            )
+        }
     steps, *grid = np.shape(seen.ground) if np.ndim(seen.ground) == 3 else (0, 0, 0)
     if not steps or np.max(seen.ground) > len(seen.marks):
-        raise ValueError("ground must be [step, row, column] of numbers of marks, with a step at least")
-    return {name: _of_shape(name, getattr(seen, name), (steps, *last(grid)), dtype) for name, (last, dtype) in _OF_CELLS.items()}
+        raise ValueError(
+            "ground must be [step, row, column] of numbers of marks, with a step at least"
+        )
+    return {
+        name: _of_shape(name, getattr(seen, name), (steps, *last(grid)), dtype)
+        for name, (last, dtype) in _OF_CELLS.items()
+    }
 
 
 _OF_CELLS: Final[Mapping[str, tuple[Callable[[list[int]], tuple[int, ...]], Any]]] = {

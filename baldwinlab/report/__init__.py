@@ -19,7 +19,15 @@ from baldwinlab.report.words import measures
 from baldwinlab.statistics.contrasts import Contrasts
 from baldwinlab.statistics.summary import by_condition
 
-__all__ = ["InShort", "Section", "draw_report", "emergence_generations", "render", "write_page", "write_report"]
+__all__ = [
+    "InShort",
+    "Section",
+    "draw_report",
+    "emergence_generations",
+    "render",
+    "write_page",
+    "write_report",
+]
 
 PANELS = 6
 
@@ -31,7 +39,9 @@ def emergence_generations(generations: int) -> list[int]:
     """
     if generations <= PANELS:
         return list(range(generations))
-    return sorted({0, *(round((generations - 1) ** (number / (PANELS - 2))) for number in range(PANELS - 1))})
+    return sorted(
+        {0, *(round((generations - 1) ** (number / (PANELS - 2))) for number in range(PANELS - 1))}
+    )
 
 
 def draw_report(
@@ -78,7 +88,8 @@ def draw_report(
     conditions = content.experiments(texts)
     differing = content.differing(results)
     shown = [
-        embed(picture, directory / "figures") for picture in pictures(study, results, traces, conditions, last, paper, looks)
+        embed(picture, directory / "figures")
+        for picture in pictures(study, results, traces, conditions, last, paper, looks)
     ]
     return {
         "paper": paper,
@@ -94,8 +105,14 @@ def draw_report(
         "summing_up": SUMMING_UP,
         "measures": measures("food_eaten" in study),
         "last": last,
-        "pairs": any(finding.comparison.paired for result in results for finding in result.findings),
-        "survival": any(finding.comparison.rule == "survives_longer" for result in results for finding in result.findings),
+        "pairs": any(
+            finding.comparison.paired for result in results for finding in result.findings
+        ),
+        "survival": any(
+            finding.comparison.rule == "survives_longer"
+            for result in results
+            for finding in result.findings
+        ),
         "own_measures": any(finding.meaning for result in results for finding in result.findings),
         "differing": differing,
         "open_choices": content.open_choices(differing, conditions),
@@ -108,7 +125,11 @@ def draw_report(
 
 
 def write_report(
-    directory: Path, drawn: Mapping[str, Any], out: Path, sections: Sequence[Section] = (), in_short: InShort | None = None
+    directory: Path,
+    drawn: Mapping[str, Any],
+    out: Path,
+    sections: Sequence[Section] = (),
+    in_short: InShort | None = None,
 ) -> Path:
     """Write what was `drawn` of the study in `directory` to `out`, with `sections` after the claims; gives `out`.
 

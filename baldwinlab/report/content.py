@@ -27,17 +27,27 @@ MOST_NAMED = 12  # conditions, one after the other
 
 def experiment_texts(study: xr.Dataset) -> dict[str, str]:
     """Each condition's experiment as TOML."""
-    return {str(name): str(text) for name, text in zip(study["condition"].values, study["experiment"].values, strict=True)}
+    return {
+        str(name): str(text)
+        for name, text in zip(study["condition"].values, study["experiment"].values, strict=True)
+    }
 
 
 def experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
     """Each condition's experiment. Raises ExperimentError for one that cannot be."""
-    return {name: from_toml(text, where=f"the experiment of {name}", reading=True) for name, text in texts.items()}
+    return {
+        name: from_toml(text, where=f"the experiment of {name}", reading=True)
+        for name, text in texts.items()
+    }
 
 
 def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
     """Those of MiniWorld: what has a world, senses and food."""
-    return {name: experiment for name, experiment in conditions.items() if isinstance(experiment, Experiment)}
+    return {
+        name: experiment
+        for name, experiment in conditions.items()
+        if isinstance(experiment, Experiment)
+    }
 
 
 def shares(study: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
@@ -48,7 +58,10 @@ def shares(study: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Da
     meanings = [{name: share.meaning for name, share in each.items()} for each in found]
     if len(found) < len(conditions) or any(each != meanings[0] for each in meanings):
         return xr.Dataset()
-    named = {name: share.of(study).assign_attrs(long_name=share.meaning, valid_max=1.0) for name, share in found[0].items()}
+    named = {
+        name: share.of(study).assign_attrs(long_name=share.meaning, valid_max=1.0)
+        for name, share in found[0].items()
+    }
     return xr.Dataset(named)
 
 
@@ -67,7 +80,10 @@ def _other_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
 def run_counts(study: xr.Dataset) -> dict[str, int]:
     """The finished runs of each condition."""
     finished = fitness.best(study).notnull().any("generation").sum("run")
-    return {str(name): int(count) for name, count in zip(study["condition"].values, finished.values, strict=True)}
+    return {
+        str(name): int(count)
+        for name, count in zip(study["condition"].values, finished.values, strict=True)
+    }
 
 
 def overview(
@@ -81,22 +97,42 @@ def overview(
         ("independent runs", span(run_counts(study).values())),
         ("generations a run", span(experiment.evolution.generations for experiment in settings)),
         ("time steps a generation", span(experiment.lifetime.steps for experiment in foraging)),
-        ("agents in a world" if foraging else "agents", span(experiment.population.size for experiment in settings)),
+        (
+            "agents in a world" if foraging else "agents",
+            span(experiment.population.size for experiment in settings),
+        ),
         ("fitness", fitness_in_words(foraging)),
-        ("reading of the paper", "; ".join(dict.fromkeys(reading(one, paper) for one in foraging)) if paper else ""),
+        (
+            "reading of the paper",
+            "; ".join(dict.fromkeys(reading(one, paper) for one in foraging)) if paper else "",
+        ),
         ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
     ]
-    return [(heading, text) for heading, text in found if text and (heading, text) != ("models", "miniworld")]
+    return [
+        (heading, text)
+        for heading, text in found
+        if text and (heading, text) != ("models", "miniworld")
+    ]
 
 
 def named(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
     """The conditions; where they are many, and each learner lives on each map, learners and maps instead."""
-    learners, maps = (dict.fromkeys(getattr(one, name) for one in factors.values()) for name in ("learner", "map"))
+    learners, maps = (
+        dict.fromkeys(getattr(one, name) for one in factors.values()) for name in ("learner", "map")
+    )
     whole = {(one.learner, one.map) for one in factors.values()} == {*product(learners, maps)}
-    if len(factors) <= MOST_NAMED or not whole or len(factors) != len(learners) * len(maps) or len(maps) < 2:
+    if (
+        len(factors) <= MOST_NAMED
+        or not whole
+        or len(factors) != len(learners) * len(maps)
+        or len(maps) < 2
+    ):
         return [("conditions", ", ".join(factors))]
     return [
-        ("conditions", f"{len(factors)}: each of {len(learners)} learners on each of {len(maps)} maps"),
+        (
+            "conditions",
+            f"{len(factors)}: each of {len(learners)} learners on each of {len(maps)} maps",
+        ),
         ("learners", ", ".join(learners)),
         ("maps", ", ".join(maps)),
     ]
@@ -127,7 +163,9 @@ def reading(experiment: Experiment, paper: Paper) -> str:
     """The reading of the paper that an experiment follows, or how it departs from the standard one."""
     departures = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD, *paper.names("readings")]):
-        with suppress(ExperimentError, PaperError):  # not a condition of the paper, or not one that this reading can be laid over
+        with suppress(
+            ExperimentError, PaperError
+        ):  # not a condition of the paper, or not one that this reading can be laid over
             departures[name] = _changes(paper.experiment(experiment.name, name), experiment)
             if not departures[name]:
                 return name
@@ -155,15 +193,27 @@ def _leaves(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]
 
 def worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
     """The first condition of each different world, by a title: its map where that tells them apart, else its conditions."""
-    names: dict[str, list[str]] = {}  # by the world as text, for of other rules its table is of another class
+    names: dict[
+        str, list[str]
+    ] = {}  # by the world as text, for of other rules its table is of another class
     for name, experiment in conditions.items():
-        alike = experiment.world.start.model_copy(update={"headings": "equal"})  # a map shows where, not whereto
-        names.setdefault(experiment.world.model_copy(update={"start": alike}).model_dump_json(), []).append(name)
-    maps = {world: sorted({factors[name].map for name in shared} - {""}) for world, shared in names.items()}
+        alike = experiment.world.start.model_copy(
+            update={"headings": "equal"}
+        )  # a map shows where, not whereto
+        names.setdefault(
+            experiment.world.model_copy(update={"start": alike}).model_dump_json(), []
+        ).append(name)
+    maps = {
+        world: sorted({factors[name].map for name in shared} - {""})
+        for world, shared in names.items()
+    }
     single = {found[0] for found in maps.values() if len(found) == 1}
     if len(single) == len(names):
         return {f"Map {found[0]}": names[world][0] for world, found in maps.items()}
-    others = {world: f" and {len(shared) - 1} more" if len(shared) > 1 else "" for world, shared in names.items()}
+    others = {
+        world: f" and {len(shared) - 1} more" if len(shared) > 1 else ""
+        for world, shared in names.items()
+    }
     return {f"{shared[0]}{others[world]}": shared[0] for world, shared in names.items()}
 
 
@@ -172,29 +222,42 @@ def verdict_counts(results: Sequence[ClaimResult]) -> str:
     verbs = dict(zip(VERDICTS, (("holds", "hold"), ("is undecided", "are undecided"), ("does not hold", "do not hold"),
                                 ("is not evaluated", "are not evaluated")), strict=True))  # fmt: skip
     counts = {verdict: sum(result.verdict == verdict for result in results) for verdict in VERDICTS}
-    return ", ".join(f"{count} {verbs[verdict][count > 1]}" for verdict, count in counts.items() if count)
+    return ", ".join(
+        f"{count} {verbs[verdict][count > 1]}" for verdict, count in counts.items() if count
+    )
 
 
 def shown(result: ClaimResult) -> list[Finding]:
     """The weakest finding under each of the claim's rules."""
     rules = dict.fromkeys(finding.comparison.rule for finding in result.findings)
-    parts = [tuple(finding for finding in result.findings if finding.comparison.rule == rule) for rule in rules]
+    parts = [
+        tuple(finding for finding in result.findings if finding.comparison.rule == rule)
+        for rule in rules
+    ]
     weakest = [ClaimResult(result.claim, part, ()).deciding for part in parts]
     return [finding for finding in weakest if finding]
 
 
 def differing(results: Sequence[ClaimResult]) -> list[ClaimResult]:
     """The claims that were evaluated and do not come out as in the paper, in their verdict or in their size."""
-    return [result for result in results if result.findings and (result.verdict != HOLDS or not words.agrees(result))]
+    return [
+        result
+        for result in results
+        if result.findings and (result.verdict != HOLDS or not words.agrees(result))
+    ]
 
 
-def open_choices(results: Sequence[ClaimResult], conditions: Experiments) -> list[tuple[Choice, str, list[str]]]:
+def open_choices(
+    results: Sequence[ClaimResult], conditions: Experiments
+) -> list[tuple[Choice, str, list[str]]]:
     """What the paper leaves open and could account for how these claims come out: the choice, what it is here, the claims."""
     claims_of: dict[Choice, list[str]] = {}
     for result in results:
         for choice in result.claim.choices:
             claims_of.setdefault(choice, []).append(result.claim.id)
-    return [(choice, setting(choice.field, conditions), names) for choice, names in claims_of.items()]
+    return [
+        (choice, setting(choice.field, conditions), names) for choice, names in claims_of.items()
+    ]
 
 
 def setting(field: str, conditions: Experiments) -> str:
@@ -204,19 +267,31 @@ def setting(field: str, conditions: Experiments) -> str:
 
 
 def toml_value(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
+    return (
+        str(value).lower()
+        if isinstance(value, bool)
+        else f"{value:g}"
+        if isinstance(value, float)
+        else str(value)
+    )
 
 
 def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
     """What sets this study apart from the paper's, before any open choice."""
     own = paper.own()
-    found = [reading(experiment, paper) for name, experiment in foragers(conditions).items() if name in own]
+    found = [
+        reading(experiment, paper)
+        for name, experiment in foragers(conditions).items()
+        if name in own
+    ]
     sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
     named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
     sentences += [f"The reading is {name}: {paper.describe('readings', name)}." for name in named]
     counts = run_counts(study)
     if max(counts.values()) < paper.about.runs:
-        sentences.append(f"There are {span(counts.values())} runs, where the paper has {paper.about.runs}: intervals are wider.")
+        sentences.append(
+            f"There are {span(counts.values())} runs, where the paper has {paper.about.runs}: intervals are wider."
+        )
     return sentences
 
 
@@ -226,7 +301,9 @@ def timing(provenance: Mapping[str, Any]) -> str:
     if seconds := provenance.get("seconds"):
         parts.append(f"{words.number(seconds)} s")
         if steps := provenance.get("agent_steps"):
-            parts[0] = f"{steps:,} agent-steps in {parts[0]} ({steps / seconds / 1e6:,.1f} million a second)"
+            parts[0] = (
+                f"{steps:,} agent-steps in {parts[0]} ({steps / seconds / 1e6:,.1f} million a second)"
+            )
     if workers := provenance.get("workers"):
         counts = workers if isinstance(workers, list) else [workers]
         parts.append(f"workers: {', '.join(str(count) for count in counts)}")

@@ -24,9 +24,16 @@ from baldwinlab.report.words import number
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.tables import to_csv
 
-Looks = Mapping[str, figures.Look]  # of conditions of foragers, by name, as far as their parts are here
+Looks = Mapping[
+    str, figures.Look
+]  # of conditions of foragers, by name, as far as their parts are here
 NARROW, SLIM = 4.0, 6.0  # inches
-OF_ANY_MODEL = ("shares", "clocks", "measures", "survival")  # figures of what only models other than the foragers record
+OF_ANY_MODEL = (
+    "shares",
+    "clocks",
+    "measures",
+    "survival",
+)  # figures of what only models other than the foragers record
 EXPLAINING = ("networks", "senses", "maps")  # figures that say what was run, not what came of it
 SUMMING_UP = ("overview",)  # figures that stand at the head of a report
 
@@ -56,8 +63,17 @@ def pictures(
     captions = paper.words.captions if paper else {}
     shares = content.shares(study, conditions) if "shares" in names else xr.Dataset()
     clock = content.clock(conditions)
-    measured = [figures.Measured(*one) for one in compared(study, paper)] if paper and "measures" in names else []
-    there = {"emergence": bool(traces), "maps": bool(foraging), "senses": bool(looks), "networks": bool(looks)}
+    measured = (
+        [figures.Measured(*one) for one in compared(study, paper)]
+        if paper and "measures" in names
+        else []
+    )
+    there = {
+        "emergence": bool(traces),
+        "maps": bool(foraging),
+        "senses": bool(looks),
+        "networks": bool(looks),
+    }
     there |= {"shares": bool(shares), "clocks": bool(clock), "measures": bool(measured)}
     draw: Mapping[Figure, Callable[[], Picture]] = {
         "overview": lambda: _overview(study, results, last),
@@ -111,7 +127,10 @@ def _over_generations(study: xr.Dataset, measure: str) -> list[dict[str, Any]]:
     average, low, high = fitness.interval_of_mean(fitness.MEASURES[measure](study))
     numbers = xr.Dataset({"mean": average, "low": low, "high": high})[["mean", "low", "high"]]
     table = numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index()
-    return [{"condition": row.pop("condition"), "measure": measure, **row} for row in table.to_dict("records")]
+    return [
+        {"condition": row.pop("condition"), "measure": measure, **row}
+        for row in table.to_dict("records")
+    ]
 
 
 def _typical_lives(study: xr.Dataset) -> list[str]:
@@ -119,8 +138,15 @@ def _typical_lives(study: xr.Dataset) -> list[str]:
     if "food_eaten" not in study:
         return []
     lived = study["energy"].notnull().any(("run", "agent"))
-    last = {str(name): lived.sel(condition=name) for name in study["condition"].values if bool(lived.sel(condition=name).any())}
-    return [replayed(name, fitness.typical_run(study, name), int(there["generation"][there][-1])) for name, there in last.items()]
+    last = {
+        str(name): lived.sel(condition=name)
+        for name in study["condition"].values
+        if bool(lived.sel(condition=name).any())
+    }
+    return [
+        replayed(name, fitness.typical_run(study, name), int(there["generation"][there][-1]))
+        for name, there in last.items()
+    ]
 
 
 def _of_whom(study: xr.Dataset, *whom: str) -> str:
@@ -133,7 +159,9 @@ def _of_whom(study: xr.Dataset, *whom: str) -> str:
 
 def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int) -> Picture:
     claimed = any(result.findings for result in results)
-    brackets = " Brackets: p of the Mann-Whitney test, corrected for all claims (Holm)." if claimed else ""
+    brackets = (
+        " Brackets: p of the Mann-Whitney test, corrected for all claims (Holm)." if claimed else ""
+    )
     return Picture(
         "final-fitness",
         f"Fitness in the last {last} generations",
@@ -147,17 +175,32 @@ def _final_fitness(study: xr.Dataset, results: Sequence[ClaimResult], last: int)
 
 def _final_of_runs(study: xr.Dataset, last: int) -> list[dict[str, Any]]:
     """A row a condition and run that was lived."""
-    numbers = xr.Dataset({measure: fitness.final(study, measure, last) for measure in ("best", "mean")})
-    return [*numbers.reset_coords(drop=True).to_dataframe().dropna(how="all").reset_index().to_dict("records")]
+    numbers = xr.Dataset(
+        {measure: fitness.final(study, measure, last) for measure in ("best", "mean")}
+    )
+    return [
+        *numbers.reset_coords(drop=True)
+        .to_dataframe()
+        .dropna(how="all")
+        .reset_index()
+        .to_dict("records")
+    ]
 
 
 def _shares(shares: xr.Dataset) -> Picture:
     said = "; ".join(f"{name}: {share.attrs['long_name']}" for name, share in shares.items())
     rows = [
-        {"condition": str(condition), "share": str(name), "generation": int(generation), "mean": float(value)}
+        {
+            "condition": str(condition),
+            "share": str(name),
+            "generation": int(generation),
+            "mean": float(value),
+        }
         for name, share in shares.items()
         for condition, values in share.mean("run").groupby("condition")
-        for generation, value in zip(shares["generation"].values, values.values.ravel(), strict=True)
+        for generation, value in zip(
+            shares["generation"].values, values.values.ravel(), strict=True
+        )
     ]
     return Picture(
         "shares",
@@ -221,14 +264,24 @@ def _maps(study: xr.Dataset, conditions: Experiments, looks: Looks) -> Picture:
         "The maps",
         "To scale, in units of length, y pointing down; what leaves the map at one edge enters at the opposite one. Places of "
         "agents (blue, with a line in the direction of their heading) and items are examples.",
-        "; ".join(f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})" for title, world in found.items()) + ".",
-        figures.world_maps(found, min(experiment.population.size for experiment in conditions.values()), known),
+        "; ".join(
+            f"{title}: agents start round ({world.start.x:g}, {world.start.y:g})"
+            for title, world in found.items()
+        )
+        + ".",
+        figures.world_maps(
+            found, min(experiment.population.size for experiment in conditions.values()), known
+        ),
     )
 
 
 def _emergence(study: xr.Dataset, traces: Sequence[xr.Dataset]) -> Picture:
     condition, run = str(traces[0].attrs["condition"]), int(traces[0].attrs["run"])
-    why = ", the one nearest to the median in final mean fitness" if fitness.typical_run(study, condition) == run else ""
+    why = (
+        ", the one nearest to the median in final mean fitness"
+        if fitness.typical_run(study, condition) == run
+        else ""
+    )
     counts = ", ".join(
         f"generation {trace.attrs['generation']}: {int((trace['eaten'].sum('step') > 0).sum())} of {trace.sizes['agent']}"
         for trace in traces
@@ -251,14 +304,25 @@ def _networks(study: xr.Dataset, conditions: Experiments, looks: Looks, paper: P
     for name, found in of_study(study).items():
         if name in looks and name in conditions:
             kinds.setdefault(found.learner, _kind(found.learner, conditions[name], looks[name]))
-    described = {learner: kind for kind in ("conditions", "controls") for learner in paper.names(kind) if learner in kinds}
-    said = " ".join(f"{learner}: {paper.describe(kind, learner)}." for learner, kind in described.items())
+    described = {
+        learner: kind
+        for kind in ("conditions", "controls")
+        for learner in paper.names(kind)
+        if learner in kinds
+    }
+    said = " ".join(
+        f"{learner}: {paper.describe(kind, learner)}." for learner, kind in described.items()
+    )
     return Picture(
         "networks",
         "Who lives there",
         "What an agent senses (orange) goes through its action module, whose strongest output is what it does. A second network, "
         f"where there is one, senses the same and stays as it was born; learning changes the first by its answers. {said}",
-        "; ".join(f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}" for kind in kinds.values()) + ".",
+        "; ".join(
+            f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"
+            for kind in kinds.values()
+        )
+        + ".",
         figures.networks(list(kinds.values())),
     )
 
@@ -266,17 +330,26 @@ def _networks(study: xr.Dataset, conditions: Experiments, looks: Looks, paper: P
 def _kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.Kind:
     inherits = experiment.evolution.inheritance != "none"
     lines = (
-        "evolves: inherits weights" if inherits else "does not evolve: all weights\ndrawn anew at birth",
+        "evolves: inherits weights"
+        if inherits
+        else "does not evolve: all weights\ndrawn anew at birth",
         f"learns in life: {experiment.learning.rule}" if experiment.learns else "does not learn",
     )
-    return figures.Kind(learner, lines, look["inputs"], experiment.network.hidden, look["actions"], look["modules"])
+    return figures.Kind(
+        learner, lines, look["inputs"], experiment.network.hidden, look["actions"], look["modules"]
+    )
 
 
 def _senses(looks: Looks) -> Picture:
     name, look = next(iter(looks.items()))
     found = [(" and ".join(names), *place) for place, names in figures.sectors(look).items()]
-    looking = [f"{names} from {first:g} to {past:g} degrees, to {radius:g} units" for names, first, past, radius in found]
-    elsewhere = [each for each, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector]
+    looking = [
+        f"{names} from {first:g} to {past:g} degrees, to {radius:g} units"
+        for names, first, past, radius in found
+    ]
+    elsewhere = [
+        each for each, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
+    ]
     others = f" Inputs that look nowhere: {', '.join(elsewhere)}." if elsewhere else ""
     shown = f" The item lies where {found[-1][0]} looks." if found else ""
     return Picture(
@@ -292,7 +365,10 @@ def _senses(looks: Looks) -> Picture:
 def final_medians(study: xr.Dataset, last: int) -> str:
     """For those who cannot see the picture: the median over runs of the final mean fitness of each condition."""
     medians = fitness.final(study, "mean", last).median("run")
-    values = [f"{name} {number(float(medians.sel(condition=name)))}" for name in medians["condition"].values]
+    values = [
+        f"{name} {number(float(medians.sel(condition=name)))}"
+        for name in medians["condition"].values
+    ]
     return f"Average agent at last, median over runs: {', '.join(values)}."
 
 
@@ -305,7 +381,11 @@ def embed(picture: Picture, folder: Path) -> dict[str, Any]:
         columns = dict.fromkeys(column for row in picture.table for column in row)
         write_atomically(folder / files["CSV"], to_csv(list(columns), picture.table))
     width, height = picture.figure.get_size_inches()
-    shape = ["narrow"] if width < NARROW else [*(["slim"] if width < SLIM else []), *(["tall"] if height > width else [])]
+    shape = (
+        ["narrow"]
+        if width < NARROW
+        else [*(["slim"] if width < SLIM else []), *(["tall"] if height > width else [])]
+    )
     return {
         "name": picture.name,
         "title": picture.title,

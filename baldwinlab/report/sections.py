@@ -41,15 +41,32 @@ class InShort(NamedTuple):
 def render(template: str, **values: Any) -> str:
     """A template of the package, such as report/page.html, filled. It may use the filters of `words`, and report/macros.html."""
     loader = PackageLoader("baldwinlab", "")
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    numbers = (words.number, words.signed, words.probability, words.span, words.interval, words.effect)
+    environment = Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    numbers = (
+        words.number,
+        words.signed,
+        words.probability,
+        words.span,
+        words.interval,
+        words.effect,
+    )
     phrases = (words.compared, words.measure, words.sentence, words.from_paper)
-    environment.filters |= {phrase.__name__: phrase for phrase in (*numbers, *phrases, content.shown)}
+    environment.filters |= {
+        phrase.__name__: phrase for phrase in (*numbers, *phrases, content.shown)
+    }
     environment.globals |= {"measures": words.MEASURES, "colours": palette.report_css()}
     return environment.get_template(template).render(**values)
 
 
-def write_page(title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path) -> Path:
+def write_page(
+    title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path
+) -> Path:
     """Write a self-contained page of these sections under a title and a lead (plain text). Raises OSError.
 
     `figures` is the folder in which their figures are kept.
@@ -61,9 +78,16 @@ def write_page(title: str, lead: str, sections: Sequence[Section], out: Path, fi
 def finished(page: str, out: Path, figures: Path) -> str:
     """A page with its contents, its figures numbered in their order, and links to the files of these as they lie from `out`."""
     numbers = {name: number for number, name in enumerate(FIGURE.findall(page), 1)}
-    page = REFERENCE.sub(lambda found: f"{found[1]}Figure\N{NO-BREAK SPACE}{numbers[found[2]]}</a>", page)
-    entries = "".join(f'<li><a href="#{anchor}">{title}</a></li>' for anchor, title in HEADING.findall(page))
+    page = REFERENCE.sub(
+        lambda found: f"{found[1]}Figure\N{NO-BREAK SPACE}{numbers[found[2]]}</a>", page
+    )
+    entries = "".join(
+        f'<li><a href="#{anchor}">{title}</a></li>' for anchor, title in HEADING.findall(page)
+    )
     if is_local(out) and is_local(figures):
         place = quote(Path(relpath(figures, out.parent)).as_posix())
         page = page.replace('href="figures/', f'href="{place}/')
-    return page.replace(CONTENTS, f'<nav class="contents" aria-label="Contents"><ol>{entries}</ol></nav>' if entries else "")
+    return page.replace(
+        CONTENTS,
+        f'<nav class="contents" aria-label="Contents"><ol>{entries}</ol></nav>' if entries else "",
+    )

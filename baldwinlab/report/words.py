@@ -27,7 +27,10 @@ def measures(food: bool) -> dict[str, str]:
     """What each measure is called: where there is no food, nobody eats."""
     if food:
         return MEASURES
-    return MEASURES | {"share": "share of agents with fitness above 0", "most": "highest fitness of any agent"}
+    return MEASURES | {
+        "share": "share of agents with fitness above 0",
+        "most": "highest fitness of any agent",
+    }
 
 
 def number(value: float) -> str:
@@ -74,10 +77,14 @@ def compared(finding: Finding) -> str:
     """What was held against what, with the medians."""
     comparison, numbers = finding.comparison, finding.numbers
     if comparison.b:
-        how = "; runs in pairs" if comparison.paired else "; medians" if comparison.rule == "survives_longer" else ""
-        return (
-            f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)}{how})"
+        how = (
+            "; runs in pairs"
+            if comparison.paired
+            else "; medians"
+            if comparison.rule == "survives_longer"
+            else ""
         )
+        return f"{comparison.a} {number(numbers.median_a)}, {comparison.other} {number(numbers.median_b)} ({measure(finding)}{how})"
     return f"{comparison.a}, {measure(finding)}{OVER_RUNS.get(comparison.rule, '')}; the bound is {comparison.other}"
 
 
@@ -87,11 +94,11 @@ def sentence(finding: Finding) -> str:
     if comparison.measure == "most":
         return f"the most that any agent of {comparison.a} ever ate is {number(numbers.effect)}"
     if not comparison.b and comparison.measure != "share":
-        return (
-            f"{comparison.a}: {measure(finding)}{OVER_RUNS.get(comparison.rule, ', median over runs')}: {number(numbers.effect)}"
-        )
+        return f"{comparison.a}: {measure(finding)}{OVER_RUNS.get(comparison.rule, ', median over runs')}: {number(numbers.effect)}"
     if not comparison.b:
-        return f"at last, {number(numbers.effect)} of the agents of {comparison.a} eat in their life"
+        return (
+            f"at last, {number(numbers.effect)} of the agents of {comparison.a} eat in their life"
+        )
     if comparison.rule == "survives_longer":
         return f"{measure(finding)}, restricted mean: {signed(numbers.effect)} in {comparison.a} against {comparison.other}"
     medians = f"{number(numbers.median_a)} in {comparison.a}, {number(numbers.median_b)} in {comparison.other}"

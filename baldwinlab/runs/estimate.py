@@ -22,8 +22,12 @@ from baldwinlab.resources import NOTHING, Need, amount
 from baldwinlab.variables import PARENTS, RECORD, Variable, of_record, of_trace
 
 ENGINE: Final = 200 * 2**20  # compiled code, and what compiles it
-GENOMES: Final = 4  # copies of those of a batch: born, as they learn, what they learned, and their children's
-STORING: Final = 4  # copies of a record while it is stored: its arrays, put together, as netCDF and as bytes
+GENOMES: Final = (
+    4  # copies of those of a batch: born, as they learn, what they learned, and their children's
+)
+STORING: Final = (
+    4  # copies of a record while it is stored: its arrays, put together, as netCDF and as bytes
+)
 READING: Final = 3  # and while it is read
 TRACING: Final = 3  # of a life that is written down
 TABLES: Final = 3  # of all records without their genomes, while they are put together
@@ -31,7 +35,9 @@ A_RUN: Final = 64  # to have a run in a list of those to do
 HEADER: Final = 2300  # of a file, beside its variables and its experiment
 LARGEST: Final = 2**31 - 1  # of a variable in a netCDF file of version 3
 
-Runs = Sequence[tuple[BaseExperiment, int]]  # experiments, and how many runs of each are to be lived
+Runs = Sequence[
+    tuple[BaseExperiment, int]
+]  # experiments, and how many runs of each are to be lived
 
 
 def sizes(experiment: BaseExperiment) -> dict[str, int]:
@@ -46,14 +52,21 @@ def sizes(experiment: BaseExperiment) -> dict[str, int]:
 def _of_record(experiment: BaseExperiment) -> dict[str, int]:
     """Those of records."""
     last, every = experiment.evolution.generations - 1, experiment.record.genome_every
-    found = _of_table(experiment) | {"module": len(experiment.modules), "weight": experiment.genome_length}
+    found = _of_table(experiment) | {
+        "module": len(experiment.modules),
+        "weight": experiment.genome_length,
+    }
     found["kept_generation"] = last // every + 1 + (last % every > 0)
     return found
 
 
 def _of_table(experiment: BaseExperiment) -> dict[str, int]:
     """Those that are known of any experiment, also where its parts are not here."""
-    return {"generation": experiment.evolution.generations, "agent": experiment.population.size, "parent": len(PARENTS)}
+    return {
+        "generation": experiment.evolution.generations,
+        "agent": experiment.population.size,
+        "parent": len(PARENTS),
+    }
 
 
 def variable_bytes(declared: Mapping[str, Variable], there: Mapping[str, int]) -> dict[str, int]:
@@ -72,12 +85,16 @@ def record_bytes(experiment: BaseExperiment) -> int:
 def whole_bytes(experiment: BaseExperiment) -> int:
     """What a run takes as `simulate` gives it: there is room for the genomes that are not kept, too."""
     there = sizes(experiment)
-    return record_bytes(experiment) + (there["generation"] - there["kept_generation"]) * _genomes(experiment)
+    return record_bytes(experiment) + (there["generation"] - there["kept_generation"]) * _genomes(
+        experiment
+    )
 
 
 def _genomes(experiment: BaseExperiment) -> int:
     """What the genomes of one generation take."""
-    return variable_bytes({"genome": Variable(("agent", "module", "weight"), np.float32, "", "")}, sizes(experiment))["genome"]
+    return variable_bytes(
+        {"genome": Variable(("agent", "module", "weight"), np.float32, "", "")}, sizes(experiment)
+    )["genome"]
 
 
 def living_bytes(experiment: BaseExperiment, worlds: int) -> int:
@@ -93,7 +110,12 @@ def _batch(experiment: BaseExperiment, worlds: int) -> int:
 
 def of_simulate(experiment: BaseExperiment) -> Need:
     """One run, given as it is: to make it whole takes it twice."""
-    return Need(ENGINE + living_bytes(experiment, 1) + record_bytes(experiment) + 2 * whole_bytes(experiment))
+    return Need(
+        ENGINE
+        + living_bytes(experiment, 1)
+        + record_bytes(experiment)
+        + 2 * whole_bytes(experiment)
+    )
 
 
 def of_runs(wanted: Runs, workers: int, worlds: int) -> Need:
@@ -102,9 +124,13 @@ def of_runs(wanted: Runs, workers: int, worlds: int) -> Need:
     if not total:
         return NOTHING
     size = max(1, min(worlds, total // workers))
-    memory = most([(_batch(one, min(size, runs)), -(-runs // size)) for one, runs in wanted if runs], workers)
+    memory = most(
+        [(_batch(one, min(size, runs)), -(-runs // size)) for one, runs in wanted if runs], workers
+    )
     header = HEADER + len(to_toml(wanted[0][0]).encode())  # those of a study are about as long
-    disk = sum(runs * (record_bytes(one) + header) + header for one, runs in wanted)  # of each, its experiment by itself, too
+    disk = sum(
+        runs * (record_bytes(one) + header) + header for one, runs in wanted
+    )  # of each, its experiment by itself, too
     return Need(ENGINE + memory + A_RUN * total, disk)
 
 
@@ -121,7 +147,9 @@ def of_tables(stored: Runs) -> Need:
     """All runs of a study but for their genomes as one dataset, in which each has room for the longest and the largest."""
     declared = {name: variable for name, variable in RECORD.items() if name != "kept_genome"}
     there = [one for one, runs in stored if runs]
-    longest = max((sum(variable_bytes(declared, _of_table(one)).values()) for one in there), default=0)
+    longest = max(
+        (sum(variable_bytes(declared, _of_table(one)).values()) for one in there), default=0
+    )
     read = 0
     with suppress(ExperimentError):  # where parts are not here, nothing is known of genomes
         read = max(map(record_bytes, there), default=0)
@@ -138,4 +166,6 @@ def require_storable(declared: Mapping[str, Variable], there: Mapping[str, int],
     """Raises RefusedError where a variable is larger than its file may have it, however large the machine."""
     for name, taken in variable_bytes(declared, there).items():
         if taken > LARGEST:
-            raise RefusedError(f"{what}: {name} would take {amount(taken)}, and netCDF files hold at most 2 GiB of a variable")
+            raise RefusedError(
+                f"{what}: {name} would take {amount(taken)}, and netCDF files hold at most 2 GiB of a variable"
+            )

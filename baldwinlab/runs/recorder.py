@@ -24,12 +24,18 @@ VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
     "heading": lambda batch, lanes: batch.state.heading[0, lanes],  # turns
     "action": lambda batch, lanes: batch.state.action[0, lanes],
     "activations": lambda batch, lanes: batch.state.activations[:, lanes].T,
-    "teacher_activations": lambda batch, lanes: batch.state.recall.activations[:, lanes].T,  # where it is asked in every step
+    "teacher_activations": lambda batch, lanes: (
+        batch.state.recall.activations[:, lanes].T
+    ),  # where it is asked in every step
     "inputs": lambda batch, lanes: batch.state.activations[: batch.model.inputs, lanes].T,
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
     "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
-    "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(axis=0),  # items so far in life
-    "teacher": lambda batch, lanes: getattr(batch.state.rule, type(batch.state.rule).part.learns_from)[0, lanes],  # an agent
+    "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(
+        axis=0
+    ),  # items so far in life
+    "teacher": lambda batch, lanes: getattr(
+        batch.state.rule, type(batch.state.rule).part.learns_from
+    )[0, lanes],  # an agent
     "items": lambda batch, lanes: batch.items()[0],  # [item, (x, y)]
 }
 
@@ -70,7 +76,13 @@ class Series:
         """What `change` makes of what is read is kept as `dtype`, or else as it is."""
         self.moments = moments
         self.values: Array
-        self._read, self._lanes, self._dtype, self._change, self._row = VARIABLES[variable], lanes, dtype, change, 0
+        self._read, self._lanes, self._dtype, self._change, self._row = (
+            VARIABLES[variable],
+            lanes,
+            dtype,
+            change,
+            0,
+        )
 
     def take(self, batch: Batch, moment: int) -> None:
         value = self._change(self._read(batch, self._lanes))
@@ -87,7 +99,9 @@ class Moves:
         """`moments` follow each other."""
         self.moments = moments
         self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)  # [item, (x, y)]
-        self._last = self.items  # as they lay a moment ago: a feature of the world may move what nobody has eaten
+        self._last = (
+            self.items
+        )  # as they lay a moment ago: a feature of the world may move what nobody has eaten
         self._found: list[tuple[Array, ...]] = []
 
     def take(self, batch: Batch, moment: int) -> None:
@@ -95,16 +109,24 @@ class Moves:
         if moment == self.moments[0]:
             self.items = self._last
             return
-        moved = np.flatnonzero((batch.state.touched[0] == moment - 1) | (self._last != before).any(axis=1))
+        moved = np.flatnonzero(
+            (batch.state.touched[0] == moment - 1) | (self._last != before).any(axis=1)
+        )
         if moved.size:
             state = batch.state
-            self._found.append((np.full(moved.size, moment), moved, state.item_x[0, moved], state.item_y[0, moved]))
+            self._found.append(
+                (np.full(moved.size, moment), moved, state.item_x[0, moved], state.item_y[0, moved])
+            )
 
     def columns(self) -> dict[str, Array]:
         """The moves in their order, [move] each: `step` and `item` uint32, `x` and `y` float32."""
         types = {"step": np.uint32, "item": np.uint32, "x": np.float32, "y": np.float32}
         return {
-            name: np.concatenate([np.empty(0, dtype), *(found[column] for found in self._found)], dtype=dtype, casting="unsafe")
+            name: np.concatenate(
+                [np.empty(0, dtype), *(found[column] for found in self._found)],
+                dtype=dtype,
+                casting="unsafe",
+            )
             for column, (name, dtype) in enumerate(types.items())
         }
 
@@ -115,7 +137,9 @@ class First:
     Between two of `moments` at which something has come about, it goes back and lives in halves, down to the step.
     """
 
-    def __init__(self, holds: Callable[[Batch], npt.NDArray[np.bool_]], moments: Sequence[int]) -> None:
+    def __init__(
+        self, holds: Callable[[Batch], npt.NDArray[np.bool_]], moments: Sequence[int]
+    ) -> None:
         """`moments` begin with the one at which the batch is."""
         self.moments = moments
         self.values: npt.NDArray[np.float32] = np.empty(0, np.float32)

@@ -26,12 +26,16 @@ from baldwinlab.variables import packed
 class Lives(NamedTuple):
     """What became of the agents of several runs at one generation."""
 
-    energy: npt.NDArray[np.float64]  # [run, agent], the fitness: of the items eaten, less the cost of learning
+    energy: npt.NDArray[
+        np.float64
+    ]  # [run, agent], the fitness: of the items eaten, less the cost of learning
     weights: npt.NDArray[np.float32]  # [run, agent, weight], of the first module, at death
     told: bool  # whether they are: of models that do not tell what is learned, the weights are those at birth
 
 
-def reevaluate(experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Lives:
+def reevaluate(
+    experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
+) -> Lives:
     """Live whole lives with `genomes` [run, agent, module, weight] in the worlds of these runs at this generation.
 
     A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
@@ -40,7 +44,9 @@ def reevaluate(experiment: BaseExperiment, seed: int, runs: Sequence[int], gener
     return _lived(experiment, living(experiment, seed, runs).live(generation, genomes), genomes)
 
 
-def born(experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome) -> Batch:
+def born(
+    experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
+) -> Batch:
     """The batch in which such lives begin, before their first step."""
     batch = Batch(experiment, seed, runs)
     batch.begin(generation, genomes[:, :, : len(experiment.modules)])
@@ -62,8 +68,13 @@ def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> 
 def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """The genomes [agent, module, weight] of a generation of a stored run: as kept, or else bred again of the last that were."""
     record = packed(record)
-    place = int(np.searchsorted(record["kept_generation"].values, generation, side="right")) - 1  # the founders are kept
-    last, genome = int(record["kept_generation"].values[place]), np.asarray(record["kept_genome"].values[place], np.float32)
+    place = (
+        int(np.searchsorted(record["kept_generation"].values, generation, side="right")) - 1
+    )  # the founders are kept
+    last, genome = (
+        int(record["kept_generation"].values[place]),
+        np.asarray(record["kept_genome"].values[place], np.float32),
+    )
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     if last == generation:
         return genome
@@ -74,10 +85,18 @@ def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[G
     """Those of every generation of a stored run, one after the other: as `stored_genome`, but each bred of the one before it."""
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     record = packed(record)
-    genome, kept = stored_genome(experiment, record, 0), set(record["kept_generation"].values.tolist())
+    genome, kept = (
+        stored_genome(experiment, record, 0),
+        set(record["kept_generation"].values.tolist()),
+    )
     for generation in range(record.sizes["generation"]):
         if generation in kept or needs_lives(experiment):
             genome = stored_genome(experiment, record, generation)
         else:
-            genome, _ = next_genome(experiment, Moment(seed, run, generation), genome, record.energy.values[generation - 1])
+            genome, _ = next_genome(
+                experiment,
+                Moment(seed, run, generation),
+                genome,
+                record.energy.values[generation - 1],
+            )
         yield genome

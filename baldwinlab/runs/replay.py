@@ -38,10 +38,18 @@ def replay(
     """
     check_seed(seed, run)
     if not isinstance(experiment, Experiment):
-        raise RefusedError(f"{experiment.name} is of the model {experiment.model}, whose lives have no world to replay")
+        raise RefusedError(
+            f"{experiment.name} is of the model {experiment.model}, whose lives have no world to replay"
+        )
     if not 0 <= generation < experiment.evolution.generations:
-        raise RefusedError(f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}")
-    require(f"a life of {experiment.name}", _need(experiment, 0 if energy is not None else generation), force=force)
+        raise RefusedError(
+            f"generation = {generation} must be at least 0 and less than {experiment.evolution.generations}"
+        )
+    require(
+        f"a life of {experiment.name}",
+        _need(experiment, 0 if energy is not None else generation),
+        force=force,
+    )
     genome = genome_at(experiment, Moment(seed, run, generation), energy)
     batch = Batch(experiment, seed, [run])
     batch.begin(generation, genome[None])
@@ -49,7 +57,10 @@ def replay(
     arrays["weight_birth"] = genome
     arrays["weight_death"] = genome.copy()
     arrays["weight_death"][:, 0, : experiment.weight_count] = batch.weights()[0]
-    attributes = provenance(experiment, seed, run) | {"generation": generation, "look": as_text(experiment)}
+    attributes = provenance(experiment, seed, run) | {
+        "generation": generation,
+        "look": as_text(experiment),
+    }
     found = variables.dataset(variables.of_trace(experiment), arrays, attributes)
     return found.assign_coords(side=list(look(experiment).inputs), module=list(experiment.modules))
 
@@ -57,7 +68,11 @@ def replay(
 def _need(experiment: Experiment, before: int) -> Need:
     """What a replay takes for which so many generations are lived before."""
     need = of_replay(experiment)
-    return need.then(of_simulate(experiment.replace(evolution={"generations": before}))) if before else need
+    return (
+        need.then(of_simulate(experiment.replace(evolution={"generations": before})))
+        if before
+        else need
+    )
 
 
 def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | None:
@@ -70,7 +85,10 @@ def energy_before(experiment: BaseExperiment, moment: Moment) -> xr.DataArray | 
 
 
 def genome_at(
-    experiment: BaseExperiment, moment: Moment, energy: xr.DataArray | None, known: tuple[int, Genome] | None = None
+    experiment: BaseExperiment,
+    moment: Moment,
+    energy: xr.DataArray | None,
+    known: tuple[int, Genome] | None = None,
 ) -> Genome:
     """The genomes [agent, module, weight] of a generation: bred again from what each generation before it ate.
 
@@ -81,14 +99,24 @@ def genome_at(
     if experiment.part("evolution.inheritance").afresh:
         return draw_genome(experiment, moment)
     if needs_lives(experiment) and generation > 0:
-        whole = {"evolution": {"generations": generation + 1}, "record": {"genome_every": generation}}
-        return np.asarray(simulate_batch(experiment.replace(**whole), seed, [run])[0]["genome"].values[generation], np.float32)
+        whole = {
+            "evolution": {"generations": generation + 1},
+            "record": {"genome_every": generation},
+        }
+        return np.asarray(
+            simulate_batch(experiment.replace(**whole), seed, [run])[0]["genome"].values[
+                generation
+            ],
+            np.float32,
+        )
     if energy is None:
         energy = energy_before(experiment, moment)
     first, genome = known or (0, draw_genome(experiment, Moment(seed, run, 0)))
     for earlier in range(first, generation):
         assert energy is not None
-        genome, _ = next_genome(experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier])
+        genome, _ = next_genome(
+            experiment, Moment(seed, run, earlier + 1), genome, energy.values[earlier]
+        )
     return genome
 
 

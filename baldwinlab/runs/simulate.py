@@ -13,7 +13,15 @@ import xarray as xr
 
 from baldwinlab import variables
 from baldwinlab.errors import ArgumentError
-from baldwinlab.evolution import Genome, Moment, bequeath, draw_genome, fitness, next_genome, trace_back
+from baldwinlab.evolution import (
+    Genome,
+    Moment,
+    bequeath,
+    draw_genome,
+    fitness,
+    next_genome,
+    trace_back,
+)
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.toml import to_toml
@@ -28,7 +36,12 @@ SEED_LIMIT = 2**31  # what a signed 32-bit attribute of a record can hold
 
 
 def simulate(
-    experiment: BaseExperiment, *, seed: int = 0, run: int = 0, backend: str = "auto", force: bool = False
+    experiment: BaseExperiment,
+    *,
+    seed: int = 0,
+    run: int = 0,
+    backend: str = "auto",
+    force: bool = False,
 ) -> xr.Dataset:
     """Evolve one population from its first generation to its last.
 
@@ -50,7 +63,10 @@ def simulate_batch(
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
     """Several runs side by side, which is faster; each has the same bits as alone. Arguments are those of `live_batch`."""
-    return [history.dataset() for history in live_batch(experiment, seed, runs, backend, after_generation)]
+    return [
+        history.dataset()
+        for history in live_batch(experiment, seed, runs, backend, after_generation)
+    ]
 
 
 def live_batch(
@@ -102,15 +118,21 @@ class History:
             del self._kept[generation - 1]  # it was kept for as long as it was the last
         self._kept[generation] = self.genome
         for name, values in lives.records.items():
-            kept = self._records.setdefault(name, np.zeros((last + 1, values.shape[1]), values.dtype))
+            kept = self._records.setdefault(
+                name, np.zeros((last + 1, values.shape[1]), values.dtype)
+            )
             kept[generation] = values[number]
-        self._energy[generation] = fitness(self.experiment, lives.energy[number], lives.cost[number])
+        self._energy[generation] = fitness(
+            self.experiment, lives.energy[number], lives.cost[number]
+        )
         if generation < last:
             learned = None if lives.learned is None else lives.learned[number]
             living = None if lives.living is None else lives.living.genome[number]
             born = bequeath(self.experiment, self.genome if living is None else living, learned)
             moment = Moment(self.seed, self.run, generation + 1)
-            self.genome, self._parents[generation + 1] = next_genome(self.experiment, moment, born, self._energy[generation])
+            self.genome, self._parents[generation + 1] = next_genome(
+                self.experiment, moment, born, self._energy[generation]
+            )
             if lives.living is not None:
                 trace_back(lives.living.origin[number], self._parents[generation + 1])
         self.lived = generation + 1

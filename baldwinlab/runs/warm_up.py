@@ -30,7 +30,9 @@ from baldwinlab.parts import sources_of
 from baldwinlab.parts.foreign import load_text
 from baldwinlab.runs.simulate import live_batch
 
-MOST_TOGETHER: Final = 32  # combinations that a process compiles: with each it holds some 15 MiB more
+MOST_TOGETHER: Final = (
+    32  # combinations that a process compiles: with each it holds some 15 MiB more
+)
 LONG: Final = 4  # combinations to a process, from which on it is told how far it is
 SECONDS: Final = 20  # after which it is told again
 
@@ -41,7 +43,9 @@ def available_cores() -> int:
 
 
 def warm_up(
-    experiments: Iterable[BaseExperiment], backend: Backend = CPU, tell: Callable[[str], None] = lambda sentence: None
+    experiments: Iterable[BaseExperiment],
+    backend: Backend = CPU,
+    tell: Callable[[str], None] = lambda sentence: None,
 ) -> float:
     """Compile for these experiments, or load what has been compiled before, and return the seconds that took.
 
@@ -60,8 +64,15 @@ def warm_up(
 
 def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
     """What decides which code is compiled for an experiment."""
-    breeding = [type(experiment.part(f"evolution.{field}")) for field in ("selection", "variation", "inheritance", "fitness")]
-    living = cpu.code_of(experiment) if isinstance(experiment, Experiment) else (type(experiment.of_model),)
+    breeding = [
+        type(experiment.part(f"evolution.{field}"))
+        for field in ("selection", "variation", "inheritance", "fitness")
+    ]
+    living = (
+        cpu.code_of(experiment)
+        if isinstance(experiment, Experiment)
+        else (type(experiment.of_model),)
+    )
     return (*living, *breeding)
 
 

@@ -78,7 +78,9 @@ def compare(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Compari
         generator = np.random.default_rng(SEED)
         low, high = percentiles(_resampled_medians(a, generator) - _resampled_medians(b, generator))
     medians = float(np.median(a)), float(np.median(b))
-    return Comparison(a.size, b.size, *medians, medians[0] - medians[1], low, high, u, p, u / (a.size * b.size))
+    return Comparison(
+        a.size, b.size, *medians, medians[0] - medians[1], low, high, u, p, u / (a.size * b.size)
+    )
 
 
 def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Pairs:
@@ -105,7 +107,9 @@ def paired(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> Comparis
     found = compare_pairs(a, b)
     share = (found.above + (found.n - found.above - found.below) / 2) / found.n
     interval = found.effect, found.low, found.high
-    return Comparison(found.n, found.n, found.median_a, found.median_b, *interval, nan, found.p, share)
+    return Comparison(
+        found.n, found.n, found.median_a, found.median_b, *interval, nan, found.p, share
+    )
 
 
 def signed_rank(differences: Sample) -> float:
@@ -118,7 +122,9 @@ def signed_rank(differences: Sample) -> float:
     sizes = np.abs(left)
     if differences.size > MOST_SIGNS or np.unique(sizes).size == differences.size:
         return float(stats.wilcoxon(differences).pvalue)
-    ranks = stats.rankdata(sizes)  # SciPy tries them, too, but one by one, which takes a second and more
+    ranks = stats.rankdata(
+        sizes
+    )  # SciPy tries them, too, but one by one, which takes a second and more
     signs = (np.arange(2**left.size)[:, None] >> np.arange(left.size)) & 1
     return _two_sided(np.asarray(signs @ ranks, np.float64), float(ranks[left > 0].sum()))
 
@@ -134,7 +140,9 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     distinct, pairs = np.unique(pooled).size, a.size * b.size
     if distinct == 1:
         return pairs / 2, 1.0
-    method: Literal["exact", "asymptotic"] = "exact" if distinct == pooled.size and pairs <= EXACT_PAIRS else "asymptotic"
+    method: Literal["exact", "asymptotic"] = (
+        "exact" if distinct == pooled.size and pairs <= EXACT_PAIRS else "asymptotic"
+    )
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
     if distinct < pooled.size and comb(pooled.size, a.size) <= ARRANGEMENTS:
         return float(result.statistic), _p_of_all_arrangements(stats.rankdata(pooled), a.size)
@@ -186,7 +194,15 @@ def summarise(values: Sequence[float] | Sample) -> Summary:
     """Raises ValueError where there is no value, or one that is not finite."""
     values = checked(values)
     lower, median, upper = (float(quartile) for quartile in np.quantile(values, [0.25, 0.5, 0.75]))
-    return Summary(values.size, median, float(values.mean()), lower, upper, float(values.min()), float(values.max()))
+    return Summary(
+        values.size,
+        median,
+        float(values.mean()),
+        lower,
+        upper,
+        float(values.min()),
+        float(values.max()),
+    )
 
 
 def checked(values: Sequence[float] | Sample) -> Sample:

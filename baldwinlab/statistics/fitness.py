@@ -27,7 +27,11 @@ def _known(measure: Curve) -> Curve:
 
     @wraps(measure)
     def of(study: xr.Dataset) -> xr.DataArray:
-        return study[_kept_as(measure.__name__)] if _kept_as(measure.__name__) in study else measure(study)
+        return (
+            study[_kept_as(measure.__name__)]
+            if _kept_as(measure.__name__) in study
+            else measure(study)
+        )
 
     return of
 
@@ -45,7 +49,10 @@ def best(study: xr.Dataset) -> xr.DataArray:
 @_known
 def mean(study: xr.Dataset) -> xr.DataArray:
     """Fitness of the average agent: (condition, run, generation), energy."""
-    return _of_agents(study["energy"], lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count(energy))
+    return _of_agents(
+        study["energy"],
+        lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count(energy),
+    )
 
 
 @_known
@@ -127,10 +134,16 @@ def typical_run(study: xr.Dataset, condition: str) -> int:
 
 def most(study: xr.Dataset) -> xr.DataArray:
     """Items eaten by the agent that ate most of all generations: (condition, run); of models without food, fitness."""
-    return gained(study).max(("generation", "agent")) if "food_eaten" in study else best(study).max("generation")
+    return (
+        gained(study).max(("generation", "agent"))
+        if "food_eaten" in study
+        else best(study).max("generation")
+    )
 
 
-def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+def interval_of_mean(
+    values: xr.DataArray, over: str = "run"
+) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
     """Mean over runs (or another dimension) and its 95 % interval by Student's t; the interval is NaN for a single one.
 
     Of values none of which is negative, the mean is not either: the interval ends at 0, and still covers it as often.
@@ -139,12 +152,20 @@ def interval_of_mean(values: xr.DataArray, over: str = "run") -> tuple[xr.DataAr
     count = values.count(over)
     average = values.mean(over)
     spread = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
-    half = np.sqrt(spread / count) * xr.zeros_like(average).copy(data=stats.t.ppf(0.975, np.maximum(count - 1, 1)))
+    half = np.sqrt(spread / count) * xr.zeros_like(average).copy(
+        data=stats.t.ppf(0.975, np.maximum(count - 1, 1))
+    )
     low, high = average - half, average + half
-    return average, low if bool((values < 0).any()) else low.clip(min=0), high.clip(max=values.attrs.get("valid_max"))
+    return (
+        average,
+        low if bool((values < 0).any()) else low.clip(min=0),
+        high.clip(max=values.attrs.get("valid_max")),
+    )
 
 
-def interval_of_median(values: xr.DataArray, over: str = "run") -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
+def interval_of_median(
+    values: xr.DataArray, over: str = "run"
+) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
     """Median over runs (or another dimension) and its 95 % interval, whose ends are values of the sample.
 
     It is the interval of the sign test, from the k-th smallest to the k-th largest value, whatever their distribution; of fewer
@@ -155,7 +176,9 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> tuple[xr.Data
     rank = stats.binom.ppf(0.025, np.maximum(count.values, 1), 0.5).astype(np.int64)
 
     def the(place: np.ndarray) -> xr.DataArray:
-        found = np.take_along_axis(sample, np.clip(place, 0, sample.shape[-1] - 1)[..., None], axis=-1)[..., 0]
+        found = np.take_along_axis(
+            sample, np.clip(place, 0, sample.shape[-1] - 1)[..., None], axis=-1
+        )[..., 0]
         return count.copy(data=np.where(rank > 0, found, np.nan))
 
     return values.median(over), the(rank - 1), the(count.values - rank)

@@ -20,7 +20,12 @@ UNDECIDED: Verdict = "undecided"
 NOT_EVALUATED: Verdict = "not evaluated"
 VERDICTS = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
 
-MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}  # where there is no room for words
+MARKS: Mapping[Verdict, str] = {
+    HOLDS: "✓",
+    UNDECIDED: "?",
+    FAILS: "✗",
+    NOT_EVALUATED: "–",
+}  # where there is no room for words
 
 SIGNIFICANT = 0.05
 

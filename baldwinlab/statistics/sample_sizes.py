@@ -21,7 +21,9 @@ from baldwinlab.statistics.rules import SIGNIFICANT
 
 TOO_FEW = "too few runs"  # shown in place of "undecided"
 
-EXACT = 1000  # runs up to which the number of orders is counted exactly, which takes long for millions
+EXACT = (
+    1000  # runs up to which the number of orders is counted exactly, which takes long for millions
+)
 
 Test = Literal["Mann-Whitney", "Wilcoxon", "log-rank"]
 

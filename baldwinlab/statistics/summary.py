@@ -23,5 +23,11 @@ def by_condition(study: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
         for measure, values in finals.items():
             sample = values.sel(condition=condition).dropna("run").values
             if sample.size:
-                rows.append({"condition": str(condition), "measure": measure, **statistics.summarise(sample)._asdict()})
+                rows.append(
+                    {
+                        "condition": str(condition),
+                        "measure": measure,
+                        **statistics.summarise(sample)._asdict(),
+                    }
+                )
     return rows

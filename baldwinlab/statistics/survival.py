@@ -46,10 +46,14 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
     low, high = nan, nan
     if min(a.times.size, b.times.size) > 1:
         generator = np.random.default_rng(SEED)
-        means = [restricted_mean(one, until, _resampled(one.times.size, generator)) for one in (a, b)]
+        means = [
+            restricted_mean(one, until, _resampled(one.times.size, generator)) for one in (a, b)
+        ]
         low, high = percentiles(means[0] - means[1])
     a12 = (1 + float(_outlives(a, b).mean()) - float(_outlives(b, a).mean())) / 2
-    return Comparison(a.times.size, b.times.size, median(a), median(b), effect, low, high, *log_rank(a, b), a12)
+    return Comparison(
+        a.times.size, b.times.size, median(a), median(b), effect, low, high, *log_rank(a, b), a12
+    )
 
 
 def log_rank(a: Survival, b: Survival) -> tuple[float, float]:
@@ -67,7 +71,9 @@ def median(sample: Survival) -> float:
     return float(at_most[0] + below[0]) / 2 if below.size else nan
 
 
-def restricted_mean(sample: Survival, until: float, counts: npt.NDArray[np.int64] | None = None) -> Sample:
+def restricted_mean(
+    sample: Survival, until: float, counts: npt.NDArray[np.int64] | None = None
+) -> Sample:
     """The area under the Kaplan-Meier curve up to a time: of the sample, or of each run as often as `counts` [..., run] says."""
     times, alive = _curve(sample, np.ones(sample.times.size) if counts is None else counts)
     lasting = np.diff(np.minimum(times, until), prepend=0, append=until)

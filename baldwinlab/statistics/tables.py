@@ -20,5 +20,10 @@ def to_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> bytes:
     table = csv.DictWriter(text, columns, lineterminator="\n")
     table.writeheader()
     for row in rows:
-        table.writerow({name: "" if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()})
+        table.writerow(
+            {
+                name: "" if isinstance(value, float) and math.isnan(value) else value
+                for name, value in row.items()
+            }
+        )
     return text.getvalue().encode()

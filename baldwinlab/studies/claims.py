@@ -19,7 +19,9 @@ HEAD: Final = 65536  # bytes of a record among which its checksum stands
 def write_claims(study: Study, claims: Sequence[Mapping[str, Any]]) -> None:
     """Write the claims of a study, with a checksum and a digest of the runs that decided them. Raises OSError."""
     found = {"records": digest_records(study), "claims": list(claims)}
-    text = json.dumps({"checksum": _checksum(found), **found}, indent=2, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(
+        {"checksum": _checksum(found), **found}, indent=2, ensure_ascii=False, allow_nan=False
+    )
     write_atomically(study.directory / CLAIMS, f"{text}\n".encode())
 
 
@@ -46,11 +48,15 @@ def claims_in(study: Study) -> list[dict[str, Any]]:
     except (OSError, ValueError) as error:
         raise StudyError(f"{path} cannot be read: {error}; {again}") from None
     if isinstance(found, list):
-        raise StudyError(f"{path} was written by an older version, and does not say of which runs it is; {again}")
+        raise StudyError(
+            f"{path} was written by an older version, and does not say of which runs it is; {again}"
+        )
     if not _is_sound(found):
         raise StudyError(f"{path} is not what a report has written; {again}")
     if found["records"] != digest_records(study):
-        raise StudyError(f"{path} was decided by other runs than those that are stored now; {again}")
+        raise StudyError(
+            f"{path} was decided by other runs than those that are stored now; {again}"
+        )
     claims: list[dict[str, Any]] = found["claims"]
     return claims
 
@@ -75,7 +81,9 @@ def _is_sound(found: Any) -> bool:
 
 
 def _is_claim(one: Any) -> bool:
-    return isinstance(one, dict) and all(isinstance(one.get(name), str) for name in ("id", "verdict"))
+    return isinstance(one, dict) and all(
+        isinstance(one.get(name), str) for name in ("id", "verdict")
+    )
 
 
 def _checksum(found: Mapping[str, Any]) -> str:

@@ -30,12 +30,16 @@ def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, d
         case 2 | 3:
             kind, tables = facts["kind"], facts["factors"]
         case unknown:
-            raise ValueError(f"it has format {unknown}, and this version reads formats 1 to {FORMAT}")
+            raise ValueError(
+                f"it has format {unknown}, and this version reads formats 1 to {FORMAT}"
+            )
     if kind not in KINDS:
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
     for name in tables:
         if unknown := set(tables[name]) - set(Factors._fields):
-            raise ValueError(f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}")
+            raise ValueError(
+                f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}"
+            )
     return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
 
 
@@ -48,7 +52,9 @@ def require_seal(text: str, written: int) -> None:
     """Raises ValueError for a text that is not what was written. Studies of formats 1 and 2 may lack seals."""
     above, seal, digest = text.rpartition(_SEAL)
     if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
-        raise ValueError("it has been changed since the study was made, so it is not what its runs were made with; undo that")
+        raise ValueError(
+            "it has been changed since the study was made, so it is not what its runs were made with; undo that"
+        )
 
 
 def read_own_text(path: Path, kind: FileKind) -> str:
@@ -61,7 +67,9 @@ def read_own_text(path: Path, kind: FileKind) -> str:
 def require_sense(seed: Any, names: Any) -> None:
     """Raises ValueError unless these are a study's seed and the names of its conditions, each of which is a folder's below it."""
     if type(seed) is not int or not 0 <= seed < MOST_RUNS:
-        raise ValueError(f"seed = {seed!r} must be a whole number, at least 0 and less than {MOST_RUNS}")
+        raise ValueError(
+            f"seed = {seed!r} must be a whole number, at least 0 and less than {MOST_RUNS}"
+        )
     if not isinstance(names, list):
         raise ValueError(f"conditions = {names!r} must be a list of names")
     for name in names:
@@ -75,7 +83,9 @@ def changes_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
     """The assignments that changed the model of the paper. Raises ValueError where they are no list of texts."""
     changes = facts.get("changes", [])
     if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
-        raise ValueError(f'changes = {changes!r} must be a list of assignments, such as "lifetime.steps=100"')
+        raise ValueError(
+            f'changes = {changes!r} must be a list of assignments, such as "lifetime.steps=100"'
+        )
     return tuple(changes)
 
 
@@ -96,12 +106,20 @@ def text_of_study(
     sources: Sequence[Source],
 ) -> str:
     """The text of `study.toml`; of thousands of conditions, a TOML library would take a minute. A JSON text is one in TOML."""
-    lines = [f"format = {FORMAT}", f'kind = "{kind}"', f"seed = {seed}", f"conditions = {json.dumps(names)}"]
+    lines = [
+        f"format = {FORMAT}",
+        f'kind = "{kind}"',
+        f"seed = {seed}",
+        f"conditions = {json.dumps(names)}",
+    ]
     lines += [f"paper = {json.dumps(paper)}"] * bool(paper)
     lines += [f"changes = {json.dumps(list(changes))}"] * bool(changes)
     lines += [*trust.lines(sources), "", "[factors]"]
     for name in names if kind != SWEEP else ():
         found = factors.get(name, Factors())
         found = found._replace(learner=found.learner or name)
-        lines += [f'[factors."{name}"]', *(f"{key} = {json.dumps(value)}" for key, value in found._asdict().items() if value)]
+        lines += [
+            f'[factors."{name}"]',
+            *(f"{key} = {json.dumps(value)}" for key, value in found._asdict().items() if value),
+        ]
     return "".join(f"{line}\n" for line in lines)

@@ -36,7 +36,9 @@ def _factors(name: str) -> Factors:
     match name.split("/"):
         case [learner, where] if learner in LEARNERS and where in MAPS:
             return Factors(learner, where)
-        case [reading, learner, where] if learner in LEARNERS and where in MAPS and _is_reading(reading):
+        case [reading, learner, where] if (
+            learner in LEARNERS and where in MAPS and _is_reading(reading)
+        ):
             return Factors(learner, where, reading)
     return Factors(learner=name)
 

@@ -27,8 +27,12 @@ from baldwinlab.variables import RECORD, packed
 MOST_RUNS: Final = 2**31  # a run's number is smaller
 OF_ALL: Final = ("energy", "parents", "kept_genome")  # what is recorded of every model
 NUMBERS: Final = ("i", "f")  # kinds of NumPy
-HEADER: Final = 4 * 2**20  # bytes of a record beside its variables: names, meanings and the experiment
-LARGEST: Final = 8 * 2**30  # bytes of a record of a model that is not here; netCDF holds 2 GiB of a variable
+HEADER: Final = (
+    4 * 2**20
+)  # bytes of a record beside its variables: names, meanings and the experiment
+LARGEST: Final = (
+    8 * 2**30
+)  # bytes of a record of a model that is not here; netCDF holds 2 GiB of a variable
 
 
 class StudyError(BaldwinLabError):
@@ -44,25 +48,45 @@ def encode(run: xr.Dataset) -> bytes:
     return sealed(packed(run))
 
 
-def require_place(attributes: Mapping[Any, Any], experiment: BaseExperiment, seed: int, run: int) -> None:
+def require_place(
+    attributes: Mapping[Any, Any], experiment: BaseExperiment, seed: int, run: int
+) -> None:
     """Raises DamagedRecordError where a record is not that of a run of this experiment, of a study with this seed."""
-    own = {name: str(attributes.get(name, "")) for name in ("condition", "seed", "run", "experiment")}
+    own = {
+        name: str(attributes.get(name, "")) for name in ("condition", "seed", "run", "experiment")
+    }
     if (own["condition"], own["seed"], own["run"]) != (experiment.name, str(seed), str(run)):
-        its = f"run {own['run']} of {own['condition']} with seed {own['seed']}" if own["condition"] else "of no study"
-        raise DamagedRecordError(f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there")
+        its = (
+            f"run {own['run']} of {own['condition']} with seed {own['seed']}"
+            if own["condition"]
+            else "of no study"
+        )
+        raise DamagedRecordError(
+            f"it is {its}, and run {run} of {experiment.name} with seed {seed} belongs there"
+        )
     if _fields(own["experiment"], type(experiment)) != experiment.to_dict():
-        raise DamagedRecordError(f"the experiment that it was made with is not that of {experiment.name} in this study")
+        raise DamagedRecordError(
+            f"the experiment that it was made with is not that of {experiment.name} in this study"
+        )
 
 
 def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
     """Raises DamagedRecordError where a record lacks what is recorded of every run of this experiment."""
     lived = (experiment.evolution.generations, experiment.population.size)
     if not all(_is_declared(name, record) for name in OF_ALL) or record["energy"].shape != lived:
-        raise DamagedRecordError(f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents")
+        raise DamagedRecordError(
+            f"it does not hold what is recorded of {lived[0]} generations of {lived[1]} agents"
+        )
     last, every = lived[0] - 1, experiment.record.genome_every
-    kept = [generation for generation in range(lived[0]) if generation % every == 0 or generation == last]
+    kept = [
+        generation
+        for generation in range(lived[0])
+        if generation % every == 0 or generation == last
+    ]
     if record["kept_generation"].values.tolist() != kept:
-        raise DamagedRecordError(f"the generations of its genomes are not those of record.genome_every = {every}")
+        raise DamagedRecordError(
+            f"the generations of its genomes are not those of record.genome_every = {every}"
+        )
 
 
 def _is_declared(name: str, record: xr.Dataset) -> bool:
@@ -94,7 +118,9 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
     return record
 
 
-def read_attributes(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
+def read_attributes(
+    directory: Path, experiment: BaseExperiment, seed: int, run: int
+) -> dict[str, Any]:
     """What the record of a run says of itself, without decoding its arrays. Raises as `read_record` does."""
     with _bytes_of(directory, experiment, run) as raw:
         found = attributes(raw)
@@ -124,7 +150,9 @@ def _bytes_of(directory: Path, experiment: BaseExperiment, run: int) -> Iterator
         yield raw
     except FileNotFoundError:
         count = len(list(stored_runs(path.parent)))
-        raise StudyError(f"{path} does not exist; runs of {experiment.name} that are stored: {count}") from None
+        raise StudyError(
+            f"{path} does not exist; runs of {experiment.name} that are stored: {count}"
+        ) from None
     except (DamagedError, DamagedRecordError) as error:
         raise DamagedRecordError(f"{path} is damaged: {error}") from None
     except OSError as error:
@@ -139,10 +167,14 @@ def stored_runs(folder: Path) -> Iterator[int]:
     for entry in folder.glob("[!.]*.nc"):  # a name with a dot is being written
         number = _number(entry.stem)
         if number is None:
-            raise StudyError(f"{entry} has no name of a record: remove it, or give it another ending")
+            raise StudyError(
+                f"{entry} has no name of a record: remove it, or give it another ending"
+            )
         if entry.name != record_name(number):
             right = f"run {number} is stored as {record_name(number)}"
-            raise StudyError(f"{entry} has no name of a record; {right}: remove it, or give it another ending")
+            raise StudyError(
+                f"{entry} has no name of a record; {right}: remove it, or give it another ending"
+            )
         if is_local(entry) and not entry.is_file():
             raise StudyError(f"{entry} is no file, though it has the name of a record: remove it")
         yield number
@@ -172,7 +204,9 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
 
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:
     """Write a file of a study whole or not at all. Raises OSError as `write_record` does."""
-    gone = FileNotFoundError(errno.ENOENT, "the study has been removed or moved while it ran", str(directory))
+    gone = FileNotFoundError(
+        errno.ENOENT, "the study has been removed or moved while it ran", str(directory)
+    )
     if not is_study(directory):
         raise gone
     try:

@@ -130,7 +130,9 @@ class Study:
 
     def require_parts(self, *conditions: str) -> None:
         """Raises PartError where these conditions (or all, unless any is given) choose a part that is not here, or is another."""
-        trust.require(self.directory, self.parts, map(self.experiment, conditions or self.experiments))
+        trust.require(
+            self.directory, self.parts, map(self.experiment, conditions or self.experiments)
+        )
 
     def path(self, condition: str, run: int) -> Path:
         return record_path(self.directory, condition, run)
@@ -142,7 +144,9 @@ class Study:
     def require_runs(self) -> None:
         """Raises StudyError where no run is stored yet."""
         if not any(self.runs(condition) for condition in self.experiments):
-            raise StudyError(f"{self.directory} holds no finished run yet; the command that made it carries on")
+            raise StudyError(
+                f"{self.directory} holds no finished run yet; the command that made it carries on"
+            )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:
         write_record(self.directory, condition, run, record)
@@ -150,7 +154,11 @@ class Study:
     def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
         """One run, whole; without genomes where those that are not kept would fill memory with NaN. Raises as `record` does."""
         record = self.record(condition, run)
-        return whole(record) if genomes else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
+        return (
+            whole(record)
+            if genomes
+            else record.drop_dims("kept_generation").drop_vars(["module", "weight"])
+        )
 
     def record(self, condition: str, run: int) -> xr.Dataset:
         """One run as it is stored. Raises DamagedRecordError, naming the file, and StudyError where there is none."""
@@ -205,7 +213,9 @@ class Study:
                 session = json.loads(line)
             except (ValueError, RecursionError):
                 continue
-            if isinstance(session, dict) and all(isinstance(session.get(name), int | float) for name in SESSION):
+            if isinstance(session, dict) and all(
+                isinstance(session.get(name), int | float) for name in SESSION
+            ):
                 yield session
 
 
@@ -230,7 +240,9 @@ def create(
         raise StudyError(f"two conditions have the same name, {name!r}: change name in one of them")
     for name in names:
         if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
-            raise StudyError(f"no condition can be called {name!r}: a study has files with such endings")
+            raise StudyError(
+                f"no condition can be called {name!r}: a study has files with such endings"
+            )
     if is_local(directory) and (folder := owner(directory)):
         raise StudyError(f"{directory} belongs to the study in {folder}; choose another --out")
     is_new = False
@@ -242,7 +254,9 @@ def create(
         try:
             is_new = _write_study(directory, experiments, sources, text)
         except OSError as error:
-            raise StudyError(f"{error.filename or directory} cannot be written: {error.strerror or error}") from None
+            raise StudyError(
+                f"{error.filename or directory} cannot be written: {error.strerror or error}"
+            ) from None
     study = Study(directory)
     if not is_new:
         study.require_parts()
@@ -250,12 +264,16 @@ def create(
     return study
 
 
-def _write_study(directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str) -> bool:
+def _write_study(
+    directory: Path, experiments: Sequence[Experiment], sources: Sequence[Source], text: str
+) -> bool:
     """Write the files of a new study, `study.toml` last. False where another process has been faster."""
     entries = list(directory.iterdir()) if directory.exists() else []
     if not all(map(_may_lie_in_a_study, entries)) and not is_study(directory):
         raise StudyError(f"{directory} is not empty and holds no study; choose another --out")
-    for experiment in sorted(experiments, key=lambda one: one.name):  # in one order in all processes
+    for experiment in sorted(
+        experiments, key=lambda one: one.name
+    ):  # in one order in all processes
         _write_experiment(directory, experiment)
     trust.keep(directory, sources)
     try:
@@ -273,7 +291,9 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
         write_exclusively(path, sealed(to_toml(experiment)).encode())
     except FileExistsError:
         if _read_experiment(path) != experiment:
-            raise StudyError(f"{directory} holds the beginning of another study; choose another --out") from None
+            raise StudyError(
+                f"{directory} holds the beginning of another study; choose another --out"
+            ) from None
 
 
 def _read_experiment(path: Path) -> BaseExperiment:
@@ -285,7 +305,9 @@ def _read_experiment(path: Path) -> BaseExperiment:
 
 def _may_lie_in_a_study(entry: Path) -> bool:
     """Whether it is the runs or parts of a study that is being created, or a study below it, such as a multiverse."""
-    return entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
+    return (
+        entry.name in ("runs", "parts") or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
+    )
 
 
 def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, paper: str) -> None:
@@ -293,7 +315,9 @@ def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, pa
     if study.seed != seed:
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
     if paper and study.paper not in (paper, ""):
-        raise StudyError(f"{where}: it is of the paper {study.paper}, not {paper}; choose another --out")
+        raise StudyError(
+            f"{where}: it is of the paper {study.paper}, not {paper}; choose another --out"
+        )
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
         raise StudyError(
@@ -302,7 +326,9 @@ def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, pa
     for experiment in experiments:
         stored = study.experiments[experiment.name].to_dict()
         for path, there, here in _differences(stored, experiment.to_dict()):
-            raise StudyError(f"{where}: {path} of {experiment.name} is {there} there and {here} here; choose another --out")
+            raise StudyError(
+                f"{where}: {path} of {experiment.name} is {there} there and {here} here; choose another --out"
+            )
 
 
 def _listed(names: Sequence[str], most: int = 10) -> str:

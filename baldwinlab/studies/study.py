@@ -24,7 +24,15 @@ from baldwinlab.studies.records import DamagedRecordError, write_record
 from baldwinlab.studies.store import Study
 from baldwinlab.variables import DIMENSIONS, PARENTS, RUN
 
-__all__ = ["Evolve", "agent_steps_of_run", "available_cores", "missing_runs", "open_study", "plan", "run_study"]
+__all__ = [
+    "Evolve",
+    "agent_steps_of_run",
+    "available_cores",
+    "missing_runs",
+    "open_study",
+    "plan",
+    "run_study",
+]
 
 MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
 
@@ -45,14 +53,22 @@ class Evolve(NamedTuple):
     def agent_steps(self) -> int:
         return len(self.runs) * agent_steps_of_run(self.experiment)
 
-    def do(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
+    def do(
+        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+    ) -> None:
         """In batches of as many worlds as suit the backend. See `Task`."""
         for first in range(0, len(self.runs), backend.worlds):
-            self._replace(runs=self.runs[first : first + backend.worlds])._do_batch(seed, directory, backend, lived)
+            self._replace(runs=self.runs[first : first + backend.worlds])._do_batch(
+                seed, directory, backend, lived
+            )
 
-    def _do_batch(self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]) -> None:
+    def _do_batch(
+        self, seed: int, directory: Path, backend: Backend, lived: Callable[[int], None]
+    ) -> None:
         share = self.agent_steps // self.experiment.evolution.generations
-        for history in live_batch(self.experiment, seed, self.runs, backend, lambda histories: lived(share)):
+        for history in live_batch(
+            self.experiment, seed, self.runs, backend, lambda histories: lived(share)
+        ):
             write_record(directory, self.experiment.name, history.run, history.record())
 
 
@@ -74,14 +90,20 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
                 study.record(condition, run)
             except DamagedRecordError as error:
                 aside = study.set_aside(condition, run)
-                what = "the run is done again" if run < runs else f"run {run} is not done again, as --runs is {runs}"
+                what = (
+                    "the run is done again"
+                    if run < runs
+                    else f"run {run} is not done again, as --runs is {runs}"
+                )
                 tell(f"{error}; it is kept as {aside.name} and {what}")
                 stored.discard(run)
         missing[condition] = [run for run in range(runs) if run not in stored]
     return missing
 
 
-def plan(study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds) -> list[Evolve]:
+def plan(
+    study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds
+) -> list[Evolve]:
     """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
 
     A task is a batch of as many worlds as suit the backend; several, where there would be more than `MOST_TASKS`; or fewer
@@ -115,7 +137,9 @@ def run_study(
     study.sweep()
     tasks = plan(study, missing, workers, backend.worlds)
     compile_seconds = warm_up((task.experiment for task in tasks), backend, tell)
-    tell(f"the engine ({backend.name}) is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before")
+    tell(
+        f"the engine ({backend.name}) is ready: {compile_seconds:.1f} s to compile it, or to load it as it was compiled before"
+    )
     start, began, done = time.perf_counter(), datetime.now(UTC), 0
     try:
         with (
@@ -162,14 +186,22 @@ def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
 def together(study: Study, names: Sequence[str], opened: Sequence[xr.Dataset]) -> xr.Dataset:
     """What was opened of each of these conditions, (run, generation, agent), as one dataset with what the study says of them."""
     texts = [to_toml(study.experiment(name)) for name in names]
-    found = xr.concat(opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop")
-    found = found.assign_coords(condition=list(names)).assign_coords(coordinates([study.factors[name] for name in names]))
-    for name in found.data_vars:  # a gain may be another in each model, and then has no one unit and meaning
+    found = xr.concat(
+        opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
+    )
+    found = found.assign_coords(condition=list(names)).assign_coords(
+        coordinates([study.factors[name] for name in names])
+    )
+    for name in (
+        found.data_vars
+    ):  # a gain may be another in each model, and then has no one unit and meaning
         told = [one[name].attrs for one in opened if name in one and one[name].attrs]
         found[name].attrs = told[0] if told and all(each == told[0] for each in told) else {}
     for name, meaning in DIMENSIONS.items():
         found[name].attrs = {"long_name": meaning}
-    found = found.drop_encoding()  # which says how records are stored: written so, gaps among whole numbers would be lost
+    found = (
+        found.drop_encoding()
+    )  # which says how records are stored: written so, gaps among whole numbers would be lost
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 
@@ -178,7 +210,9 @@ def _open_condition(study: Study, condition: str) -> xr.Dataset:
     if not numbers:
         return no_runs(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in numbers]
-    found = xr.concat(records, "run", combine_attrs="drop").assign_coords(run=np.array(numbers, np.int32))
+    found = xr.concat(records, "run", combine_attrs="drop").assign_coords(
+        run=np.array(numbers, np.int32)
+    )
     for name, variable in records[0].data_vars.items():
         found[name].attrs = variable.attrs  # its unit and its meaning
     return found
@@ -192,8 +226,17 @@ def no_runs(experiment: Experiment) -> xr.Dataset:
         "agent": experiment.population.size,
         "parent": len(PARENTS),
     }
-    names = ("food_eaten", "energy", "parents") if isinstance(experiment, Experiment) else ("energy", "parents")
+    names = (
+        ("food_eaten", "energy", "parents")
+        if isinstance(experiment, Experiment)
+        else ("energy", "parents")
+    )
     arrays = {name: ("run", *RUN[name].dims) for name in names}
-    empty = {name: (dims, np.empty([sizes[dim] for dim in dims], RUN[name].dtype)) for name, dims in arrays.items()}
-    coords = {dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"}
+    empty = {
+        name: (dims, np.empty([sizes[dim] for dim in dims], RUN[name].dtype))
+        for name, dims in arrays.items()
+    }
+    coords = {
+        dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"
+    }
     return xr.Dataset(empty, coords | {"parent": list(PARENTS)})

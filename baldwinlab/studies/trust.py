@@ -34,12 +34,17 @@ class Stored(NamedTuple):
 
 def read(facts: Mapping[str, Any]) -> tuple[Stored, ...]:
     """Those that `study.toml` names. Raises KeyError where it is not what is written."""
-    return tuple(Stored(str(part["kind"]), str(part["name"]), str(part["sha256"])) for part in facts.get("parts", []))
+    return tuple(
+        Stored(str(part["kind"]), str(part["name"]), str(part["sha256"]))
+        for part in facts.get("parts", [])
+    )
 
 
 def sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
     """The foreign parts that experiments choose. Raises PartError for one that is not here."""
-    if not (choosing := [experiment for experiment in experiments if any(foreign_choices(experiment))]):
+    if not (
+        choosing := [experiment for experiment in experiments if any(foreign_choices(experiment))]
+    ):
         return ()
     from baldwinlab.parts.foreign import sources_of
 
@@ -55,19 +60,26 @@ def keep(directory: Path, sources: Sequence[Source]) -> None:
             write_exclusively(path, source.text.encode())
         except FileExistsError:
             if path.read_bytes() != source.text.encode():
-                raise PartError(f"{path} is there already and holds another part; choose another --out") from None
+                raise PartError(
+                    f"{path} is there already and holds another part; choose another --out"
+                ) from None
 
 
 def lines(sources: Sequence[Source]) -> list[str]:
     """What `study.toml` says of parts."""
-    said = [("[[parts]]", f'kind = "{one.kind}"', f'name = "{one.name}"', f'sha256 = "{one.sha256}"') for one in sources]
+    said = [
+        ("[[parts]]", f'kind = "{one.kind}"', f'name = "{one.name}"', f'sha256 = "{one.sha256}"')
+        for one in sources
+    ]
     return [line for part in said for line in part]
 
 
 def require(where: Path, stored: Sequence[Stored], experiments: Iterable[BaseExperiment]) -> None:
     """Raise PartError where a part or a data file of experiments of a study is not here, or is another."""
     known = list(experiments)
-    _require_parts(where, stored, {choice for experiment in known for choice in foreign_choices(experiment)})
+    _require_parts(
+        where, stored, {choice for experiment in known for choice in foreign_choices(experiment)}
+    )
     for experiment in known:
         require_files(experiment, f" in {where}")
 
@@ -84,7 +96,9 @@ def _require_parts(where: Path, stored: Sequence[Stored], chosen: set[tuple[str,
         try:
             here = source_of(kind, name).sha256
         except PartError:
-            raise PartError(f"the {kind} {name!r}{kept} is not here; give its file by --part FILE") from None
+            raise PartError(
+                f"the {kind} {name!r}{kept} is not here; give its file by --part FILE"
+            ) from None
         if there and here != there:
             raise PartError(
                 f"the {kind} {name!r}{kept} is another than the one given here ({here[:DIGITS]}...): "

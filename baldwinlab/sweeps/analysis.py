@@ -35,7 +35,9 @@ class Group(NamedTuple):
     """Points that share a value of a field, or have neighbouring ones."""
 
     label: str
-    position: float  # on the field's axis: the value, or the median of several; for texts, their number
+    position: (
+        float  # on the field's axis: the value, or the median of several; for texts, their number
+    )
     points: npt.NDArray[np.intp]
 
 
@@ -88,7 +90,13 @@ def is_number(values: xr.DataArray) -> bool:
 
 
 def label(value: Any) -> str:
-    return value if isinstance(value, str) else f"{value:.4g}" if isinstance(value, float) else f"{value}"
+    return (
+        value
+        if isinstance(value, str)
+        else f"{value:.4g}"
+        if isinstance(value, float)
+        else f"{value}"
+    )
 
 
 def groups(measured: xr.Dataset, field: str) -> list[Group]:
@@ -98,8 +106,16 @@ def groups(measured: xr.Dataset, field: str) -> list[Group]:
     about as many points, at least five.
     """
     values = measured[field].values
-    distinct = np.unique(values).tolist() if is_number(measured[field]) else list(dict.fromkeys(values.tolist()))
-    if measured.attrs["design"] == "grid" or not is_number(measured[field]) or len(distinct) <= MOST_GROUPS:
+    distinct = (
+        np.unique(values).tolist()
+        if is_number(measured[field])
+        else list(dict.fromkeys(values.tolist()))
+    )
+    if (
+        measured.attrs["design"] == "grid"
+        or not is_number(measured[field])
+        or len(distinct) <= MOST_GROUPS
+    ):
         places = distinct if is_number(measured[field]) else range(len(distinct))
         return [
             Group(label(value), float(place), np.flatnonzero(values == value))
@@ -110,7 +126,11 @@ def groups(measured: xr.Dataset, field: str) -> list[Group]:
     group_of = np.searchsorted(edges, values, side="right")
     found = [np.flatnonzero(group_of == group) for group in np.unique(group_of)]
     return [
-        Group(f"{label(values[points].min())} to {label(values[points].max())}", float(np.median(values[points])), points)
+        Group(
+            f"{label(values[points].min())} to {label(values[points].max())}",
+            float(np.median(values[points])),
+            points,
+        )
         for points in found
     ]
 
@@ -121,8 +141,14 @@ def responses(measured: xr.Dataset, field: str, measure: str) -> list[Response]:
     found = []
     for group in groups(measured, field):
         values = measured[measure].isel(point=group.points)
-        average, low, high = (float(number) for number in interval_of_mean(values.mean(averaged), over))
-        found.append(Response(field, group.label, group.position, measure, len(group.points), average, low, high))
+        average, low, high = (
+            float(number) for number in interval_of_mean(values.mean(averaged), over)
+        )
+        found.append(
+            Response(
+                field, group.label, group.position, measure, len(group.points), average, low, high
+            )
+        )
     return found
 
 
@@ -137,7 +163,10 @@ def table(measured: xr.Dataset, row: str, column: str, measure: str) -> npt.NDAr
     means = measured[measure].mean("run").values
     return np.array(
         [
-            [_mean(means[np.intersect1d(down.points, across.points)]) for across in groups(measured, column)]
+            [
+                _mean(means[np.intersect1d(down.points, across.points)])
+                for across in groups(measured, column)
+            ]
             for down in groups(measured, row)
         ]
     )
@@ -155,7 +184,15 @@ def correlations(measured: xr.Dataset) -> list[Correlation]:
         if is_number(measured[field]):
             for measure in fitness.MEASURES:
                 means = measured[measure].mean("run").dropna("point")
-                found.append(Correlation(field, measure, means.size, *_spearman(means[field].values, means.values), nan))
+                found.append(
+                    Correlation(
+                        field,
+                        measure,
+                        means.size,
+                        *_spearman(means[field].values, means.values),
+                        nan,
+                    )
+                )
     known = [correlation for correlation in found if not np.isnan(correlation.p)]
     corrected = iter(statistics.holm([correlation.p for correlation in known]).tolist())
     return [one if np.isnan(one.p) else one._replace(p_holm=next(corrected)) for one in found]
@@ -178,12 +215,26 @@ def by_point(measured: xr.Dataset) -> list[dict[str, Any]]:
         settings = {field: measured[field].values[point].item() for field in fields}
         for measure, numbers in intervals.items():
             average, low, high = (float(values[point]) for values in numbers)
-            found = {"measure": measure, "runs": int(counts[point]), "mean": average, "low": low, "high": high}
+            found = {
+                "measure": measure,
+                "runs": int(counts[point]),
+                "mean": average,
+                "low": low,
+                "high": high,
+            }
             rows.append({"point": number, **settings, **found})
     return rows
 
 
 def write(measured: xr.Dataset, directory: Path) -> None:
     """Write `responses.csv`, a row for each point and measure, whole or not at all. Raises OSError."""
-    columns: Sequence[str] = ("point", *measured.attrs["fields"], "measure", "runs", "mean", "low", "high")
+    columns: Sequence[str] = (
+        "point",
+        *measured.attrs["fields"],
+        "measure",
+        "runs",
+        "mean",
+        "low",
+        "high",
+    )
     write_atomically(directory / "responses.csv", to_csv(columns, by_point(measured)))

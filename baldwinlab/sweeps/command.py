@@ -8,12 +8,24 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api import sweep as sweeps
-from baldwinlab.cli.common import BackendName, Executor, Force, Last, Out, Parts, Workers, load_parts
+from baldwinlab.cli.common import (
+    BackendName,
+    Executor,
+    Force,
+    Last,
+    Out,
+    Parts,
+    Workers,
+    load_parts,
+)
 from baldwinlab.errors import require_positive
 
 
 def sweep(
-    file: Annotated[Path, Parameter(help="a TOML file that says which fields are swept, and how; see docs/sweeps.md")],
+    file: Annotated[
+        Path,
+        Parameter(help="a TOML file that says which fields are swept, and how; see docs/sweeps.md"),
+    ],
     /,
     *,
     part: Parts = None,
@@ -27,5 +39,7 @@ def sweep(
     """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields."""
     load_parts(part)
     require_positive("last", last)
-    study = sweeps.sweep(file, out=out, workers=workers, backend=backend, executor=executor, force=force)
+    study = sweeps.sweep(
+        file, out=out, workers=workers, backend=backend, executor=executor, force=force
+    )
     study.report(last=last, force=force)

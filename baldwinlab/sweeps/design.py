@@ -64,15 +64,30 @@ def _base(sweep: Sweep, path: Path) -> Experiment:
     """The experiment as it is before any field is swept."""
     name = sweep.experiment
     try:
-        base: Experiment = assign(presets.load(path.parent / name if name.endswith(".toml") else name), _assignments(sweep.fixed))
+        base: Experiment = assign(
+            presets.load(path.parent / name if name.endswith(".toml") else name),
+            _assignments(sweep.fixed),
+        )
         for field, values in sweep.fields.items():
             value, _ = _look_up(base, field)
-            if isinstance(values, Range) and (isinstance(value, bool) or not isinstance(value, int | float)):
-                raise ExperimentError(f"fields.{field}: {_text(value)} is not a number; give a list of what it may be")
-            if isinstance(values, Range) and isinstance(value, int) and math.ceil(values.low) > math.floor(values.high):
-                raise ExperimentError(f"fields.{field}: there is no whole number from {values.low:g} to {values.high:g}")
+            if isinstance(values, Range) and (
+                isinstance(value, bool) or not isinstance(value, int | float)
+            ):
+                raise ExperimentError(
+                    f"fields.{field}: {_text(value)} is not a number; give a list of what it may be"
+                )
+            if (
+                isinstance(values, Range)
+                and isinstance(value, int)
+                and math.ceil(values.low) > math.floor(values.high)
+            ):
+                raise ExperimentError(
+                    f"fields.{field}: there is no whole number from {values.low:g} to {values.high:g}"
+                )
     except ExperimentError as error:
-        raise ExperimentError("\n".join(f"{path}: {line}" for line in str(error).splitlines())) from None
+        raise ExperimentError(
+            "\n".join(f"{path}: {line}" for line in str(error).splitlines())
+        ) from None
     return base
 
 
@@ -84,7 +99,10 @@ def _points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
     else:
         whole = [isinstance(_look_up(base, field)[0], int) for field in sweep.fields]
         rows = [
-            [_pick(values, share, integer) for values, share, integer in zip(sweep.fields.values(), shares, whole, strict=True)]
+            [
+                _pick(values, share, integer)
+                for values, share, integer in zip(sweep.fields.values(), shares, whole, strict=True)
+            ]
             for shares in _shares(sweep, sweep.samples).tolist()
         ]
     return (dict(zip(sweep.fields, row, strict=True)) for row in rows)
@@ -98,7 +116,9 @@ def _shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
     from scipy.stats import qmc  # here, because it takes a second to load, and few sweeps need it
 
     sobol = qmc.Sobol(len(sweep.fields), scramble=True, rng=generator)
-    return sobol.random_base2((samples - 1).bit_length())[:samples]  # a power of 2, or the points would lose their balance
+    return sobol.random_base2((samples - 1).bit_length())[
+        :samples
+    ]  # a power of 2, or the points would lose their balance
 
 
 def _pick(values: list[Any] | Range, share: float, whole: bool) -> Any:
@@ -124,7 +144,11 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
 
 
 def _text(value: Any) -> str:
-    return value if isinstance(value, str) else tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
+    return (
+        value
+        if isinstance(value, str)
+        else tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
+    )
 
 
 def _labels(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
@@ -139,14 +163,20 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
     """The values of a field in a grid must differ, or two points would be one."""
     for field, values in sweep.lists.items():
         if sweep.design == "grid" and len(set(_labels(points, field))) < len(values):
-            raise ExperimentError(f"{path}: fields.{field} has a value twice; in a grid, each must be another")
+            raise ExperimentError(
+                f"{path}: fields.{field} has a value twice; in a grid, each must be another"
+            )
 
 
 def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
     """A field that has no effect at any point is refused; at some points, a sweep over parts has idle fields on purpose."""
     reasons = [idle_fields(point) for point in points]
-    given = {f"set.{field}": field for field in sweep.fixed} | {f"fields.{field}": field for field in sweep.fields}
-    idle = {key: field for key, field in given.items() if all(field in of_point for of_point in reasons)}
+    given = {f"set.{field}": field for field in sweep.fixed} | {
+        f"fields.{field}": field for field in sweep.fields
+    }
+    idle = {
+        key: field for key, field in given.items() if all(field in of_point for of_point in reasons)
+    }
     if idle:
         faults = [f"{path}: {describe_idle(key, reasons[0][field])}" for key, field in idle.items()]
         raise ExperimentError(lines(faults))
@@ -155,7 +185,9 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
 def require_as_many(directory: Path, points: Sequence[Experiment]) -> None:
     """Raises StudyError if the directory holds a sweep of another number of points, whose names would say nothing of that."""
     if (directory / FILE).exists() and (there := len(Study(directory).experiments)) != len(points):
-        raise StudyError(f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out")
+        raise StudyError(
+            f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out"
+        )
 
 
 def open_sweep(directory: str | Path) -> xr.Dataset:
@@ -178,13 +210,20 @@ def labelled(study: Study, data: xr.Dataset) -> xr.Dataset:
     sweep = read(study.directory / FILE)
     points = list(study.experiments.values())
     labels = {field: _labels(points, field) for field in sweep.fields}
-    places = {"point": np.arange(len(points), dtype=np.int32)} | {field: ("point", labels[field]) for field in labels}
+    places = {"point": np.arange(len(points), dtype=np.int32)} | {
+        field: ("point", labels[field]) for field in labels
+    }
     data = data.rename(condition="point").assign_coords(places)
     if sweep.design == "grid":
         data = _as_grid(data, list(labels))
     for field in labels:
         data[field].attrs["long_name"] = name_of(field, points[0])
-    return data.assign_attrs(design=sweep.design, fields=list(labels), base=sweep.experiment, set=_assignments(sweep.fixed))
+    return data.assign_attrs(
+        design=sweep.design,
+        fields=list(labels),
+        base=sweep.experiment,
+        set=_assignments(sweep.fixed),
+    )
 
 
 def settings(study: Study) -> dict[str, list[int | float] | list[str]]:

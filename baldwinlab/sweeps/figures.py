@@ -56,7 +56,9 @@ def response_curves(measured: xr.Dataset) -> Figure:
         row[0].set_xlabel(textwrap.fill(meaning(measured, field), 60), loc="left")
     for axes, (measure, title) in zip(grid[0], COLUMNS.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
-        top = 1.0 if measure == "share" else axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0  # where nobody ate
+        top = (
+            1.0 if measure == "share" else axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
+        )  # where nobody ate
         axes.set_ylim(-0.025 * top, 1.025 * top)
     for row in grid:
         row[0].set_ylabel(_unit(measured))
@@ -76,11 +78,28 @@ def _curve(axes: Axes, measured: xr.Dataset, field: str, measure: str) -> None:
     found = analysis.responses(measured, field, measure)
     numbers = analysis.is_number(measured[field])
     if analysis.is_sampled(measured):
-        places = measured[field].values if numbers else _numbered(found, analysis.groups(measured, field))
-        axes.plot(places, measured[measure].mean("run"), "o", color=GREY, ms=3, alpha=0.45, mew=0, clip_on=False)
+        places = (
+            measured[field].values
+            if numbers
+            else _numbered(found, analysis.groups(measured, field))
+        )
+        axes.plot(
+            places,
+            measured[measure].mean("run"),
+            "o",
+            color=GREY,
+            ms=3,
+            alpha=0.45,
+            mew=0,
+            clip_on=False,
+        )
     _line(axes, found, joined=numbers)
     if not numbers:
-        axes.set_xticks(range(len(found)), [response.group for response in found], rotation=0 if len(found) < 4 else 30)
+        axes.set_xticks(
+            range(len(found)),
+            [response.group for response in found],
+            rotation=0 if len(found) < 4 else 30,
+        )
         axes.set_xlim(-0.5, len(found) - 0.5)
         return
     scale = axis_scale(measured[field].values)
@@ -105,8 +124,20 @@ def _numbered(found: Sequence[Response], groups: Sequence[Group]) -> npt.NDArray
 
 def _line(axes: Axes, found: Sequence[Response], joined: bool) -> None:
     place = [response.position for response in found]
-    mean, low, high = (np.array([getattr(response, name) for response in found]) for name in ("mean", "low", "high"))
-    axes.plot(place, mean, ls="-" if joined else "none", color=BLUE, lw=1.5, marker="o", ms=4, clip_on=False)
+    mean, low, high = (
+        np.array([getattr(response, name) for response in found])
+        for name in ("mean", "low", "high")
+    )
+    axes.plot(
+        place,
+        mean,
+        ls="-" if joined else "none",
+        color=BLUE,
+        lw=1.5,
+        marker="o",
+        ms=4,
+        clip_on=False,
+    )
     axes.vlines(place, low, high, color=BLUE, lw=1.1)
 
 
@@ -121,7 +152,11 @@ def heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
         top = 1.0 if measure == "share" else max(float(np.nanmax(values, initial=0.0)), 1e-9)
         drawn = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
         figure.colorbar(
-            drawn, ax=axes, location="top", label=_unit(measured) if measure != "share" else "share of agents", aspect=30
+            drawn,
+            ax=axes,
+            location="top",
+            label=_unit(measured) if measure != "share" else "share of agents",
+            aspect=30,
         )
         axes.set_title(title, loc="left", fontweight="bold")
         axes.grid(visible=False)
@@ -149,4 +184,11 @@ def _write_values(axes: Axes, values: npt.NDArray[np.float64], top: float) -> No
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
             colour = BLACK if value > 0.55 * top else "white"
-            axes.text(column, row, f"{value:.3g}" if value < 1000 else f"{value:,.0f}", ha="center", va="center", color=colour)
+            axes.text(
+                column,
+                row,
+                f"{value:.3g}" if value < 1000 else f"{value:,.0f}",
+                ha="center",
+                va="center",
+                color=colour,
+            )

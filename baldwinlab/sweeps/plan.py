@@ -43,7 +43,11 @@ class Range(Fields):
         return min(math.floor(self._between(low, high + 1, share)), high)
 
     def _between(self, low: float, high: float, share: float) -> float:
-        place = low * math.exp(share * math.log(high / low)) if self.scale == "log" else low + share * (high - low)
+        place = (
+            low * math.exp(share * math.log(high / low))
+            if self.scale == "log"
+            else low + share * (high - low)
+        )
         return min(max(place, low), high)  # rounding may leave the range
 
 
@@ -63,7 +67,12 @@ class Sweep(Fields):
     design: Literal["grid", "list", "random", "sobol"] = "grid"
     samples: int | None = Field(None, ge=1, le=MOST_POINTS)
     fixed: dict[str, Any] = Field({}, alias="set")
-    fields: dict[str, Annotated[Annotated[Values, Tag("values")] | Annotated[Range, Tag("range")], Discriminator(_kind)]]
+    fields: dict[
+        str,
+        Annotated[
+            Annotated[Values, Tag("values")] | Annotated[Range, Tag("range")], Discriminator(_kind)
+        ],
+    ]
 
     @field_validator("fixed", "fields", mode="before")
     @classmethod
@@ -87,34 +96,48 @@ class Sweep(Fields):
     @model_validator(mode="after")
     def _values_are_plain(self) -> Self:
         fixed = {f"set.{path}": [value] for path, value in self.fixed.items()}
-        for path, values in (fixed | {f"fields.{path}": values for path, values in self.lists.items()}).items():
+        for path, values in (
+            fixed | {f"fields.{path}": values for path, values in self.lists.items()}
+        ).items():
             if not all(map(_plain, values)):
-                raise ValueError(f"{path}: a value must be a number, true or false, a text, or a list of these")
+                raise ValueError(
+                    f"{path}: a value must be a number, true or false, a text, or a list of these"
+                )
         return self
 
     @model_validator(mode="after")
     def _design_has_what_it_needs(self) -> Self:
         if self.design in ("random", "sobol"):
             if self.samples is None:
-                raise ValueError(f'samples: is missing; design = "{self.design}" needs the number of points')
+                raise ValueError(
+                    f'samples: is missing; design = "{self.design}" needs the number of points'
+                )
             return self
         if self.samples is not None:
-            raise ValueError(f'samples = {self.samples}: only design = "random" and "sobol" have samples')
+            raise ValueError(
+                f'samples = {self.samples}: only design = "random" and "sobol" have samples'
+            )
         for path in self.fields.keys() - self.lists.keys():
-            raise ValueError(f'fields.{path}: a range needs design = "random" or "sobol"; a {self.design} needs a list')
+            raise ValueError(
+                f'fields.{path}: a range needs design = "random" or "sobol"; a {self.design} needs a list'
+            )
         lengths = {path: len(values) for path, values in self.lists.items()}
         if self.design == "list" and len(set(lengths.values())) > 1:
             found = ", ".join(f"{path} has {length}" for path, length in lengths.items())
             raise ValueError(f"fields: a list needs as many values of every field, and {found}")
         points = math.prod(lengths.values()) if self.design == "grid" else max(lengths.values())
         if points > MOST_POINTS:
-            raise ValueError(f"fields: this {self.design} has {points:,} points; at most {MOST_POINTS:,} are allowed")
+            raise ValueError(
+                f"fields: this {self.design} has {points:,} points; at most {MOST_POINTS:,} are allowed"
+            )
         return self
 
     @property
     def lists(self) -> dict[str, list[Any]]:
         """The fields whose values are listed."""
-        return {path: values for path, values in self.fields.items() if not isinstance(values, Range)}
+        return {
+            path: values for path, values in self.fields.items() if not isinstance(values, Range)
+        }
 
 
 def _leaves(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
@@ -126,7 +149,11 @@ def _leaves(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, An
 
 
 def _plain(value: Any) -> bool:
-    return all(map(_plain, value)) if isinstance(value, list) else isinstance(value, bool | int | float | str)
+    return (
+        all(map(_plain, value))
+        if isinstance(value, list)
+        else isinstance(value, bool | int | float | str)
+    )
 
 
 def read(path: Path) -> Sweep:
@@ -146,7 +173,9 @@ def validate(tree: Mapping[str, Any], where: str) -> Sweep:
     try:
         return Sweep.model_validate(tree)
     except ValidationError as error:
-        raise ExperimentError(lines(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")) from None
+        raise ExperimentError(
+            lines(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")
+        ) from None
 
 
 def _sentence(fault: Any) -> str:

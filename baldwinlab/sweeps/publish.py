@@ -16,7 +16,9 @@ from baldwinlab.sweeps.design import open_sweep
 from baldwinlab.sweeps.section import write_sweep_report
 
 
-def publish(study: Study, out: Path, last: int, tell: Callable[[str], None], baseline: str = "") -> Contrasts:
+def publish(
+    study: Study, out: Path, last: int, tell: Callable[[str], None], baseline: str = ""
+) -> Contrasts:
     """Write responses.csv, statistics.csv, the figures and the report of a sweep, and return the comparisons of its points.
 
     Raises StudyError if no run is stored yet.
@@ -28,8 +30,12 @@ def publish(study: Study, out: Path, last: int, tell: Callable[[str], None], bas
     contrasts = Contrasts("", last, ())
     if has_comparisons(study):
         finals = measured[list(MEASURES)].rename(point="condition").reset_coords(drop=True)
-        contrasts = compare_points(study, finals.assign_coords(condition=list(study.experiments)), last, baseline)
-    write_atomically(study.directory / "statistics.csv", to_csv(COLUMNS, [row.row() for row in contrasts.rows]))
+        contrasts = compare_points(
+            study, finals.assign_coords(condition=list(study.experiments)), last, baseline
+        )
+    write_atomically(
+        study.directory / "statistics.csv", to_csv(COLUMNS, [row.row() for row in contrasts.rows])
+    )
     tell("drawing the figures")
     write_sweep_report(study.directory, measured, provenance(study), out, last, contrasts)
     return contrasts

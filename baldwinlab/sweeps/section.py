@@ -44,10 +44,21 @@ def write_sweep_report(
     fields = measured.attrs["fields"]
     title = f"{measured.attrs['base']}, swept over {_listed(fields)}"
     lead = f"Each run counts with its average over its last {last} generations."
-    return write_page(title, lead, [section(directory, measured, provenance, contrasts)], out, directory / "figures")
+    return write_page(
+        title,
+        lead,
+        [section(directory, measured, provenance, contrasts)],
+        out,
+        directory / "figures",
+    )
 
 
-def section(directory: Path, measured: xr.Dataset, provenance: Mapping[str, Any], contrasts: Contrasts | None = None) -> Section:
+def section(
+    directory: Path,
+    measured: xr.Dataset,
+    provenance: Mapping[str, Any],
+    contrasts: Contrasts | None = None,
+) -> Section:
     """Everything that a page says of a sweep; its figures are also written to `directory`/figures. Raises OSError."""
     fields = measured.attrs["fields"]
     body = render(
@@ -75,20 +86,38 @@ def _listed(names: list[str]) -> str:
 
 def overview(measured: xr.Dataset) -> list[tuple[str, str]]:
     """What was swept, as pairs of a heading and what it is."""
-    fields = [(field, f"{_values(measured, field)} ({measured[field].attrs['long_name']})") for field in measured.attrs["fields"]]
+    fields = [
+        (field, f"{_values(measured, field)} ({measured[field].attrs['long_name']})")
+        for field in measured.attrs["fields"]
+    ]
     return [
-        ("experiment", ", ".join([measured.attrs["base"], *(text.replace("=", " = ", 1) for text in measured.attrs["set"])])),
+        (
+            "experiment",
+            ", ".join(
+                [
+                    measured.attrs["base"],
+                    *(text.replace("=", " = ", 1) for text in measured.attrs["set"]),
+                ]
+            ),
+        ),
         ("design", DESIGNS[measured.attrs["design"]]),
         *fields,
         ("points", f"{measured.sizes['point']:,}"),
-        ("independent runs of a point", content.span(measured[AVERAGE].count("run").values.tolist())),
+        (
+            "independent runs of a point",
+            content.span(measured[AVERAGE].count("run").values.tolist()),
+        ),
         ("seed", str(measured.attrs["seed"])),
     ]
 
 
 def _values(measured: xr.Dataset, field: str) -> str:
     values = measured[field].values
-    distinct = np.unique(values).tolist() if analysis.is_number(measured[field]) else list(dict.fromkeys(values.tolist()))
+    distinct = (
+        np.unique(values).tolist()
+        if analysis.is_number(measured[field])
+        else list(dict.fromkeys(values.tolist()))
+    )
     if len(distinct) <= analysis.MOST_GROUPS or not analysis.is_number(measured[field]):
         return ", ".join(map(analysis.label, distinct))
     return f"{analysis.label(distinct[0])} to {analysis.label(distinct[-1])}, {len(distinct)} different values"
@@ -98,10 +127,16 @@ def findings(measured: xr.Dataset) -> Iterator[str]:
     """For a reader in a hurry: the best point, and how far each field moves the average agent."""
     means = measured[AVERAGE].mean("run")
     top = measured.isel(point=int(means.argmax("point")))
-    where = ", ".join(f"{field} = {analysis.label(top[field].item())}" for field in measured.attrs["fields"])
+    where = ", ".join(
+        f"{field} = {analysis.label(top[field].item())}" for field in measured.attrs["fields"]
+    )
     yield f"The mean over runs of the average agent is highest at {where}: {number(float(means.max()))}."
     for field in measured.attrs["fields"]:
-        found = [response for response in analysis.responses(measured, field, AVERAGE) if np.isfinite(response.mean)]
+        found = [
+            response
+            for response in analysis.responses(measured, field, AVERAGE)
+            if np.isfinite(response.mean)
+        ]
         if len(found) > 1:
             low, high = min(found, key=lambda one: one.mean), max(found, key=lambda one: one.mean)
             yield f"By {field}, it ranges from {number(low.mean)} ({low.group}) to {number(high.mean)} ({high.group})."
@@ -109,7 +144,12 @@ def findings(measured: xr.Dataset) -> Iterator[str]:
 
 def side_by_side(measured: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
     """For each group of a field's values, the response of each measure."""
-    return list(zip(*(analysis.responses(measured, field, measure) for measure in fitness.MEASURES), strict=True))
+    return list(
+        zip(
+            *(analysis.responses(measured, field, measure) for measure in fitness.MEASURES),
+            strict=True,
+        )
+    )
 
 
 def pictures(measured: xr.Dataset) -> Iterator[Picture]:
@@ -141,10 +181,16 @@ def pictures(measured: xr.Dataset) -> Iterator[Picture]:
 
 def _cells(measured: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
     """A row a cell of the heat maps."""
-    tables = {measure: analysis.table(measured, row, column, measure) for measure in fitness.MEASURES}
+    tables = {
+        measure: analysis.table(measured, row, column, measure) for measure in fitness.MEASURES
+    }
     down, across = analysis.groups(measured, row), analysis.groups(measured, column)
     return [
-        {row: one.label, column: other.label, **{measure: float(values[place]) for measure, values in tables.items()}}
+        {
+            row: one.label,
+            column: other.label,
+            **{measure: float(values[place]) for measure, values in tables.items()},
+        }
         for (i, one), (j, other) in product(enumerate(down), enumerate(across))
         for place in ((i, j),)
     ]

@@ -37,7 +37,9 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
         return eaten
 
     def live_batches(generation: int, core: int) -> npt.NDArray[np.int32]:
-        return np.concatenate([live_batch(generation, core * BATCHES + number) for number in range(BATCHES)])
+        return np.concatenate(
+            [live_batch(generation, core * BATCHES + number) for number in range(BATCHES)]
+        )
 
     def live(generation: int) -> npt.NDArray[np.int32]:
         with ThreadPoolExecutor(cores) as pool:

@@ -24,7 +24,9 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
 
     def run_batch(seed: int, core: int) -> npt.NDArray[np.int32]:
         runs = range(core * CPU.worlds, (core + 1) * CPU.worlds)
-        return np.concatenate([run["food_eaten"].values for run in simulate_batch(experiment, seed, runs)])
+        return np.concatenate(
+            [run["food_eaten"].values for run in simulate_batch(experiment, seed, runs)]
+        )
 
     def live(seed: int) -> npt.NDArray[np.int32]:
         with ThreadPoolExecutor(cores) as pool:

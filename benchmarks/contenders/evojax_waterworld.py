@@ -32,8 +32,16 @@ def agent_steps(setting: Setting) -> int:
 def lives(setting: Setting, genomes: Genomes) -> Live:
     """As many agents, items and hidden units as in `setting`; `genomes` do not fit these networks and are not used."""
     quiet = logging.getLogger("evojax")
-    task = MultiAgentWaterWorld(num_agents=setting.agents, num_items=setting.items, max_steps=min(STEPS, setting.steps))
-    network = MLPPolicy(task.obs_shape[-1], [setting.hidden], task.act_shape[-1], output_act_fn="softmax", logger=quiet)
+    task = MultiAgentWaterWorld(
+        num_agents=setting.agents, num_items=setting.items, max_steps=min(STEPS, setting.steps)
+    )
+    network = MLPPolicy(
+        task.obs_shape[-1],
+        [setting.hidden],
+        task.act_shape[-1],
+        output_act_fn="softmax",
+        logger=quiet,
+    )
     manager = SimManager(
         n_repeats=WORLDS,
         test_n_repeats=1,
@@ -47,7 +55,9 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
     )
 
     def live(seed: int) -> None:
-        weights = jax.random.normal(jax.random.key(seed), (setting.agents, network.num_params), jnp.float32)
+        weights = jax.random.normal(
+            jax.random.key(seed), (setting.agents, network.num_params), jnp.float32
+        )
         np.asarray(manager.eval_params(weights, test=False)[0])  # waits for the scores
 
     return live

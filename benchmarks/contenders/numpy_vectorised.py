@@ -52,7 +52,9 @@ def logistic(sums: Floats) -> Floats:
 def layers(weights: Floats, hidden: int) -> tuple[Floats, Floats]:
     """Weights [lane, weight] as [from, to, lane], of both layers."""
     first, second = weights[:, : 3 * hidden].T, weights[:, 3 * hidden :].T
-    return np.ascontiguousarray(first).reshape(3, hidden, -1), np.ascontiguousarray(second).reshape(hidden, 3, -1)
+    return np.ascontiguousarray(first).reshape(3, hidden, -1), np.ascontiguousarray(second).reshape(
+        hidden, 3, -1
+    )
 
 
 def think(first: Floats, second: Floats, inputs: Floats) -> tuple[Floats, Floats]:
@@ -74,9 +76,15 @@ class Worlds:
         self.setting, self.random = setting, random
         worlds, agents = genomes.shape[:2]
         lanes = worlds * agents
-        self.world, self.agent = np.repeat(np.arange(worlds), agents), np.tile(np.arange(agents), worlds)
+        self.world, self.agent = (
+            np.repeat(np.arange(worlds), agents),
+            np.tile(np.arange(agents), worlds),
+        )
         x, y, radius = setting.start
-        distance, angle = radius * np.sqrt(random.random(lanes)), random.uniform(0, 2 * np.pi, lanes)
+        distance, angle = (
+            radius * np.sqrt(random.random(lanes)),
+            random.uniform(0, 2 * np.pi, lanes),
+        )
         self.x = ((x + distance * np.cos(angle)) % setting.width).astype(np.float32)
         self.y = ((y + distance * np.sin(angle)) % setting.height).astype(np.float32)
         self.heading = np.zeros(lanes, np.int64)  # in turns of 9 degrees
@@ -85,9 +93,15 @@ class Worlds:
         modules = genomes.reshape(lanes, *genomes.shape[2:])
         self.first, self.second = layers(modules[:, 0], setting.hidden)
         fixed = layers(modules[:, -1], setting.hidden)
-        self.answers = np.stack([think(*fixed, np.broadcast_to(INPUTS[:, [code]], (3, lanes)))[1] for code in range(8)])
+        self.answers = np.stack(
+            [think(*fixed, np.broadcast_to(INPUTS[:, [code]], (3, lanes)))[1] for code in range(8)]
+        )
         self.eaten = np.zeros(lanes, np.int64)
-        self.code, self.outputs, self.action = np.zeros(lanes, np.int64), np.zeros((3, lanes), np.float32), self.heading
+        self.code, self.outputs, self.action = (
+            np.zeros(lanes, np.int64),
+            np.zeros((3, lanes), np.float32),
+            self.heading,
+        )
 
     def step(self, time: int) -> None:
         near = self._near(np.arange(self.x.size), self.setting.visual_radius)
@@ -99,7 +113,10 @@ class Worlds:
     def _near(self, lanes: Integers, margin: float) -> Integers:
         """Which of the lanes may be within `margin` of an item."""
         (x, y), (across, down) = self.setting.centre, self.setting.span(margin)
-        dx, dy = shortest(x - self.x[lanes], self.setting.width), shortest(y - self.y[lanes], self.setting.height)
+        dx, dy = (
+            shortest(x - self.x[lanes], self.setting.width),
+            shortest(y - self.y[lanes], self.setting.height),
+        )
         return lanes[(np.abs(dx) <= across) & (np.abs(dy) <= down)]
 
     def _ways(self, lanes: Integers) -> tuple[Floats, Floats]:
@@ -117,7 +134,9 @@ class Worlds:
         side = seen & (aside > edge) & (aside < along)
         front = (seen & (aside <= edge)).any(axis=1)
         code = np.zeros_like(self.heading)
-        code[lanes] = (side & (across < 0)).any(axis=1) + 2 * front + 4 * (side & (across > 0)).any(axis=1)
+        code[lanes] = (
+            (side & (across < 0)).any(axis=1) + 2 * front + 4 * (side & (across > 0)).any(axis=1)
+        )
         return code
 
     def _think_and_learn(self) -> Floats:
@@ -158,12 +177,30 @@ def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
     birth = np.asarray(genomes[:1], np.float32)
     worlds, rows = Worlds(setting, birth, np.random.default_rng(seed)), []
     for time in range(setting.steps):
-        before = worlds.x, worlds.y, worlds.heading * 9, worlds.item_x[0].copy(), worlds.item_y[0].copy()
+        before = (
+            worlds.x,
+            worlds.y,
+            worlds.heading * 9,
+            worlds.item_x[0].copy(),
+            worlds.item_y[0].copy(),
+        )
         eaten = worlds.eaten.copy()
         worlds.step(time)
-        rows.append((*before, INPUTS[:, worlds.code].T, worlds.outputs.T, worlds.action, worlds.eaten - eaten))
+        rows.append(
+            (
+                *before,
+                INPUTS[:, worlds.code].T,
+                worlds.outputs.T,
+                worlds.action,
+                worlds.eaten - eaten,
+            )
+        )
     names = ("x", "y", "heading", "item_x", "item_y", "sensor", "output", "action", "eaten")
-    found: dict[str, Any] = {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+    found: dict[str, Any] = {
+        name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)
+    }
     death = birth[0].copy()
-    death[:, 0] = np.concatenate([worlds.first.reshape(-1, setting.agents), worlds.second.reshape(-1, setting.agents)]).T
+    death[:, 0] = np.concatenate(
+        [worlds.first.reshape(-1, setting.agents), worlds.second.reshape(-1, setting.agents)]
+    ).T
     return found | {"weight_birth": birth[0], "weight_death": death}

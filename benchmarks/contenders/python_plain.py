@@ -51,7 +51,9 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
 
 def layers(weights: list[float], hidden: int) -> tuple[Layer, Layer]:
     first = [[weights[source * hidden + unit] for source in range(3)] for unit in range(hidden)]
-    second = [[weights[3 * hidden + unit * 3 + action] for unit in range(hidden)] for action in range(3)]
+    second = [
+        [weights[3 * hidden + unit * 3 + action] for unit in range(hidden)] for action in range(3)
+    ]
     return first, second
 
 
@@ -61,14 +63,22 @@ def activate(layer: Layer, inputs: Any) -> list[float]:
 
 def think(first: Layer, second: Layer, code: int) -> tuple[list[float], list[float]]:
     left, front, right = INPUTS[code]
-    hidden = [1 / (1 + math.exp(-(left * row[0] + front * row[1] + right * row[2]))) for row in first]
+    hidden = [
+        1 / (1 + math.exp(-(left * row[0] + front * row[1] + right * row[2]))) for row in first
+    ]
     return hidden, activate(second, hidden)
 
 
 def shortest(difference: float, size: float) -> float:
     """A difference of two positions on a circle of length `size`, the short way round."""
     half = size / 2
-    return difference - size if difference > half else difference + size if difference < -half else difference
+    return (
+        difference - size
+        if difference > half
+        else difference + size
+        if difference < -half
+        else difference
+    )
 
 
 class World:
@@ -82,10 +92,21 @@ class World:
 
     def _born(self, genome: list[list[float]]) -> Agent:
         x, y, radius = self.setting.start
-        distance, angle = radius * math.sqrt(self.random.random()), self.random.uniform(0, 2 * math.pi)
-        x, y = (x + distance * math.cos(angle)) % self.setting.width, (y + distance * math.sin(angle)) % self.setting.height
+        distance, angle = (
+            radius * math.sqrt(self.random.random()),
+            self.random.uniform(0, 2 * math.pi),
+        )
+        x, y = (
+            (x + distance * math.cos(angle)) % self.setting.width,
+            (y + distance * math.sin(angle)) % self.setting.height,
+        )
         fixed = layers(genome[-1], self.setting.hidden)
-        return Agent(x, y, *layers(genome[0], self.setting.hidden), [think(*fixed, code)[1] for code in range(8)])
+        return Agent(
+            x,
+            y,
+            *layers(genome[0], self.setting.hidden),
+            [think(*fixed, code)[1] for code in range(8)],
+        )
 
     def step(self, time: int) -> None:
         for agent in self.agents:
@@ -97,8 +118,15 @@ class World:
 
     def _near(self, agent: Agent, margin: float) -> bool:
         """Whether any item can be within `margin`."""
-        (x, y), (across, down), setting = self.setting.centre, self.setting.span(margin), self.setting
-        return abs(shortest(x - agent.x, setting.width)) <= across and abs(shortest(y - agent.y, setting.height)) <= down
+        (x, y), (across, down), setting = (
+            self.setting.centre,
+            self.setting.span(margin),
+            self.setting,
+        )
+        return (
+            abs(shortest(x - agent.x, setting.width)) <= across
+            and abs(shortest(y - agent.y, setting.height)) <= down
+        )
 
     def _sense(self, agent: Agent) -> int:
         setting, code = self.setting, 0
@@ -106,7 +134,10 @@ class World:
             return 0
         cosine, sine, limit = COSINE[agent.heading], SINE[agent.heading], setting.visual_radius**2
         for item_x, item_y in self.items:
-            dx, dy = shortest(item_x - agent.x, setting.width), shortest(item_y - agent.y, setting.height)
+            dx, dy = (
+                shortest(item_x - agent.x, setting.width),
+                shortest(item_y - agent.y, setting.height),
+            )
             if dx * dx + dy * dy <= limit:
                 along, across = dx * cosine + dy * sine, dy * cosine - dx * sine
                 if abs(across) <= along * TAN_15:
@@ -121,14 +152,23 @@ class World:
             return
         hidden, agent.outputs = think(agent.first, agent.second, agent.code)
         target, rate, inputs = agent.answers[agent.code], self.setting.rate, INPUTS[agent.code]
-        errors = [(output - goal) * output * (1 - output) for output, goal in zip(agent.outputs, target, strict=True)]
+        errors = [
+            (output - goal) * output * (1 - output)
+            for output, goal in zip(agent.outputs, target, strict=True)
+        ]
         for unit, row in enumerate(agent.first):
             if agent.code:  # without any input the first layer has nothing to learn
-                below = sum(error * agent.second[action][unit] for action, error in enumerate(errors))
+                below = sum(
+                    error * agent.second[action][unit] for action, error in enumerate(errors)
+                )
                 below *= rate * hidden[unit] * (1 - hidden[unit])
-                row[:] = [weight - below * source for weight, source in zip(row, inputs, strict=True)]
+                row[:] = [
+                    weight - below * source for weight, source in zip(row, inputs, strict=True)
+                ]
         for error, row in zip(errors, agent.second, strict=True):
-            row[:] = [weight - rate * error * source for weight, source in zip(row, hidden, strict=True)]
+            row[:] = [
+                weight - rate * error * source for weight, source in zip(row, hidden, strict=True)
+            ]
 
     def _move(self, agent: Agent) -> None:
         agent.action = agent.outputs.index(max(agent.outputs))
@@ -143,7 +183,10 @@ class World:
             agent = self.agents[(time + turn) % setting.agents]
             if self._near(agent, setting.reach):
                 for number, (x, y) in enumerate(self.items):
-                    dx, dy = shortest(x - agent.x, setting.width), shortest(y - agent.y, setting.height)
+                    dx, dy = (
+                        shortest(x - agent.x, setting.width),
+                        shortest(y - agent.y, setting.height),
+                    )
                     if dx * dx + dy * dy < setting.reach**2 and number not in taken:
                         agent.eaten += 1
                         taken.add(number)
@@ -166,9 +209,13 @@ def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
         found["sensor"].append([INPUTS[agent.code] for agent in agents])
         found["output"].append([agent.outputs for agent in agents])
         found["action"].append([agent.action for agent in agents])
-        found["eaten"].append([agent.eaten - before for agent, before in zip(agents, eaten, strict=True)])
+        found["eaten"].append(
+            [agent.eaten - before for agent, before in zip(agents, eaten, strict=True)]
+        )
     found["weight_birth"] = genomes[0]
-    found["weight_death"] = [[_flat(agent), *genome[1:]] for agent, genome in zip(world.agents, genomes[0], strict=True)]
+    found["weight_death"] = [
+        [_flat(agent), *genome[1:]] for agent, genome in zip(world.agents, genomes[0], strict=True)
+    ]
     return found
 
 

@@ -16,10 +16,19 @@ class BitStrings(Model, name="bit-strings"):
 
     loci: int = Field(20, ge=1, le=60, description="length of a string")
     guesses: int = Field(1000, ge=1, le=100_000, description="for which a life has time")
-    guessing: bool = Field(True, description="whether a ? is guessed at all; if not, it is never right")
+    guessing: bool = Field(
+        True, description="whether a ? is guessed at all; if not, it is never right"
+    )
 
-    defaults = {"population": {"size": 1000}, "evolution": {"generations": 50, "variation": "one-point", "mutation_rate": 0.0}}
-    records = {"unknown": Variable(("generation", "agent"), np.int32, "loci", "loci that hold a ? at birth")}
+    defaults = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 50, "variation": "one-point", "mutation_rate": 0.0},
+    }
+    records = {
+        "unknown": Variable(
+            ("generation", "agent"), np.int32, "loci", "loci that hold a ? at birth"
+        )
+    }
     learns = property(lambda self: self.guessing)
     steps = property(lambda self: self.guesses)
 
@@ -35,13 +44,19 @@ class BitStrings(Model, name="bit-strings"):
 
     def live(self, seed, runs, generation, genomes):
         genomes = genomes[:, :, 0]
-        luck = np.stack([uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs])
+        luck = np.stack(
+            [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
+        )
         unknown = ((genomes != 0) & (genomes != 1)).sum(axis=-1)
         used = np.empty_like(unknown)
         for count in np.unique(unknown):
-            wrong = np.cumprod(np.full(self.guesses, 1 - 1 / 2 ** int(count)))  # the chance of so many wrong guesses in a row
+            wrong = np.cumprod(
+                np.full(self.guesses, 1 - 1 / 2 ** int(count))
+            )  # the chance of so many wrong guesses in a row
             used[unknown == count] = 1 + np.searchsorted(-wrong, -luck[unknown == count])
-        found = (genomes != 0).all(axis=-1) & (used <= self.guesses) & (self.guessing | (unknown == 0))
+        found = (
+            (genomes != 0).all(axis=-1) & (used <= self.guesses) & (self.guessing | (unknown == 0))
+        )
         payoff = np.where(found, 1 + 19 * (self.guesses - used) / self.guesses, 1.0)
         learned = np.where(found[:, :, None], np.float32(1), genomes)
         return Lives(payoff, np.zeros_like(payoff), learned, {"unknown": unknown.astype(np.int32)})
@@ -66,10 +81,14 @@ class OnePoint(Variation, name="one-point"):
     def vary(part, fitter, other, draws, gate, child):
         cut = 1 + int(gate * (child.shape[1] - 1))
         for locus in range(child.shape[1]):
-            first = (locus < cut) == (draws[0, 0] < 0.5)  # whose alleles come first is left to chance, too
+            first = (locus < cut) == (
+                draws[0, 0] < 0.5
+            )  # whose alleles come first is left to chance, too
             child[0, locus] = fitter[0, locus] if first else other[0, locus]
             if draws[locus, 1] < part.rate:
-                child[0, locus] = 0.0 if draws[locus, 2] < 0.25 else 1.0 if draws[locus, 2] < 0.5 else 0.5
+                child[0, locus] = (
+                    0.0 if draws[locus, 2] < 0.25 else 1.0 if draws[locus, 2] < 0.5 else 0.5
+                )
 
     @staticmethod
     def oracle(part, fitter, other, draws, gate):
@@ -77,4 +96,9 @@ class OnePoint(Variation, name="one-point"):
         one, two = (fitter[0], other[0]) if draws[0][0] < 0.5 else (other[0], fitter[0])
         anew = [0.0 if draw[2] < 0.25 else 1.0 if draw[2] < 0.5 else 0.5 for draw in draws]
         child = [*one[:cut], *two[cut:]]
-        return [[new if draw[1] < part.rate else old for old, new, draw in zip(child, anew, draws, strict=True)]]
+        return [
+            [
+                new if draw[1] < part.rate else old
+                for old, new, draw in zip(child, anew, draws, strict=True)
+            ]
+        ]

@@ -27,12 +27,21 @@ class Elman(Network, name="elman"):
 
     def check(self, experiment):
         if not experiment.network.hidden:
-            raise ValueError("network.kind = 'elman' remembers hidden units: network.hidden must have at least one layer")
+            raise ValueError(
+                "network.kind = 'elman' remembers hidden units: network.hidden must have at least one layer"
+            )
 
     @staticmethod
     def forward(part, weights, activations, lane):
-        for unit in range(part.context):  # the units behind the inputs keep what the hidden ones were
-            put(activations, part.inputs + unit, lane, get(activations, part.inputs + part.context + unit, lane))
+        for unit in range(
+            part.context
+        ):  # the units behind the inputs keep what the hidden ones were
+            put(
+                activations,
+                part.inputs + unit,
+                lane,
+                get(activations, part.inputs + part.context + unit, lane),
+            )
         feed_forward(part.sizes, part.biases, weights, activations, lane)
 
     @staticmethod

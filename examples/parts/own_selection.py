@@ -9,7 +9,9 @@ from baldwinlab.parts import Field, Selection
 class Champion(Selection, name="champion"):
     """The fittest agent is a parent with a certain probability, else anybody is."""
 
-    share: float = Field(0.5, ge=0, le=1, description="probability that a parent is the fittest agent")
+    share: float = Field(
+        0.5, ge=0, le=1, description="probability that a parent is the fittest agent"
+    )
 
     @staticmethod
     def select(part, fitness, uniforms, shares, order, parents):
@@ -26,6 +28,9 @@ class Champion(Selection, name="champion"):
     def oracle(part, fitness, uniforms):
         best = max(range(len(fitness)), key=lambda agent: fitness[agent])
         return [
-            [best if favour < part.share else int(anybody * len(fitness)) for anybody, favour in zip(*draws, strict=True)][:2]
+            [
+                best if favour < part.share else int(anybody * len(fitness))
+                for anybody, favour in zip(*draws, strict=True)
+            ][:2]
             for draws in uniforms
         ]

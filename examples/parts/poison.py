@@ -12,13 +12,28 @@ from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
 class Poison(WorldFeature, name="poison"):
     """Items that cost energy, in a region of their own."""
 
-    x: tuple[float, float] = Field((400.0, 560.0), description="left and right edge, units of length")
-    y: tuple[float, float] = Field((80.0, 240.0), description="upper and lower edge, units of length")
+    x: tuple[float, float] = Field(
+        (400.0, 560.0), description="left and right edge, units of length"
+    )
+    y: tuple[float, float] = Field(
+        (80.0, 240.0), description="upper and lower edge, units of length"
+    )
     count: int = Field(20, ge=0, le=1_000_000, description="items in the region at any time")
-    cost: float = Field(1.0, ge=0, le=1_000_000, description="energy that an item takes from its eater")
+    cost: float = Field(
+        1.0, ge=0, le=1_000_000, description="energy that an item takes from its eater"
+    )
 
     def items(self):
-        return (ItemRegion(kind="poison", x=self.x, y=self.y, count=self.count, energy=-self.cost, color="#CC79A7"),)
+        return (
+            ItemRegion(
+                kind="poison",
+                x=self.x,
+                y=self.y,
+                count=self.count,
+                energy=-self.cost,
+                color="#CC79A7",
+            ),
+        )
 
 
 class TastesPoison(Sense, name="poison"):

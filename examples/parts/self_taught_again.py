@@ -18,7 +18,9 @@ class SelfTaughtAgain(LearningRule, name="self-taught-again"):
     @staticmethod
     def learn(part, model, state, step, lane):
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, state.weights, state.activations, state.errors, state.targets, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
+        )
 
     @staticmethod
     def oracle(part, agents, agent, naive):

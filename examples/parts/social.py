@@ -12,7 +12,9 @@ from baldwinlab.parts import Field, LearningRule, backward, get
 class Social(LearningRule, name="social"):
     """Learns towards what the agent that has eaten most so far does."""
 
-    least: int = Field(1, ge=1, le=1_000_000, description="items that the best must have eaten, or nobody learns")
+    least: int = Field(
+        1, ge=1, le=1_000_000, description="items that the best must have eaten, or nobody learns"
+    )
 
     @staticmethod
     def meet(part, model, state, world, step):
@@ -33,7 +35,9 @@ class Social(LearningRule, name="social"):
     @staticmethod
     def learn(part, model, state, step, lane):
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, state.weights, state.activations, state.errors, state.targets, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
+        )
 
     @staticmethod
     def oracle(part, agents, agent, naive):

@@ -14,7 +14,12 @@ from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.choices import packaged
 
-SHORT = {"lifetime.steps": 200, "evolution.generations": 4, "population.size": 5, "record.genome_every": 3}
+SHORT = {
+    "lifetime.steps": 200,
+    "evolution.generations": 4,
+    "population.size": 5,
+    "record.genome_every": 3,
+}
 NEAR = {"world.start.x": 380}  # so that agents sense food
 
 
@@ -31,7 +36,9 @@ def simulated(study: bl.Study, condition: str, run: int) -> Any:
 
 @pytest.mark.parametrize("generation", [0, 1, 2, 3])  # of which 0 and 3 are stored
 @pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
-def test_genomes_are_those_of_the_simulation(study: bl.Study, condition: str, generation: int) -> None:
+def test_genomes_are_those_of_the_simulation(
+    study: bl.Study, condition: str, generation: int
+) -> None:
     found = study.genomes(1, generation, condition=condition)
     expected = simulated(study, condition, 1).isel(generation=generation)
     np.testing.assert_array_equal(found, expected)
@@ -54,7 +61,12 @@ KINDS: Sequence[tuple[str, ...]] = (
     ("network.hidden=[]",),
     ("network.kind=simple-recurrent", "network.hidden=[4]"),
     ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
-    ("network.kind=growing", "network.hidden=[40]", "evolution.variation=neat", "evolution.selection=species"),
+    (
+        "network.kind=growing",
+        "network.hidden=[40]",
+        "evolution.variation=neat",
+        "evolution.selection=species",
+    ),
     ('senses.kinds=["smell", "compass"]',),
     ("learning.rule=hebb", "learning.rate=0", "learning.steps=0"),
 )
@@ -66,7 +78,9 @@ def experiment_with(changes: Sequence[str]) -> Experiment:
     return made
 
 
-@pytest.mark.parametrize("changes", KINDS, ids=lambda changes: changes[0] if changes else "feed-forward")
+@pytest.mark.parametrize(
+    "changes", KINDS, ids=lambda changes: changes[0] if changes else "feed-forward"
+)
 def test_a_network_gives_the_outputs_of_a_life_without_learning(
     in_plain_python: None, tmp_path: Path, changes: tuple[str, ...]
 ) -> None:
@@ -106,10 +120,14 @@ def test_one_row_of_inputs_gives_one_row_of_outputs(study: bl.Study) -> None:
     outputs = network([1, 0, 0])
     assert outputs.dims == ("action",) and outputs.action.values.tolist() == list(network.outputs)
     np.testing.assert_array_equal(outputs, network([[1, 0, 0]])[0])
-    assert network([0, 0, 0]).sizes == {"action": 3} and network(np.empty((0, 3))).sizes["step"] == 0
+    assert (
+        network([0, 0, 0]).sizes == {"action": 3} and network(np.empty((0, 3))).sizes["step"] == 0
+    )
 
 
-def test_a_recurrent_network_starts_each_call_without_memory(in_plain_python: None, tmp_path: Path) -> None:
+def test_a_recurrent_network_starts_each_call_without_memory(
+    in_plain_python: None, tmp_path: Path
+) -> None:
     study = bl.run(experiment_with(KINDS[3]), runs=1, out=tmp_path / "study")
     network, row = study.network(0, 0, 0), [1, 0, 1]
     assert network([row, row])[0].equals(network(row))
@@ -128,7 +146,9 @@ def test_a_recurrent_network_starts_each_call_without_memory(in_plain_python: No
         ([[1], [0, 1]], "inputs must be 3 numbers"),
     ],
 )
-def test_inputs_that_no_sense_gives_are_refused(study: bl.Study, inputs: Any, sentence: str) -> None:
+def test_inputs_that_no_sense_gives_are_refused(
+    study: bl.Study, inputs: Any, sentence: str
+) -> None:
     with pytest.raises(RefusedError, match=sentence):
         study.network(0, 0, 0, condition="evo/A")(inputs)
 
@@ -142,8 +162,16 @@ def test_inputs_that_no_sense_gives_are_refused(study: bl.Study, inputs: Any, se
         ((0, 0, True), {}, "agent = True must be"),
         ((2, 0, 0), {}, "0002.nc does not exist; runs of evo/A that are stored: 2"),
         ((0, 0, 0), {"condition": "evo/B"}, "has no condition 'evo/B'"),
-        ((0, 0, 0), {"condition": None}, "condition is missing; there are evo/A, evo.self-taught/A"),
-        ((0, 0, 0), {"module": "reinforcement"}, "module = 'reinforcement' is no network of evo/A; there are action"),
+        (
+            (0, 0, 0),
+            {"condition": None},
+            "condition is missing; there are evo/A, evo.self-taught/A",
+        ),
+        (
+            (0, 0, 0),
+            {"module": "reinforcement"},
+            "module = 'reinforcement' is no network of evo/A; there are action",
+        ),
     ],
 )
 def test_an_agent_that_is_not_stored_is_refused(

@@ -47,15 +47,24 @@ def study(lived: Path, tmp_path: Path, command: Command) -> Path:
 def test_a_file_of_claims_is_decided_by_the_rules_of_papers(command: Command, study: Path) -> None:
     Path("mine.toml").write_text(CLAIM, encoding="utf-8")
     before = {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
-    done = command("claims", "study", "--claims", "mine.toml", "--last", "2", "--out", "verdicts.json")
+    done = command(
+        "claims", "study", "--claims", "mine.toml", "--last", "2", "--out", "verdicts.json"
+    )
     assert done.code == 0 and "The claims of mine.toml" in done.out and "paper" not in done.out
-    found = {claim["id"]: claim for claim in json.loads(Path("verdicts.json").read_text(encoding="utf-8"))}
+    found = {
+        claim["id"]: claim
+        for claim in json.loads(Path("verdicts.json").read_text(encoding="utf-8"))
+    }
     assert found["mine"]["verdict"] == "holds" and found["mine"]["effect"] > 0
     assert found["own-measure"]["verdict"] == "holds" and found["own-measure"]["effect"] > 1
-    assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}, "nothing of the study is written"
+    assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}, (
+        "nothing of the study is written"
+    )
     own = command("claims", "study", "--last", "3", "--out", "again.json")
     assert own.code == 0 and "The claims of mayley-1996" in own.out
-    assert [claim["id"] for claim in json.loads(Path("again.json").read_text(encoding="utf-8"))] == ["M1", "M2", "M3", "M4"]
+    assert [
+        claim["id"] for claim in json.loads(Path("again.json").read_text(encoding="utf-8"))
+    ] == ["M1", "M2", "M3", "M4"]
 
 
 @pytest.mark.parametrize(
@@ -79,4 +88,7 @@ def test_what_is_not_there_is_refused(command: Command, study: Path) -> None:
     assert "there is no nothing.toml" in command("claims", "study", "--claims", "nothing.toml").err
     assert command("claims", "nowhere", "--claims", "nothing.toml").code == 2
     Path("thesis").write_text("mine", encoding="utf-8")
-    assert command("claims", "study", "--out", "thesis").code == 2 and Path("thesis").read_text(encoding="utf-8") == "mine"
+    assert (
+        command("claims", "study", "--out", "thesis").code == 2
+        and Path("thesis").read_text(encoding="utf-8") == "mine"
+    )

@@ -44,10 +44,16 @@ LONG = pytest.mark.nightly  # a combination of parts to compile
         pytest.param({}, id="the paper's"),
         pytest.param({"motor": {"noise": 0.3}}, id="noisy"),
         pytest.param({"motor": {"body": "stay"}}, id="another body", marks=LONG),
-        pytest.param({"senses": {"kinds": ["food", "last-action"]}}, id="a sense of one's own action", marks=LONG),
+        pytest.param(
+            {"senses": {"kinds": ["food", "last-action"]}},
+            id="a sense of one's own action",
+            marks=LONG,
+        ),
     ],
 )
-def test_a_policy_that_copies_an_evolved_network_gets_the_food_of_the_engines_run(changes: dict[str, Any]) -> None:
+def test_a_policy_that_copies_an_evolved_network_gets_the_food_of_the_engines_run(
+    changes: dict[str, Any],
+) -> None:
     experiment = EXPERIMENT.replace(**changes)
     for generation in (0, 2):
         life = bl.replay(experiment, seed=5, run=1, generation=generation)
@@ -67,7 +73,11 @@ def test_each_reset_is_the_next_generation_and_a_seed_begins_anew() -> None:
     for seed in (5, None, None, 5):
         world.reset(seed=seed)
         places.append(world._worlds._steered._state.places.copy())
-    assert (places[0] == places[3]).all() and (places[0] != places[1]).any() and (places[1] != places[2]).any()
+    assert (
+        (places[0] == places[3]).all()
+        and (places[0] != places[1]).any()
+        and (places[1] != places[2]).any()
+    )
 
 
 def test_a_vector_of_worlds_is_its_worlds_side_by_side() -> None:
@@ -103,7 +113,10 @@ def test_a_body_that_does_something_of_all_outputs_takes_numbers() -> None:
     [
         (lambda: bl.single_env(EXPERIMENT), "population.size = 6"),
         (lambda: bl.parallel_env(bl.load("neat-xor")), "no steps to take"),
-        (lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"update": "sequential"})), "one after another"),
+        (
+            lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"update": "sequential"})),
+            "one after another",
+        ),
         (lambda: bl.vector_env(EXPERIMENT).reset(seed=[1, 2]), "one seed"),
         (lambda: bl.parallel_env(EXPERIMENT).step({}), "reset"),
     ],
@@ -122,7 +135,9 @@ def test_an_agent_that_is_told_nothing_is_named() -> None:
         world.step({})
 
 
-def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_extra_one_sentence_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     real_import = builtins.__import__
 
     def without(name: str, *arguments: Any) -> Any:

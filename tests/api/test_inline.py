@@ -23,7 +23,10 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
 
 
 def drawings(page: str) -> list[ElementTree.Element]:
-    return [ElementTree.fromstring(base64.b64decode(code)) for code in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page)]
+    return [
+        ElementTree.fromstring(base64.b64decode(code))
+        for code in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page)
+    ]
 
 
 def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study) -> None:
@@ -31,7 +34,11 @@ def test_a_study_shows_what_it_holds_and_a_curve_of_each_condition(study: Study)
     assert "evo+self-taught/A: runs: 2" in page
     (drawing,) = drawings(page)
     styles = " ".join(element.get("style", "") for element in drawing.iter())
-    assert [f"stroke: {series(number).colour.lower()}" in styles for number in range(3)] == [True, True, False]
+    assert [f"stroke: {series(number).colour.lower()}" in styles for number in range(3)] == [
+        True,
+        True,
+        False,
+    ]
     assert "<b>" not in page
     assert len(page) < 150_000
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)

@@ -33,7 +33,11 @@ def says(tmp_path: Path) -> Says:
 
     def says(code: str) -> list[str]:
         done = subprocess.run(
-            [sys.executable, "-c", code], cwd=tmp_path, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True
+            [sys.executable, "-c", code],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": paths},
+            capture_output=True,
+            text=True,
         )
         return [*done.stdout.splitlines(), *done.stderr.splitlines()[-1:]]
 
@@ -61,5 +65,8 @@ def test_so_does_the_command_line(says: Says) -> None:
 def test_a_part_whose_file_somebody_gave_keeps_its_place(says: Says, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(PART.format(name="theirs").replace("executed", "mine"))
     code = "import baldwinlab as bl; from baldwinlab.parts import load_file; mine = load_file('mine.py'); bl.load('evo/A');"
-    shown = says(code + "from baldwinlab.experiment import choices; print(choices.find('selection', 'theirs') is mine.Theirs)")
+    shown = says(
+        code
+        + "from baldwinlab.experiment import choices; print(choices.find('selection', 'theirs') is mine.Theirs)"
+    )
     assert shown == ["mine", "executed", "True"]

@@ -34,7 +34,9 @@ def test_genomes_of_a_run_have_the_fitness_that_they_had_in_it() -> None:
 def test_founders_are_those_of_the_runs() -> None:
     problem = bl.problem(EXPERIMENT, seed=4)
     first = [bl.simulate(EXPERIMENT, seed=4, run=run)["genome"].values[0] for run in range(2)]
-    np.testing.assert_array_equal(problem.founders(7), np.concatenate(first).reshape(10, problem.length)[:7])
+    np.testing.assert_array_equal(
+        problem.founders(7), np.concatenate(first).reshape(10, problem.length)[:7]
+    )
 
 
 def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
@@ -44,7 +46,9 @@ def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
     changed = genomes.copy()
     changed[1:] = 0
     assert together.fitness[0] == problem.evaluate(changed).fitness[0]
-    np.testing.assert_array_equal(together.behaviour, problem.evaluate(genomes.reshape(6, *problem.shape)).behaviour)
+    np.testing.assert_array_equal(
+        together.behaviour, problem.evaluate(genomes.reshape(6, *problem.shape)).behaviour
+    )
 
 
 def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> None:
@@ -52,7 +56,9 @@ def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> Non
     genomes = bl.simulate(EXPERIMENT, seed=4)["genome"].values[0]
     trace = bl.replay(EXPERIMENT, seed=4)
     ended = problem.evaluate(genomes).behaviour
-    before = np.stack([trace["x"].values[-1], trace["y"].values[-1]], axis=1)  # when the agents last sensed
+    before = np.stack(
+        [trace["x"].values[-1], trace["y"].values[-1]], axis=1
+    )  # when the agents last sensed
     moved = np.abs(ended - before)
     size = np.array([EXPERIMENT.world.width, EXPERIMENT.world.height])
     assert (np.minimum(moved, size - moved) <= 10).all(), "a step is short"
@@ -61,7 +67,9 @@ def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> Non
     climbing = bl.problem(strings, seed=1)
     assert climbing.behaviours == ("innate", "learned", "changed")
     told = climbing.evaluate(climbing.founders(8))
-    np.testing.assert_allclose(told.fitness, told.behaviour[:, 1], rtol=1e-6)  # what it learned, at no cost
+    np.testing.assert_allclose(
+        told.fitness, told.behaviour[:, 1], rtol=1e-6
+    )  # what it learned, at no cost
 
 
 @pytest.mark.parametrize(
@@ -97,7 +105,9 @@ def test_graphs_that_grow_are_no_free_numbers() -> None:
         bl.problem(bl.load("neat-xor"))
 
 
-def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> None:
+def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> (
+    None
+):
     experiment = small("evo", network={"hidden": [10]})
     life = bl.replay(experiment, seed=5)
     kinds = (neat.DefaultReproduction, neat.DefaultSpeciesSet, neat.DefaultStagnation)

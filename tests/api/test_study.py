@@ -17,7 +17,12 @@ SHORT = {"evolution.generations": 3, "lifetime": {"steps": 300}}
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    return bl.run([small("evo/A"), small("evo+self-taught/A")], runs=2, seed=5, out=tmp_path_factory.mktemp("mine") / "study")
+    return bl.run(
+        [small("evo/A"), small("evo+self-taught/A")],
+        runs=2,
+        seed=5,
+        out=tmp_path_factory.mktemp("mine") / "study",
+    )
 
 
 def test_a_run_is_the_study_that_the_command_line_makes(study: Study, tmp_path: Path) -> None:
@@ -28,19 +33,27 @@ def test_a_run_is_the_study_that_the_command_line_makes(study: Study, tmp_path: 
     assert study.experiment("evo/A") == small("evo/A")
 
 
-def test_presets_are_taken_by_name_and_changed_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_presets_are_taken_by_name_and_changed_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     study = bl.run(["evo/A", bl.load("evo+self-taught/A")], runs=1, set=SHORT)
     assert study.directory == Path("results/evo-A-evo+self-taught-A")
     assert study.experiment("evo/A") == bl.load("evo/A").replace(**SMALL)
     one = bl.run("evo/A", runs=1, set={**SHORT, "world.food.0.count": 3}, out="one")
     assert one.experiment("evo/A").world.food[0].count == 3
-    (tmp_path / "mine.toml").write_text('name = "mine"\n[lifetime]\nsteps = 5\n[evolution]\ngenerations = 1\n')
+    (tmp_path / "mine.toml").write_text(
+        'name = "mine"\n[lifetime]\nsteps = 5\n[evolution]\ngenerations = 1\n'
+    )
     assert bl.run(Path("mine.toml"), runs=1).conditions == ("mine",)
 
 
-def test_the_same_call_again_does_what_is_missing(study: Study, capsys: pytest.CaptureFixture[str]) -> None:
-    again = bl.run([small("evo/A"), small("evo+self-taught/A")], runs=3, seed=5, out=study.directory)
+def test_the_same_call_again_does_what_is_missing(
+    study: Study, capsys: pytest.CaptureFixture[str]
+) -> None:
+    again = bl.run(
+        [small("evo/A"), small("evo+self-taught/A")], runs=3, seed=5, out=study.directory
+    )
     assert "runs: 6, stored already: 4" in capsys.readouterr().out
     assert again.runs("evo/A") == study.runs("evo/A") == [0, 1, 2]
 
@@ -62,10 +75,14 @@ def test_its_conditions_are_compared_with_the_first_or_with_a_baseline(study: St
         ["evo+self-taught/A", "evo/A", "mean"],
         ["evo+self-taught/A", "evo/A", "best"],
     ]
-    means = study.data().energy.mean(["agent", "generation"]).median("run")  # of three generations, all are the last ten
+    means = (
+        study.data().energy.mean(["agent", "generation"]).median("run")
+    )  # of three generations, all are the last ten
     difference = means.sel(condition="evo+self-taught/A") - means.sel(condition="evo/A")
     np.testing.assert_allclose(table["effect"][0], difference, rtol=1e-6)
-    assert set(table["verdict"]) == {"too few runs"} and table.attrs["too_few"].endswith("At least 5 runs are needed.")
+    assert set(table["verdict"]) == {"too few runs"} and table.attrs["too_few"].endswith(
+        "At least 5 runs are needed."
+    )
     turned = study.compare("evo+self-taught/A")
     assert set(turned["condition_b"]) == {"evo+self-taught/A"}
     np.testing.assert_allclose(turned["effect"], -table["effect"])
@@ -75,15 +92,21 @@ def test_its_conditions_are_compared_with_the_first_or_with_a_baseline(study: St
         study.compare(last=0)
 
 
-def test_an_assay_is_measured_when_it_is_first_asked_for(study: Study, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_assay_is_measured_when_it_is_first_asked_for(
+    study: Study, capsys: pytest.CaptureFixture[str]
+) -> None:
     innate = study.assay("innate", "evo+self-taught/A", workers=1)
-    xr.testing.assert_identical(innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A"))
+    xr.testing.assert_identical(
+        innate, bl.open_assay(study.directory, "innate", "evo+self-taught/A")
+    )
     assert "assays to do: 2" in capsys.readouterr().out
     whole = study.assay("innate")
     assert "assays to do" not in capsys.readouterr().out
     assert whole.condition.values.tolist() == ["evo/A", "evo+self-taught/A"]
     learned = whole.energy.sel(condition="evo+self-taught/A")
-    np.testing.assert_array_equal(learned.dropna("life", how="all"), innate.energy.transpose(*learned.dims))
+    np.testing.assert_array_equal(
+        learned.dropna("life", how="all"), innate.energy.transpose(*learned.dims)
+    )
     assert "assays: innate" in repr(study)
     with pytest.raises(BaldwinLabError, match="there is no assay 'instinct'"):
         study.assay("instinct")
@@ -108,7 +131,9 @@ def test_a_record_leads_to_its_experiment(study: Study) -> None:
         bl.experiment_of(xr.Dataset())
 
 
-def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(tmp_path: Path) -> None:
+def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(
+    tmp_path: Path,
+) -> None:
     out = tmp_path / "study"
     for sentence, arguments in {
         "runs = 0 must be at least 1": {"runs": 0},
@@ -126,9 +151,13 @@ def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(t
     assert not out.exists()
 
 
-def test_a_setting_that_does_nothing_is_refused_unless_it_does_something_beside(tmp_path: Path) -> None:
+def test_a_setting_that_does_nothing_is_refused_unless_it_does_something_beside(
+    tmp_path: Path,
+) -> None:
     idle = {"learning.teacher": "shuffled", "evolution.lamarckian_share": 0.5}
-    with pytest.raises(bl.ExperimentError, match=r'learning.teacher: does nothing with learning.rule = "none"') as refused:
+    with pytest.raises(
+        bl.ExperimentError, match=r'learning.teacher: does nothing with learning.rule = "none"'
+    ) as refused:
         bl.run("evo/A", set=idle, out=tmp_path / "study")
     assert len(str(refused.value).splitlines()) == 2
     bl.run(["evo/A", "evo+self-taught/A"], runs=1, set={**SHORT, **idle}, out=tmp_path / "study")

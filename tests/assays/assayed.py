@@ -21,7 +21,12 @@ from baldwinlab.variables import NEWBORNS as TWINS
 RUNS, GENERATIONS, AGENTS, STEPS = 12, 40, 4, 600
 LAYERS = ("sensors to hidden", "hidden to actions")
 NEWBORNS = ("random genome", "generation 0", "generation 20", "generation 39")
-MODULES = ("both evolved", "evolved reinforcement, random action", "random reinforcement, evolved action", "both random")
+MODULES = (
+    "both evolved",
+    "evolved reinforcement, random action",
+    "random reinforcement, evolved action",
+    "both random",
+)
 SETTINGS = (
     ("as evolved", ""), ("map", "A"), ("map", "B"), ("world.food.0.count", "10"), ("world.food.0.count", "100"),
     ("senses.visual_radius", "10"), ("senses.visual_radius", "80"), ("learning.rate", "0.001"), ("learning.rate", "0.1"),
@@ -40,7 +45,11 @@ def rising(first: float, last: float) -> Course:
 
 def experiment(condition: str) -> Experiment:
     """The experiment of a condition that was assayed."""
-    return load(condition).replace(evolution={"generations": GENERATIONS}, lifetime={"steps": STEPS}, population={"size": AGENTS})
+    return load(condition).replace(
+        evolution={"generations": GENERATIONS},
+        lifetime={"steps": STEPS},
+        population={"size": AGENTS},
+    )
 
 
 class Assayed(NamedTuple):
@@ -52,7 +61,9 @@ class Assayed(NamedTuple):
 
     @property
     def experiments(self) -> dict[str, Experiment]:
-        return {name: experiment(name) for name in ("evo/A", "evo+self-taught/A", "evo+self-taught/B")}
+        return {
+            name: experiment(name) for name in ("evo/A", "evo+self-taught/A", "evo+self-taught/B")
+        }
 
     def runs(self, condition: str) -> list[int]:
         return list(range(RUNS))
@@ -60,16 +71,26 @@ class Assayed(NamedTuple):
 
 def _made(assay: str, condition: str, arrays: dict[str, Any], coords: dict[str, Any]) -> xr.Dataset:
     runs = next(iter(arrays.values())).shape[0]
-    provenance = {"experiment": to_toml(experiment(condition)), "seed": 1, **factors()[condition]._asdict()}
-    return dataset(ASSAYS[assay], arrays, provenance).assign_coords(coords | {"run": np.arange(runs)})
+    provenance = {
+        "experiment": to_toml(experiment(condition)),
+        "seed": 1,
+        **factors()[condition]._asdict(),
+    }
+    return dataset(ASSAYS[assay], arrays, provenance).assign_coords(
+        coords | {"run": np.arange(runs)}
+    )
 
 
 def spread(runs: int, *shape: int) -> np.ndarray:
     """Runs differ a little, each in its own way: around 1."""
-    return np.broadcast_to(1 + 0.01 * np.arange(runs).reshape(-1, *(1 for _ in shape)), (runs, *shape))
+    return np.broadcast_to(
+        1 + 0.01 * np.arange(runs).reshape(-1, *(1 for _ in shape)), (runs, *shape)
+    )
 
 
-def innate(condition: str, distance: Course | None = None, runs: int = RUNS, **lives: Course) -> xr.Dataset:
+def innate(
+    condition: str, distance: Course | None = None, runs: int = RUNS, **lives: Course
+) -> xr.Dataset:
     """Food of every agent in each kind of life, by how far evolution has come; kinds that are not given were not lived."""
     progress = np.linspace(0, 1, GENERATIONS)
     distance = distance or constant(1)
@@ -77,23 +98,35 @@ def innate(condition: str, distance: Course | None = None, runs: int = RUNS, **l
     for life, course in lives.items():
         values = np.array([course(place) for place in progress])
         energy[:, :, LIVES.index(life), :] = values[:, None] * spread(runs, GENERATIONS, AGENTS)
-    moved = np.array([distance(place) for place in progress])[:, None, None] * spread(runs, GENERATIONS, len(LAYERS), AGENTS)
+    moved = np.array([distance(place) for place in progress])[:, None, None] * spread(
+        runs, GENERATIONS, len(LAYERS), AGENTS
+    )
     coords = {"generation": np.arange(GENERATIONS), "life": list(LIVES), "layer": list(LAYERS)}
     arrays = {"energy": energy} | ({"distance": moved} if "on" in lives else {})
     return _made("innate", condition, arrays, coords)
 
 
-def neutral(condition: str, evolved: Sequence[float], twin: Sequence[float], runs: int = RUNS) -> xr.Dataset:
+def neutral(
+    condition: str, evolved: Sequence[float], twin: Sequence[float], runs: int = RUNS
+) -> xr.Dataset:
     """Food of the last ten generations' newborns and of their neutral twins, with learning off and on."""
     energy = np.array([evolved, twin], float)[:, :, None] * spread(runs, 10, len(TWINS), 2, AGENTS)
-    coords = {"generation": np.arange(GENERATIONS - 10, GENERATIONS), "newborns": list(TWINS), "life": list(LIVES[:2])}
+    coords = {
+        "generation": np.arange(GENERATIONS - 10, GENERATIONS),
+        "newborns": list(TWINS),
+        "life": list(LIVES[:2]),
+    }
     return _made("neutral", condition, {"energy": energy}, coords)
 
 
-def within_life(condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS) -> xr.Dataset:
+def within_life(
+    condition: str, blank: float, evolved: float, windows: int = 6, runs: int = RUNS
+) -> xr.Dataset:
     """Items an agent eats in a window of its life, rising from random genomes to the last generation; 0 is never."""
     amounts = np.linspace(blank, evolved, len(NEWBORNS))
-    eaten = np.round(amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)).astype(int)
+    eaten = np.round(
+        amounts[:, None, None] * 10 * spread(runs, len(NEWBORNS), windows, AGENTS)
+    ).astype(int)
     meals = np.where(amounts > 0, STEPS / (1 + amounts), np.nan)
     coords = {"newborns": list(NEWBORNS), "window": np.arange(windows) * (STEPS // windows)}
     first = meals[:, None] * spread(runs, len(NEWBORNS), AGENTS)
@@ -106,14 +139,18 @@ def modules(condition: str, food: Sequence[float], runs: int = RUNS) -> xr.Datas
 
 
 def reaction(condition: str, food: float, runs: int = RUNS) -> xr.Dataset:
-    energy = food * np.linspace(0, 1, len(SETTINGS))[::-1, None] * spread(runs, len(SETTINGS), AGENTS)
+    energy = (
+        food * np.linspace(0, 1, len(SETTINGS))[::-1, None] * spread(runs, len(SETTINGS), AGENTS)
+    )
     fields, values = zip(*SETTINGS, strict=True)
     coords = {"field": ("setting", list(fields)), "value": ("setting", list(values))}
     return _made("reaction", condition, {"energy": energy}, coords)
 
 
 def descent(condition: str, runs: int = RUNS) -> xr.Dataset:
-    age = np.where(np.arange(GENERATIONS) < 5, np.nan, np.arange(GENERATIONS) - 3.0) * spread(runs, GENERATIONS)
+    age = np.where(np.arange(GENERATIONS) < 5, np.nan, np.arange(GENERATIONS) - 3.0) * spread(
+        runs, GENERATIONS
+    )
     ancestors = AGENTS / (1 + 0.1 * np.arange(GENERATIONS)) * spread(runs, GENERATIONS)
     return _made(
         "descent", condition, {"common_ancestor_age": age, "effective_ancestors": ancestors},
@@ -127,8 +164,18 @@ def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
     on, drift = rising(50, 100), constant(20)
     return {
         "innate": {
-            a: innate(a, rising(2, 1), runs, off=rising(10, 90), on=on, frozen=rising(55, 110), drift=drift),
-            b: innate(b, rising(1, 2), runs, off=constant(0), on=on, frozen=constant(0), drift=drift),
+            a: innate(
+                a,
+                rising(2, 1),
+                runs,
+                off=rising(10, 90),
+                on=on,
+                frozen=rising(55, 110),
+                drift=drift,
+            ),
+            b: innate(
+                b, rising(1, 2), runs, off=constant(0), on=on, frozen=constant(0), drift=drift
+            ),
             evo: innate(evo, runs=runs, off=rising(10, 60)),
         },
         "neutral": {
@@ -138,12 +185,20 @@ def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
         },
         "within-life": {a: within_life(a, 1, 9, runs=runs), b: within_life(b, 0, 5, runs=runs)},
         "modules": {a: modules(a, (100, 40, 90, 20), runs), b: modules(b, (100, 90, 0, 0), runs)},
-        "reaction": {a: reaction(a, 100, runs), b: reaction(b, 50, runs), evo: reaction(evo, 60, runs)},
+        "reaction": {
+            a: reaction(a, 100, runs),
+            b: reaction(b, 50, runs),
+            evo: reaction(evo, 60, runs),
+        },
         "descent": {name: descent(name, runs) for name in (a, b, evo)},
     }
 
 
 def of_study(made: xr.Dataset, study: Study, condition: str) -> xr.Dataset:
     """An assay made by hand as one of a condition of a study, with as many runs as that has."""
-    facts = {"experiment": to_toml(study.experiments[condition]), "seed": study.seed, "condition": condition}
+    facts = {
+        "experiment": to_toml(study.experiments[condition]),
+        "seed": study.seed,
+        "condition": condition,
+    }
     return made.isel(run=slice(len(study.runs(condition)))).assign_attrs(facts)

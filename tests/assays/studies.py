@@ -12,13 +12,23 @@ from baldwinlab.studies.store import Study
 from tests.small import ignore, silent, small_study
 from tests.worlds import small
 
-ELSEWHERE = {"food": [{"x": [10, 50], "y": [50, 80], "count": 5, "energy": 2.5}, {"x": [60, 90], "y": [20, 40], "count": 4}]}
+ELSEWHERE = {
+    "food": [
+        {"x": [10, 50], "y": [50, 80], "count": 5, "energy": 2.5},
+        {"x": [60, 90], "y": [20, 40], "count": 4},
+    ]
+}
 
 
 def conditions() -> list[Experiment]:
     """Those of the paper on a small map A, and one of them on a map B, whose food has two kinds of energy."""
-    fast = {"lifetime": {"steps": 120}, "learning": {"rate": 0.5}}  # so that they learn in a short life
-    kinds = [small(condition).replace(**fast) for condition in ("evo", "evo+self-taught", "self-taught")]
+    fast = {
+        "lifetime": {"steps": 120},
+        "learning": {"rate": 0.5},
+    }  # so that they learn in a short life
+    kinds = [
+        small(condition).replace(**fast) for condition in ("evo", "evo+self-taught", "self-taught")
+    ]
     return [*kinds, kinds[1].replace(name="evo+self-taught/B", world=ELSEWHERE)]
 
 

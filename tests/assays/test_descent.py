@@ -11,7 +11,14 @@ import pandas as pd
 import pytest
 
 from baldwinlab.assays import open_assay
-from baldwinlab.assays.descent import HEADER, ancestors, common_ancestor_ages, effective_ancestors, fitter_line, phylogeny_lines
+from baldwinlab.assays.descent import (
+    HEADER,
+    ancestors,
+    common_ancestor_ages,
+    effective_ancestors,
+    fitter_line,
+    phylogeny_lines,
+)
 from baldwinlab.studies.store import Study
 from tests.exchange.validators import validate
 
@@ -65,7 +72,9 @@ def test_many_founders_are_reckoned_in_parts(monkeypatch: pytest.MonkeyPatch) ->
 def test_the_descent_of_a_study_is_that_of_its_runs(study: Study) -> None:
     found = open_assay(study.directory, "descent", "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 1).parents.values
-    assert np.array_equal(found.common_ancestor_age.sel(run=1), common_ancestor_ages(parents), equal_nan=True)
+    assert np.array_equal(
+        found.common_ancestor_age.sel(run=1), common_ancestor_ages(parents), equal_nan=True
+    )
     assert found.effective_ancestors.sel(run=1, generation=0) == 6
 
 
@@ -76,7 +85,9 @@ def test_where_nothing_is_inherited_there_is_no_descent(study: Study) -> None:
 
 
 def table(study: Study, condition: str) -> pd.DataFrame:
-    return pd.read_csv(StringIO("\n".join([HEADER, *phylogeny_lines(study.read(condition, 0).parents.values)])))
+    return pd.read_csv(
+        StringIO("\n".join([HEADER, *phylogeny_lines(study.read(condition, 0).parents.values)]))
+    )
 
 
 def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: Study) -> None:
@@ -90,7 +101,9 @@ def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: Study)
     for generation in (1, 2):
         for agent in range(6):
             listed = found.ancestor_list[generation * 6 + agent].strip("[]").split(",")
-            assert {int(ancestor) - (generation - 1) * 6 for ancestor in listed} == set(parents[generation, agent])
+            assert {int(ancestor) - (generation - 1) * 6 for ancestor in listed} == set(
+                parents[generation, agent]
+            )
 
 
 @pytest.mark.nightly

@@ -18,7 +18,10 @@ from baldwinlab.statistics.sample_sizes import Design
 from baldwinlab.studies.store import Study
 from tests.assays.studies import conditions
 
-FITTING = {experiment.name: [name for name in ASSAYS if not misfit(name, experiment)] for experiment in conditions()}
+FITTING = {
+    experiment.name: [name for name in ASSAYS if not misfit(name, experiment)]
+    for experiment in conditions()
+}
 
 
 def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: Study) -> None:
@@ -32,7 +35,9 @@ def test_the_tests_of_the_questions_are_counted_before_the_runs(study: Study) ->
     """At most: a question whose quantities are undefined in every run is not tested."""
     planned = Planned(study.experiments, study.factors).designs(3, tuple(ASSAYS))
     found = evaluate(open_assays(study))
-    tested = sum(answer.numbers is not None for subject in found.subjects for answer in subject.answers)
+    tested = sum(
+        answer.numbers is not None for subject in found.subjects for answer in subject.answers
+    )
     assert tested <= len(planned) <= tested + len(found.subjects)
     assert set(planned) == {Design(3, 3, "Wilcoxon")}
 
@@ -44,14 +49,24 @@ def test_nothing_is_needed_where_nothing_is_missing(study: Study) -> None:
 def test_memory_grows_with_the_agents_and_with_the_workers(study: Study) -> None:
     def memory(agents: int, workers: int) -> int:
         large = load("evo+self-taught/A").replace(population={"size": agents})
-        return Planned({large.name: large}, {large.name: study.factors["evo+self-taught/A"]}).need(40, workers).memory - ENGINE
+        return (
+            Planned({large.name: large}, {large.name: study.factors["evo+self-taught/A"]})
+            .need(40, workers)
+            .memory
+            - ENGINE
+        )
 
     assert memory(10_000, 1) > 5 * memory(1000, 1)
     assert memory(1000, 4) > 2 * memory(1000, 1)
 
 
-def test_too_little_memory_is_told_before_anything_is_lived_again(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_little_memory_is_told_before_anything_is_lived_again(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("baldwinlab.resources.available_memory", lambda: 1000)
     monkeypatch.setattr("baldwinlab.api.bring.missing_assays", lambda study, names: FITTING)
-    with pytest.raises(RefusedError, match=r"assays: \d+: about .* of memory would be needed, and 1000\.0 bytes are free"):
+    with pytest.raises(
+        RefusedError,
+        match=r"assays: \d+: about .* of memory would be needed, and 1000\.0 bytes are free",
+    ):
         assay(study, list(ASSAYS), How())

@@ -45,7 +45,11 @@ def test_a_single_run_is_drawn_without_a_warning(name: str) -> None:
 
 def test_three_conditions_stand_in_two_rows_and_lives_that_were_not_lived_are_left_out() -> None:
     bare = innate(A, off=constant(1), on=constant(2))
-    stored = {A: bare, B: bare.assign_attrs(map="B"), "mine": bare.assign_attrs(learner="mine", map="")}
+    stored = {
+        A: bare,
+        B: bare.assign_attrs(map="B"),
+        "mine": bare.assign_attrs(learner="mine", map=""),
+    }
     figure = figures.innate_and_learned({"innate": stored}, [A, B, "mine"])
     shown = [axes for axes in figure.axes if axes.get_visible()]
     titles = [title for axes in shown if (title := axes.get_title("left"))]
@@ -55,16 +59,24 @@ def test_three_conditions_stand_in_two_rows_and_lives_that_were_not_lived_are_le
 
 def test_how_far_learning_moves_is_drawn_where_a_model_tells_it() -> None:
     told = innate(A, off=constant(1), on=constant(2))
-    untold = told.assign(distance=told["energy"].isel(life=0, drop=True).expand_dims(layer=["genome"]) * np.nan)
+    untold = told.assign(
+        distance=told["energy"].isel(life=0, drop=True).expand_dims(layer=["genome"]) * np.nan
+    )
     known = untold.assign(distance=untold["distance"].fillna(1.0))
-    panels = [len(figures.what_learning_does({"innate": {A: data}}, [A]).axes) for data in (known, untold)]
+    panels = [
+        len(figures.what_learning_does({"innate": {A: data}}, [A]).axes) for data in (known, untold)
+    ]
     assert panels == [2, 1]
 
 
 def test_a_reaction_norm_has_the_value_that_was_evolved_in_at_its_place() -> None:
     figure = figures.reaction_norms(whole())
     labels = [[tick.get_text() for tick in axes.get_xticklabels()] for axes in figure.axes]
-    assert ["10", "(50)", "100"] in labels and ["(A)", "B"] in labels and ["0.001", "(0.01)", "0.1"] in labels
+    assert (
+        ["10", "(50)", "100"] in labels
+        and ["(A)", "B"] in labels
+        and ["0.001", "(0.01)", "0.1"] in labels
+    )
 
 
 def test_of_first_meals_the_share_ends_at_that_of_all_who_ever_ate() -> None:

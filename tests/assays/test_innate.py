@@ -22,21 +22,30 @@ def test_life_with_learning_on_is_the_life_that_was_lived(study: Study) -> None:
     for condition in ("evo+self-taught/A", "self-taught/A", "evo+self-taught/B"):
         found = open_assay(study.directory, "innate", condition)
         for run in range(3):
-            assert np.array_equal(found.energy.sel(run=run, life="on"), study.read(condition, run).energy)
+            assert np.array_equal(
+                found.energy.sel(run=run, life="on"), study.read(condition, run).energy
+            )
 
 
 def test_what_learning_made_of_the_weights_is_how_the_frozen_live(study: Study) -> None:
     condition = "evo+self-taught/A"
-    found, record = open_assay(study.directory, "innate", condition).sel(run=1, generation=2), study.read(condition, 1)
+    found, record = (
+        open_assay(study.directory, "innate", condition).sel(run=1, generation=2),
+        study.read(condition, 1),
+    )
     experiment = study.experiments[condition]
     died = reevaluate(experiment, study.seed, [1], 2, record.genome.values[None, 2]).weights
-    frozen = reevaluate(experiment.replace(learning={"rule": "none"}), study.seed, [1], 2, died[:, :, None])
+    frozen = reevaluate(
+        experiment.replace(learning={"rule": "none"}), study.seed, [1], 2, died[:, :, None]
+    )
     assert np.array_equal(found.energy.sel(life="frozen"), frozen.energy[0])
     assert (found.distance > 0).any()
     assert not np.array_equal(found.energy.sel(life="off"), found.energy.sel(life="on"))
 
 
-def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(tmp_path: Path) -> None:
+def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(
+    tmp_path: Path,
+) -> None:
     experiment = small("evo+self-taught", evolution={"generations": 12}, learning={"rate": 0.5})
     study = measured(tmp_path, [experiment], ["innate"], runs=1)
     found = open_assay(tmp_path, "innate", experiment.name).energy.sel(run=0)
@@ -44,8 +53,13 @@ def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(tm
     assert found.generation[lived].values.tolist() == [0, 2, 4, 6, 8, 10, 11]
     drift = experiment.replace(learning={"rule": "drift"})
     genomes = study.read(experiment.name, 0).genome.values[None, 11]
-    assert np.array_equal(found.sel(generation=11, life="drift"), reevaluate(drift, study.seed, [0], 11, genomes).energy[0])
-    assert not np.array_equal(found.sel(generation=11, life="drift"), found.sel(generation=11, life="on"))
+    assert np.array_equal(
+        found.sel(generation=11, life="drift"),
+        reevaluate(drift, study.seed, [0], 11, genomes).energy[0],
+    )
+    assert not np.array_equal(
+        found.sel(generation=11, life="drift"), found.sel(generation=11, life="on")
+    )
 
 
 def test_agents_that_do_not_learn_have_one_kind_of_life(study: Study) -> None:
@@ -65,7 +79,10 @@ def test_learning_at_rate_0_makes_no_difference_and_moves_nothing(tmp_path: Path
 
 
 def test_on_map_b_nothing_is_innate(tmp_path: Path) -> None:
-    whole_lives = [load(f"{condition}/B").replace(evolution={"generations": 3}) for condition in ("evo", "evo+self-taught")]
+    whole_lives = [
+        load(f"{condition}/B").replace(evolution={"generations": 3})
+        for condition in ("evo", "evo+self-taught")
+    ]
     measured(tmp_path, whole_lives, ["innate"])
     assert (open_assay(tmp_path, "innate", "evo/B").energy.sel(life="off") == 0).all()
     learners = open_assay(tmp_path, "innate", "evo+self-taught/B").energy
@@ -78,7 +95,9 @@ def test_a_record_that_other_code_made_is_refused(tmp_path: Path) -> None:
     record = study.read("evo+self-taught/A", 1)
     record.energy[1, 4] += 1
     study.write("evo+self-taught/A", 1, record)
-    with pytest.raises(StudyError, match=r"0001.nc: generation 1, lived again, does not eat what is stored"):
+    with pytest.raises(
+        StudyError, match=r"0001.nc: generation 1, lived again, does not eat what is stored"
+    ):
         run_assays(study, missing_assays(study, ["innate"]), 1, silent, ignore)
 
 
@@ -118,7 +137,10 @@ def test_long_evolution_is_thinned_with_its_first_and_last_generation(count: int
 
 
 @pytest.mark.parametrize(
-    ("rule", "fits"), [("self-taught", True), ("drift", True), ("crbp", False), ("hebb", False), ("none", True)]
+    ("rule", "fits"),
+    [("self-taught", True), ("drift", True), ("crbp", False), ("hebb", False), ("none", True)],
 )
-def test_drift_is_lived_where_it_goes_as_far_as_what_it_stands_in_for(rule: str, fits: bool) -> None:
+def test_drift_is_lived_where_it_goes_as_far_as_what_it_stands_in_for(
+    rule: str, fits: bool
+) -> None:
     assert bool(drifting(small("evo", learning={"rule": rule}))) == fits

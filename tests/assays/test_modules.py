@@ -30,5 +30,8 @@ def test_what_is_not_learned_from_does_not_matter(tmp_path: Path) -> None:
 
 
 def test_agents_with_one_module_have_nothing_to_exchange(study: Study) -> None:
-    with pytest.raises(StudyError, match=r"evo/A.nc does not exist: the assay modules is of agents with a reinforcement module"):
+    with pytest.raises(
+        StudyError,
+        match=r"evo/A.nc does not exist: the assay modules is of agents with a reinforcement module",
+    ):
         open_assay(study.directory, "modules", "evo/A")

@@ -29,11 +29,15 @@ def neutral(study: Study, condition: str = LEARNER) -> Any:
     return open_assay(study.directory, "neutral", condition).energy
 
 
-def test_those_that_evolved_are_the_ones_of_the_study_and_of_the_assay_of_what_is_innate(study: Study) -> None:
+def test_those_that_evolved_are_the_ones_of_the_study_and_of_the_assay_of_what_is_innate(
+    study: Study,
+) -> None:
     for condition in (LEARNER, "evo+self-taught/B", "evo/A"):
         innate = open_assay(study.directory, "innate", condition).energy.sel(life=["off", "on"])
         own = neutral(study, condition).sel(newborns="evolved", drop=True)
-        np.testing.assert_array_equal(own, innate.sel(generation=own.generation).transpose(*own.dims))
+        np.testing.assert_array_equal(
+            own, innate.sel(generation=own.generation).transpose(*own.dims)
+        )
 
 
 def test_founders_are_their_own_twins_and_their_children_are_not(study: Study) -> None:
@@ -57,15 +61,26 @@ def test_the_twin_has_the_parents_of_a_run_with_neutral_selection_whatever_that_
 
 
 def test_however_parents_were_selected_the_twin_is_the_same(tmp_path: Path) -> None:
-    schemes = [small("evo", name=name, evolution={"selection": name, "generations": 5}) for name in ("rank", "truncation")]
+    schemes = [
+        small("evo", name=name, evolution={"selection": name, "generations": 5})
+        for name in ("rank", "truncation")
+    ]
     study = measured(tmp_path, schemes, ["neutral"])
     one, other = (neutral(study, name) for name in ("rank", "truncation"))
-    assert np.array_equal(one.sel(newborns="neutral twin"), other.sel(newborns="neutral twin"), equal_nan=True)
-    assert not np.array_equal(one.sel(newborns="evolved"), other.sel(newborns="evolved"), equal_nan=True)
+    assert np.array_equal(
+        one.sel(newborns="neutral twin"), other.sel(newborns="neutral twin"), equal_nan=True
+    )
+    assert not np.array_equal(
+        one.sel(newborns="evolved"), other.sel(newborns="evolved"), equal_nan=True
+    )
 
 
 def test_one_agent_alone_is_its_own_twin_generation_by_generation(tmp_path: Path) -> None:
-    alone = small("evo+self-taught", population={"size": 1}, evolution={"generations": 14, "mutation_rate": 1.0})
+    alone = small(
+        "evo+self-taught",
+        population={"size": 1},
+        evolution={"generations": 14, "mutation_rate": 1.0},
+    )
     found = neutral(measured(tmp_path, [alone], ["neutral"]))
     assert found.generation.values.tolist() == list(range(4, 14))
     assert np.array_equal(found.sel(newborns="evolved"), found.sel(newborns="neutral twin"))
@@ -73,18 +88,32 @@ def test_one_agent_alone_is_its_own_twin_generation_by_generation(tmp_path: Path
 
 
 def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path) -> None:
-    experiment = small("evo+self-taught", learning={"rate": 0.5}, evolution={"generations": 12, "lamarckian_share": 1.0})
+    experiment = small(
+        "evo+self-taught",
+        learning={"rate": 0.5},
+        evolution={"generations": 12, "lamarckian_share": 1.0},
+    )
     study = measured(tmp_path, [experiment], ["neutral"], runs=2)
-    genome, twin, nothing = draw_genome(experiment, Moment(5, 1, 0)), experiment.neutral_twin(), np.zeros(6)
+    genome, twin, nothing = (
+        draw_genome(experiment, Moment(5, 1, 0)),
+        experiment.neutral_twin(),
+        np.zeros(6),
+    )
     for generation in range(11):
         died = reevaluate(experiment, 5, [1], generation, genome[None]).weights[0]
-        genome, _ = next_genome(twin, Moment(5, 1, generation + 1), bequeath(experiment, genome, died), nothing)
+        genome, _ = next_genome(
+            twin, Moment(5, 1, generation + 1), bequeath(experiment, genome, died), nothing
+        )
     last = neutral(study).sel(run=1, generation=11, newborns="neutral twin")
     for life, lived in (("on", experiment), ("off", experiment.without_learner())):
-        assert np.array_equal(last.sel(life=life), reevaluate(lived, 5, [1], 11, genome[None]).energy[0])
+        assert np.array_equal(
+            last.sel(life=life), reevaluate(lived, 5, [1], 11, genome[None]).energy[0]
+        )
 
 
-@pytest.mark.parametrize("changes", [{}, {"evolution": {"generations": 12, "lamarckian_share": 0.5}}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"evolution": {"generations": 12, "lamarckian_share": 0.5}}]
+)
 def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]) -> None:
     study = small_study(tmp_path, [small("evo+self-taught", **changes)], runs=2)
     amounts: list[int] = []
@@ -105,7 +134,9 @@ def test_as_much_is_lived_as_was_said(tmp_path: Path, changes: dict[str, object]
         (small("evo").neutral_twin(), "parents at random are their own neutral twin"),
     ],
 )
-def test_where_selection_builds_nothing_there_is_no_such_assay(tmp_path: Path, experiment: Experiment, why: str) -> None:
+def test_where_selection_builds_nothing_there_is_no_such_assay(
+    tmp_path: Path, experiment: Experiment, why: str
+) -> None:
     assert why in misfit("neutral", experiment)
     study = small_study(tmp_path, [experiment], runs=1)
     assert missing_assays(study, ["neutral"]) == {experiment.name: []}

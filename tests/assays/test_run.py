@@ -59,7 +59,9 @@ def test_progress_is_told_to_the_last_agent_step(tmp_path: Path) -> None:
     assert sum(done) == 0
 
 
-def test_all_that_is_lived_has_been_compiled_beforehand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_that_is_lived_has_been_compiled_beforehand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     begin, ready, lived = cpu.Batch.__init__, set[Any](), set[Any]()
 
     def noted(self: cpu.Batch, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
@@ -91,13 +93,20 @@ def test_what_no_longer_fits_is_measured_again(tmp_path: Path) -> None:
     (tmp_path / "assays/modules/self-taught/A.nc").unlink()
     missing = missing_assays(study, ["modules", "descent"])
     both = ["modules", "descent"]
-    assert missing == {"evo/A": ["descent"], "evo+self-taught/A": both, "self-taught/A": both, "evo+self-taught/B": both}
+    assert missing == {
+        "evo/A": ["descent"],
+        "evo+self-taught/A": both,
+        "self-taught/A": both,
+        "evo+self-taught/B": both,
+    }
     run_assays(study, missing, 2, silent, ignore)
     assert open_assay(tmp_path, "modules", "self-taught/A").sizes["run"] == 4
     assert stored(study)["descent/evo/A.nc"] == whole["descent/evo/A.nc"]
 
 
-def test_an_error_ends_the_work_and_keeps_what_is_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_ends_the_work_and_keeps_what_is_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     study = measured(tmp_path, names=["descent"])
     before = stored(study)
 
@@ -115,7 +124,9 @@ def test_genomes_that_were_not_kept_give_the_same_results(study: Study, tmp_path
     measured(tmp_path, thinned)
     for name in ASSAYS:
         whole = open_assay(study.directory, name, "evo+self-taught/B")
-        assert whole.drop_attrs().identical(open_assay(tmp_path, name, "evo+self-taught/B").drop_attrs())
+        assert whole.drop_attrs().identical(
+            open_assay(tmp_path, name, "evo+self-taught/B").drop_attrs()
+        )
 
 
 @pytest.mark.parametrize(
@@ -126,19 +137,32 @@ def test_genomes_that_were_not_kept_give_the_same_results(study: Study, tmp_path
         {"evolution": {"generations": 1}},
         {"lifetime": {"steps": 1}},
         {"network": {"hidden": [], "biases": True}},
-        {"learning": {"cost_per_step": 0.01, "cost_per_change": 0.1, "evolved_rate": True, "teacher": "fresh"}},
+        {
+            "learning": {
+                "cost_per_step": 0.01,
+                "cost_per_change": 0.1,
+                "evolved_rate": True,
+                "teacher": "fresh",
+            }
+        },
         {"evolution": {"lamarckian_share": 1.0}, "record": {"genome_every": 2}},
         {"learning": {"rule": "drift"}},
     ],
 )
-def test_the_smallest_and_the_strangest_studies_can_be_measured(tmp_path: Path, changes: dict[str, object]) -> None:
+def test_the_smallest_and_the_strangest_studies_can_be_measured(
+    tmp_path: Path, changes: dict[str, object]
+) -> None:
     study = measured(tmp_path, [small("evo+self-taught").replace(**changes)], runs=1)
     assert missing_assays(study, list(ASSAYS)) == {"evo+self-taught/A": []}
     innate = open_assay(tmp_path, "innate", "evo+self-taught/A")
-    assert np.array_equal(innate.energy.sel(run=0, life="on"), study.read("evo+self-taught/A", 0).energy)
+    assert np.array_equal(
+        innate.energy.sel(run=0, life="on"), study.read("evo+self-taught/A", 0).energy
+    )
 
 
-def test_a_study_without_runs_and_names_that_are_not_there_are_refused(study: Study, tmp_path: Path) -> None:
+def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
+    study: Study, tmp_path: Path
+) -> None:
     empty = create(tmp_path, [small("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):
         missing_assays(empty, ["innate"])

@@ -19,7 +19,17 @@ from baldwinlab.factors import Factors
 from baldwinlab.netcdf import opened, sealed
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import Study
-from tests.assays.assayed import RUNS, STEPS, Assayed, constant, innate, rising, spread, whole, within_life
+from tests.assays.assayed import (
+    RUNS,
+    STEPS,
+    Assayed,
+    constant,
+    innate,
+    rising,
+    spread,
+    whole,
+    within_life,
+)
 from tests.assays.studies import measured
 from tests.small import ignore, silent, small, small_study
 
@@ -29,7 +39,9 @@ A = "evo+self-taught/A"
 def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) -> Path:
     path = folder / "assays" / assay / f"{A}.nc"
     path.parent.mkdir(parents=True)
-    (innate(A, off=constant(1), on=constant(2), runs=2) if data is None else data).to_netcdf(path, engine="scipy")
+    (innate(A, off=constant(1), on=constant(2), runs=2) if data is None else data).to_netcdf(
+        path, engine="scipy"
+    )
     return path
 
 
@@ -45,7 +57,10 @@ def test_what_was_stored_is_read_by_assay_and_condition(tmp_path: Path) -> None:
     }
     assert found["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
     assert factors_of(found["innate"][A]) == Factors(learner=A)
-    assert factors_of(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map == "A"
+    assert (
+        factors_of(read(Assayed(tmp_path, {A: Factors("evo+self-taught", "A")}))["innate"][A]).map
+        == "A"
+    )
     assert quantities(found, A, 10).keys() == quantities(whole(runs=2), A, 10).keys()
 
 
@@ -57,12 +72,20 @@ def test_nothing_stored_is_nothing_read(tmp_path: Path) -> None:
 def test_a_damaged_file_is_named(tmp_path: Path, keep: int) -> None:
     path = stored(tmp_path)
     path.write_bytes(path.read_bytes()[:keep])
-    with pytest.raises(ValueError, match=r"A\.nc is damaged: .*; `baldwinlab assay .* --only innate` measures it again"):
+    with pytest.raises(
+        ValueError,
+        match=r"A\.nc is damaged: .*; `baldwinlab assay .* --only innate` measures it again",
+    ):
         read(Assayed(tmp_path))
 
 
-@pytest.mark.parametrize("foreign", ["other variables", "no coordinates", "text for numbers", "no experiment", "experiment 5"])
-def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(tmp_path: Path, foreign: str) -> None:
+@pytest.mark.parametrize(
+    "foreign",
+    ["other variables", "no coordinates", "text for numbers", "no experiment", "experiment 5"],
+)
+def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(
+    tmp_path: Path, foreign: str
+) -> None:
     data = innate(A, off=constant(1), on=constant(2), runs=2)
     other = {
         "other variables": xr.Dataset({"rain": ("day", np.zeros(3))}, attrs=data.attrs),
@@ -72,7 +95,9 @@ def test_netcdf_that_is_no_assay_is_named_though_its_checksum_fits(tmp_path: Pat
         "experiment 5": data.assign_attrs(experiment=5),
     }[foreign]
     stored(tmp_path).write_bytes(sealed(other))
-    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"):
+    with pytest.raises(
+        ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"
+    ):
         read(Assayed(tmp_path))
 
 
@@ -89,7 +114,9 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
 
 
 def test_a_window_averages_over_generations_and_a_run_keeps_its_own_value() -> None:
-    found = quantities({"innate": {A: innate(A, off=rising(0, 39), on=constant(78), runs=3)}}, A, last=4)
+    found = quantities(
+        {"innate": {A: innate(A, off=rising(0, 39), on=constant(78), runs=3)}}, A, last=4
+    )
     own = spread(3)
     np.testing.assert_allclose(found["off", "first"].values, 1.5 * own)
     np.testing.assert_allclose(found["off", "last"].values, 37.5 * own)
@@ -178,12 +205,17 @@ def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2
     ("other", "why"),
     [
         ({"seed": 6}, "is of a study with seed 6, and this study has seed 5"),
-        ({"lifetime": {"steps": 299}}, "was measured on another experiment than that of evo+self-taught/A in this study"),
+        (
+            {"lifetime": {"steps": 299}},
+            "was measured on another experiment than that of evo+self-taught/A in this study",
+        ),
         ({"runs": 3}, "is of run 2, and runs/evo+self-taught/A/0002.nc is not stored"),
     ],
     ids=["another seed", "another experiment", "other runs"],
 )
-def test_an_assay_of_another_study_is_refused_and_measured_again(tmp_path: Path, other: dict[str, Any], why: str) -> None:
+def test_an_assay_of_another_study_is_refused_and_measured_again(
+    tmp_path: Path, other: dict[str, Any], why: str
+) -> None:
     path = innate_of(tmp_path / "own", small())
     own = path.read_bytes()
     numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
@@ -206,7 +238,9 @@ def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("lacking", ["seed", "experiment", "run"])
-def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(tmp_path: Path, lacking: str) -> None:
+def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
+    tmp_path: Path, lacking: str
+) -> None:
     path = innate_of(tmp_path, small())
     data = opened(path.read_bytes())
     if lacking == "run":
@@ -223,12 +257,16 @@ def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Pat
     foreign = assay_path(tmp_path, "innate", "evo/C")
     foreign.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(path, foreign)
-    with pytest.raises(ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"):
+    with pytest.raises(
+        ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"
+    ):
         read(Study(tmp_path))
 
 
 def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
     path = stored(tmp_path)
     os.truncate(path, 20 * 10**9)
-    with pytest.raises(ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"):
+    with pytest.raises(
+        ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"
+    ):
         read(Assayed(tmp_path))

@@ -25,7 +25,9 @@ CONTENDERS = ("python_plain", "numpy_vectorised", "jax_scan")
 
 def contender(name: str) -> Any:
     if name == "jax_scan":
-        pytest.importorskip("jax", reason="JAX is not installed (pip install -r requirements-bench.txt)")
+        pytest.importorskip(
+            "jax", reason="JAX is not installed (pip install -r requirements-bench.txt)"
+        )
     return import_module(f"benchmarks.contenders.{name}")
 
 
@@ -34,13 +36,19 @@ def genomes(experiment: Experiment, seed: int) -> Any:
 
 
 CASES = {
-    "learning in the midst of food": crowded("evo+self-taught", "standard").replace(lifetime={"steps": 60}),
+    "learning in the midst of food": crowded("evo+self-taught", "standard").replace(
+        lifetime={"steps": 60}
+    ),
     "no learning, in the midst of food": crowded("evo", "standard").replace(lifetime={"steps": 60}),
     "a small map, over whose edges agents see and eat": small("self-taught"),
     "a small map without learning": small("evo", senses={"visual_radius": 20}),
     "fast learning": small("evo+self-taught", learning={"rate": 0.5}, network={"hidden": [7]}),
-    "many agents for few items": crowded("evo", "standard").replace(population={"size": 60}, contact={"reach": 30}),
-    "nothing to eat": small("evo+self-taught", world={"food": [{"x": [20, 100], "y": [10, 90], "count": 0}]}),
+    "many agents for few items": crowded("evo", "standard").replace(
+        population={"size": 60}, contact={"reach": 30}
+    ),
+    "nothing to eat": small(
+        "evo+self-taught", world={"food": [{"x": [20, 100], "y": [10, 90], "count": 0}]}
+    ),
 }
 
 
@@ -58,10 +66,19 @@ def test_every_step_of_a_contender_is_the_step_of_the_paper(name: str, case: str
 def test_what_is_timed_is_what_was_checked(name: str) -> None:
     """Newborns in the midst of food eat as much, on average, in the calls that are timed as in the lives above."""
     experiment = crowded("evo+self-taught", "standard")
-    setting, born_with, module = from_experiment(experiment), genomes(experiment, seed=7), contender(name)
+    setting, born_with, module = (
+        from_experiment(experiment),
+        genomes(experiment, seed=7),
+        contender(name),
+    )
     live = module.lives(setting, born_with)
     timed = np.mean([np.asarray(live(seed)).mean() for seed in range(8)])
-    traced = np.mean([np.asarray(module.trace(setting, born_with, seed)["eaten"]).sum(axis=0).mean() for seed in range(8)])
+    traced = np.mean(
+        [
+            np.asarray(module.trace(setting, born_with, seed)["eaten"]).sum(axis=0).mean()
+            for seed in range(8)
+        ]
+    )
     assert timed == pytest.approx(traced, rel=0.15)
     assert module.agent_steps(setting) == np.asarray(live(0)).size * experiment.lifetime.steps
 
@@ -69,7 +86,12 @@ def test_what_is_timed_is_what_was_checked(name: str) -> None:
 def test_a_setting_survives_as_text_and_refuses_what_the_contenders_do_not_model() -> None:
     setting = from_experiment(load("evo+self-taught/B"))
     assert (
-        from_dict({name: list(value) if isinstance(value, tuple) else value for name, value in setting.to_dict().items()})
+        from_dict(
+            {
+                name: list(value) if isinstance(value, tuple) else value
+                for name, value in setting.to_dict().items()
+            }
+        )
         == setting
     )
     with pytest.raises(ValueError, match="standard reading"):

@@ -30,7 +30,9 @@ def test_every_pair_of_values_of_two_settings_is_among_them() -> None:
         ("fitness", "energy"),
     ],
 )
-def test_a_part_is_tried_with_genomes_of_one_and_of_two_modules_and_with_items_of_a_feature(kind: str, name: str) -> None:
+def test_a_part_is_tried_with_genomes_of_one_and_of_two_modules_and_with_items_of_a_feature(
+    kind: str, name: str
+) -> None:
     (subject,) = subjects([choices.find(kind, name)])
     found = list(cases(subject))
     assert len(found) == len(SETTINGS)

@@ -43,7 +43,12 @@ def write(tmp_path: Path) -> Any:
     before = choices.foreign()
 
     def write(learn: str = GROWS, **changes: str) -> Path:
-        told = {"above": "", "name": "liar", "fields": "", "arguments": "part, model, state, step, lane"}
+        told = {
+            "above": "",
+            "name": "liar",
+            "fields": "",
+            "arguments": "part, model, state, step, lane",
+        }
         told["oracle"] = "agent.action_module[0][0][0] += 0.125"
         path = tmp_path / "liar.py"
         path.write_text(RULE.format(**told | {"learn": learn} | changes))
@@ -60,7 +65,9 @@ def failures(path: Path, *only: str) -> str:
 
 def built_in_parts() -> list[Any]:
     kinds = [kind for kind in BUILT_IN if kind != "model"]
-    return [choices.find(kind, name) for kind in kinds for name in sorted(BUILT_IN[kind], reverse=True)]
+    return [
+        choices.find(kind, name) for kind in kinds for name in sorted(BUILT_IN[kind], reverse=True)
+    ]
 
 
 def test_the_built_in_parts_keep_the_contract() -> None:
@@ -79,7 +86,9 @@ def test_the_examples_keep_the_contract(example: Path) -> None:
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 
 
-def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any, without_compilation: None) -> None:
+def test_a_rule_that_tells_the_truth_keeps_the_contract(
+    write: Any, without_compilation: None
+) -> None:
     assert failures(write(), "fields", "limits", "signature", "others", "oracle") == ""
 
 
@@ -98,7 +107,10 @@ def test_a_rule_that_tells_the_truth_keeps_the_contract(write: Any, without_comp
 def test_a_rule_that_looks_at_a_neighbour_is_refused_before_it_runs(write: Any, learn: str) -> None:
     above = "def neighbour(rows, lane):\n    return get(rows, 0, lane - 1)\n"
     path = write(learn, above=above, fields='arrays = {"trace": per_agent("weights")}')
-    with pytest.raises(PartError, match=r"Liar.learn looks at other agents \(.*liar.py:\d+: .*\); .* own column alone"):
+    with pytest.raises(
+        PartError,
+        match=r"Liar.learn looks at other agents \(.*liar.py:\d+: .*\); .* own column alone",
+    ):
         load_file(path)
     assert ("learning rule", "liar") not in choices.foreign()
 
@@ -110,14 +122,18 @@ def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:
         load_file(write(fields=inherits.format("get(genes, 0, lane + 1)")))
 
 
-def test_a_look_at_a_neighbour_that_the_source_hides_is_found(write: Any, without_compilation: None) -> None:
+def test_a_look_at_a_neighbour_that_the_source_hides_is_found(
+    write: Any, without_compilation: None
+) -> None:
     peek = "peek = compiled(lambda rows: rows[0, 3])"
     path = write("put(state.weights, 0, lane, peek(state.weights))", above=peek)
     assert "Liar.learn makes weights of an agent depend on other agents" in failures(path, "others")
 
 
 def test_a_call_of_the_mathematical_library_is_found(write: Any) -> None:
-    path = write("put(state.rate, 0, lane, np.float32(np.exp(np.float32(state.rate.shape[0] + step))))")
+    path = write(
+        "put(state.rate, 0, lane, np.float32(np.exp(np.float32(state.rate.shape[0] + step))))"
+    )
     assert "Liar.learn calls" in failures(path, "arithmetic")
     assert "has other bits elsewhere" in failures(path, "arithmetic")
 
@@ -126,10 +142,15 @@ def test_a_call_of_the_mathematical_library_is_found(write: Any) -> None:
     ("value", "reason"),
     [
         ("np.float32(part.share * 0.3)", "constants must be float32, such as np.float32(0.5)"),
-        ("get(state.rate, 0, lane) * part.count", "an integer and a float32 make a float64; write np.float32(n)"),
+        (
+            "get(state.rate, 0, lane) * part.count",
+            "an integer and a float32 make a float64; write np.float32(n)",
+        ),
     ],
 )
-def test_arithmetic_in_float64_is_found_with_its_reason(write: Any, value: str, reason: str) -> None:
+def test_arithmetic_in_float64_is_found_with_its_reason(
+    write: Any, value: str, reason: str
+) -> None:
     path = write(f"put(state.rate, 0, lane, {value})", fields="share: float = 0.1; count: int = 2")
     assert f"Liar.learn calculates in float64: {reason}" in failures(path, "arithmetic")
 
@@ -139,9 +160,13 @@ def test_random_numbers_that_no_seed_decides_are_found(write: Any) -> None:
     assert "Liar.learn draws random numbers that no seed decides" in failures(path, "arithmetic")
 
 
-def test_so_are_their_lives_which_have_other_bits_a_second_time(write: Any, without_compilation: None) -> None:
+def test_so_are_their_lives_which_have_other_bits_a_second_time(
+    write: Any, without_compilation: None
+) -> None:
     path = write("put(state.weights, 0, lane, np.float32(np.random.random()))")
-    assert "learning rule 'liar' (learn): under the simultaneous update, the same runs" in failures(path, "again")
+    assert "learning rule 'liar' (learn): under the simultaneous update, the same runs" in failures(
+        path, "again"
+    )
 
 
 def test_an_oracle_that_disagrees_is_found(write: Any, without_compilation: None) -> None:
@@ -165,9 +190,15 @@ def test_another_seed_tries_other_worlds(write: Any, without_compilation: None) 
     ("learn", "reason"),
     [
         ("put(state.weights, 0, lane, part.nothing)", "Unknown attribute 'nothing'"),
-        ('put(state.weights, 0, lane, get(state.weights, 0, lane) + "x")', "No implementation of function"),
+        (
+            'put(state.weights, 0, lane, get(state.weights, 0, lane) + "x")',
+            "No implementation of function",
+        ),
         ("put(state.weights, 0, lane, nothing)", "name 'nothing' is not defined"),
-        ("put(state.weights, 0, lane, not_compiled(state.weights, lane))", "Untyped global name 'not_compiled'"),
+        (
+            "put(state.weights, 0, lane, not_compiled(state.weights, lane))",
+            "Untyped global name 'not_compiled'",
+        ),
     ],
 )
 def test_what_does_not_compile_is_told_in_one_sentence(write: Any, learn: str, reason: str) -> None:
@@ -182,8 +213,13 @@ def test_where_lives_are_lived_that_is_a_sentence_too(write: Any) -> None:
     path = write("put(state.weights, 0, lane, part.nothing)")
     found = bl.check_part(path, only=["compiles", "again"])
     assert "does not hold: it compiles: Liar.learn cannot be compiled (" in str(found[-1])
-    experiment = bl.load("evo/A").replace(learning={"rule": "liar"}, lifetime={"steps": 1}, evolution={"generations": 1})
-    with pytest.raises(PartError, match=r"Liar.learn cannot be compiled \(.*liar.py:\d+\): Unknown attribute 'nothing'"):
+    experiment = bl.load("evo/A").replace(
+        learning={"rule": "liar"}, lifetime={"steps": 1}, evolution={"generations": 1}
+    )
+    with pytest.raises(
+        PartError,
+        match=r"Liar.learn cannot be compiled \(.*liar.py:\d+\): Unknown attribute 'nothing'",
+    ):
         simulate(experiment)
 
 
@@ -191,11 +227,16 @@ def test_where_lives_are_lived_that_is_a_sentence_too(write: Any) -> None:
     ("changes", "reason"),
     [
         ({"name": "self-taught"}, "'self-taught' is a built-in learning rule"),
-        ({"arguments": "part, lane"}, "Liar.learn must have the arguments of its kind: learn(part, model, state, step, lane)"),
+        (
+            {"arguments": "part, lane"},
+            "Liar.learn must have the arguments of its kind: learn(part, model, state, step, lane)",
+        ),
         ({"above": "1 / 0"}, "cannot be loaded: ZeroDivisionError"),
     ],
 )
-def test_what_does_not_load_is_told_in_one_sentence(write: Any, changes: dict[str, str], reason: str) -> None:
+def test_what_does_not_load_is_told_in_one_sentence(
+    write: Any, changes: dict[str, str], reason: str
+) -> None:
     told = failures(write(**changes))
     assert told.startswith("does not hold: it loads: ")
     assert reason in told
@@ -203,12 +244,16 @@ def test_what_does_not_load_is_told_in_one_sentence(write: Any, changes: dict[st
 
 def test_numbers_without_limits_or_meaning_are_found(write: Any) -> None:
     assert "Liar.share has no description" in failures(write(fields="share: float = 0.1"), "fields")
-    assert "Liar.share has no limits" in failures(write(fields='share: float = Field(0.1, description="?")'), "fields")
+    assert "Liar.share has no limits" in failures(
+        write(fields='share: float = Field(0.1, description="?")'), "fields"
+    )
     half = 'share: float = Field(0.1, ge=0, description="?")'
     assert "Liar.share has no limits" in failures(write(fields=half), "fields")
 
 
-def test_the_command_says_what_fails_and_ends_with_1(write: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_says_what_fails_and_ends_with_1(
+    write: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
     for fields, status in (("", 0), ("share: float = 0.1", 1)):
         with pytest.raises(SystemExit) as end:
             main_with(["check", str(write(fields=fields)), "--only", "fields", "--seed", "3"])

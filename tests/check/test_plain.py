@@ -65,20 +65,30 @@ def test_an_index_past_the_end_is_named_before_anything_is_compiled(write_part: 
     found = bl.check_part(path)
     failed = [str(one) for one in found if one.holds is False]
     assert len(failed) == 1
-    sentence = "learning rule 'my-rule': learn, line 12: index 24 of state.weights, which has 24 rows"
+    sentence = (
+        "learning rule 'my-rule': learn, line 12: index 24 of state.weights, which has 24 rows"
+    )
     assert sentence in failed[0]
     assert failed[0].endswith(f"again: baldwinlab check {path} --only bounds")
-    assert str(found[-1]).startswith("not checked: the rest, as compiled code could end its process")
+    assert str(found[-1]).startswith(
+        "not checked: the rest, as compiled code could end its process"
+    )
 
 
 def test_a_rule_that_reads_an_array_it_never_set_is_found(write_part: Write) -> None:
-    path = write_part(RULE.format(more="", value="get(state.weights, w, lane) + get(part.trace, w, lane)"))
+    path = write_part(
+        RULE.format(more="", value="get(state.weights, w, lane) + get(part.trace, w, lane)")
+    )
     (failed,) = failures(path)
-    assert failed.startswith("does not hold: no output and no result depends on memory that was never written: ")
+    assert failed.startswith(
+        "does not hold: no output and no result depends on memory that was never written: "
+    )
     assert "learning rule 'my-rule': learn, line 12: part.trace[0, 0]: read before" in failed
 
 
-def test_neither_an_idle_look_at_unwritten_memory_nor_random_numbers_are_taken_for_it(write_part: Write) -> None:
+def test_neither_an_idle_look_at_unwritten_memory_nor_random_numbers_are_taken_for_it(
+    write_part: Write,
+) -> None:
     idle = "np.float32(np.random.random()) + (get(part.trace, w, lane) != get(state.rate, 0, lane))"
     assert failures(write_part(RULE.format(more="", value=idle))) == []
 
@@ -120,7 +130,9 @@ def test_a_process_that_ends_early_is_one_line_and_not_the_end_of_the_check(
     write_part: Write, without_compilation: None, end: str, reason: str
 ) -> None:
     path = write_part(CRASHES.format(end=end))
-    failed = [str(one) for one in bl.check_part(path, only=["oracle", "views"]) if one.holds is False]
+    failed = [
+        str(one) for one in bl.check_part(path, only=["oracle", "views"]) if one.holds is False
+    ]
     start = f"does not hold: the oracle agrees, step by step: fitness 'crashes': {reason}"
     assert len(failed) == 1
     assert failed[0].startswith(start)

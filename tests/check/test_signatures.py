@@ -42,13 +42,18 @@ def write_class(kind: str, *methods: str, name: str = "some-part") -> str:
 
 
 @pytest.mark.parametrize("kind", ORACLES)
-def test_an_oracle_with_other_arguments_is_refused_with_those_of_its_kind(write_part: Write, kind: str) -> None:
+def test_an_oracle_with_other_arguments_is_refused_with_those_of_its_kind(
+    write_part: Write, kind: str
+) -> None:
     wrong = "def oracle(part, fitness, agent, oops, more, most)"
     (part,) = parts_in(load_file(write_part(write_class(kind, wrong))))
     expected = f"oracle({ORACLES[kind].arguments})"
     with pytest.raises(FailsError) as refused:
         require_signature(part)
-    assert f"{part.kind} 'some-part': oracle has the arguments (part, fitness, agent, oops, more, most)" in str(refused.value)
+    assert (
+        f"{part.kind} 'some-part': oracle has the arguments (part, fitness, agent, oops, more, most)"
+        in str(refused.value)
+    )
     assert f"it must be a static method {expected}" in str(refused.value)
 
 
@@ -72,11 +77,15 @@ def test_every_oracle_that_comes_with_the_package_has_the_arguments_of_its_kind(
 def test_an_oracle_that_is_no_static_method_is_refused(write_part: Write) -> None:
     text = write_class("fitness") + "\n    def oracle(self, energy, cost):\n        pass\n"
     (part,) = parts_in(load_file(write_part(text)))
-    with pytest.raises(FailsError, match=r"oracle is no static method; it must be .* oracle\(part, energy, cost\)"):
+    with pytest.raises(
+        FailsError, match=r"oracle is no static method; it must be .* oracle\(part, energy, cost\)"
+    ):
         require_signature(part)
 
 
-def test_the_check_refuses_a_wrong_oracle_before_it_compiles_and_names_the_hook_that_decides(write_part: Write) -> None:
+def test_the_check_refuses_a_wrong_oracle_before_it_compiles_and_names_the_hook_that_decides(
+    write_part: Write,
+) -> None:
     path = write_part(write_class("pair", "def oracle(part, fitness, uniforms)", name="sharing"))
     failed = [str(one) for one in bl.check_part(path, only=["signature"]) if one.holds is False]
     sentence = (
@@ -117,7 +126,9 @@ TWO_PARTS = """
 """
 
 
-def test_each_hook_without_an_oracle_is_a_line_of_its_own(write_part: Write, without_compilation: None) -> None:
+def test_each_hook_without_an_oracle_is_a_line_of_its_own(
+    write_part: Write, without_compilation: None
+) -> None:
     path = write_part(dedent(TWO_PARTS))
     lines = [str(one) for one in bl.check_part(path, only=["oracle"])][1:]
     assert lines == [
@@ -139,7 +150,9 @@ def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
                 child[:] = fitter
         """
     found = bl.check_part(write_part(dedent(text)), only=["oracle"])
-    assert [str(one) for one in found][1:] == ["not verified: it has no oracle: variation 'copies', vary"]
+    assert [str(one) for one in found][1:] == [
+        "not verified: it has no oracle: variation 'copies', vary"
+    ]
     assert found[-1].holds is None
 
 
@@ -149,7 +162,9 @@ def test_an_oracle_of_a_place_does_not_verify_what_changes_by_itself(write_part:
     assert list(unverified_hooks(part)) == [("advance", "its oracle does not cover this hook")]
 
 
-def test_an_oracle_that_raises_is_named_with_its_line(write_part: Write, without_compilation: None) -> None:
+def test_an_oracle_that_raises_is_named_with_its_line(
+    write_part: Write, without_compilation: None
+) -> None:
     text = """
         from baldwinlab.parts import Fitness
 

@@ -56,7 +56,9 @@ def select(part: Any) -> Any:
         ("fitness[0] / None", "TypeError: unsupported operand type"),
     ],
 )
-def test_an_error_in_a_hook_names_part_hook_line_array_index_and_size(watch_part: Any, statement: str, sentence: str) -> None:
+def test_an_error_in_a_hook_names_part_hook_line_array_index_and_size(
+    watch_part: Any, statement: str, sentence: str
+) -> None:
     part, _ = watch_part(SELECTION.format(statement=statement))
     with pytest.raises(HookError) as failed:
         select(part)
@@ -64,13 +66,17 @@ def test_an_error_in_a_hook_names_part_hook_line_array_index_and_size(watch_part
 
 
 def test_indices_within_an_array_and_slices_are_those_of_numpy(watch_part: Any) -> None:
-    part, _ = watch_part(SELECTION.format(statement="parents[:] = 5; parents[1:, 1] = order[3] + 1"))
+    part, _ = watch_part(
+        SELECTION.format(statement="parents[:] = 5; parents[1:, 1] = order[3] + 1")
+    )
     assert select(part).tolist() == [[5, 5], [5, 1], [5, 1]]
 
 
 def test_parents_that_stay_unwritten_are_found_whatever_was_there_before(watch_part: Any) -> None:
     part, _ = watch_part(SELECTION.format(statement="parents[:2] = 0; parents[2, 0] = 0"))
-    with pytest.raises(UnwrittenError, match=r"selection 'some-parents': select leaves parents\[2, 1\] unwritten"):
+    with pytest.raises(
+        UnwrittenError, match=r"selection 'some-parents': select leaves parents\[2, 1\] unwritten"
+    ):
         select(part)
 
 
@@ -90,7 +96,10 @@ def test_a_part_of_a_state_keeps_its_type_and_its_arrays_have_dotted_names(watch
     ticks = np.zeros((1, 2), np.int32)
     part.advance(part.Compiled(ticks), (), (), 0, 1)
     assert ticks.tolist() == [[0, 1]]
-    with pytest.raises(HookError, match=r"world feature 'ticks': advance, line 9: index 2 of part.ticks, which has 2 col"):
+    with pytest.raises(
+        HookError,
+        match=r"world feature 'ticks': advance, line 9: index 2 of part.ticks, which has 2 col",
+    ):
         part.advance(part.Compiled(ticks), (), (), 0, 2)
 
 
@@ -98,7 +107,9 @@ def test_the_first_look_at_poisoned_memory_is_noted_with_its_line(watch_part: An
     part, watch = watch_part(SELECTION.format(statement="shares[1] = fitness[2]; parents[:] = 0"))
     with poison.use_pattern(2):
         fitness, order = poison.empty(4), np.zeros(4, np.int64)
-        part.select((), fitness, np.zeros((3, 2, 4)), np.zeros(4), order, np.zeros((3, 2), np.int32))
+        part.select(
+            (), fitness, np.zeros((3, 2, 4)), np.zeros(4), order, np.zeros((3, 2), np.int32)
+        )
     assert watch.unwritten_read == "selection 'some-parents': select, line 7: fitness[2]"
 
 
@@ -115,5 +126,7 @@ def test_a_child_whose_second_module_stays_unwritten_is_found(watch_part: Any) -
     )
     one, two = np.ones((1, 3), np.float32), np.ones((2, 3), np.float32)
     part.vary((), one, one, np.zeros((3, 4)), 0.5, np.zeros_like(one))
-    with pytest.raises(UnwrittenError, match=r"variation 'one-module': vary leaves child\[1, 0\] unwritten"):
+    with pytest.raises(
+        UnwrittenError, match=r"variation 'one-module': vary leaves child\[1, 0\] unwritten"
+    ):
         part.vary((), two, two, np.zeros((6, 4)), 0.5, np.zeros_like(two))

@@ -58,8 +58,16 @@ FORAGERS: Final = {
 MODELS: Final = {"model": [name for name in choices.packaged("model") if name != "miniworld"]}
 DEFAULTS: Final = {
     "model": "nk-climbers",
-    **{path: values[0] for path, values in {**FORAGERS, **BREEDING}.items() if isinstance(values, list)},
-    **{path: next(iter(values)) for path, values in {**FORAGERS, **BREEDING}.items() if not isinstance(values, list)},
+    **{
+        path: values[0]
+        for path, values in {**FORAGERS, **BREEDING}.items()
+        if isinstance(values, list)
+    },
+    **{
+        path: next(iter(values))
+        for path, values in {**FORAGERS, **BREEDING}.items()
+        if not isinstance(values, list)
+    },
 }
 
 
@@ -85,7 +93,9 @@ def random(count: int, seed: int) -> Iterator[Settings]:
         for path, most in (("senses.kinds", 3), ("world.features", 2)):
             if path in row:
                 row[path] = [any_of(factors[path]) for _ in range(generator.integers(most + 1))]
-        for path in generator.permutation(list(row))[: generator.integers(len(row))]:  # the rest of a row is ordinary
+        for path in generator.permutation(list(row))[
+            : generator.integers(len(row))
+        ]:  # the rest of a row is ordinary
             if path in DEFAULTS:
                 row[path] = DEFAULTS[path]
         yield row
@@ -103,13 +113,23 @@ def made(row: Settings) -> Any:
         name = row["model"]
         fields = {**choices.find("model", name).checked_with, **SHORT.get(name, {})}
         table = {key_of(name): fields} if fields else {}
-        base = load(name).replace(population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table)
+        base = load(name).replace(
+            population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table
+        )
     else:
         base = small("evo", population={"size": 5}, lifetime={"steps": 7})
-    given = {path: value for path, value in row.items() if path != "model" and value != DEFAULTS.get(path)}
+    given = {
+        path: value
+        for path, value in row.items()
+        if path != "model" and value != DEFAULTS.get(path)
+    }
     experiment = assign(base, [f"{path}={value}" for path, value in _written(given).items()])
     idle = idle_settings(experiment).keys() & row.keys()
-    return made({path: value for path, value in row.items() if path not in idle}) if idle else experiment
+    return (
+        made({path: value for path, value in row.items() if path not in idle})
+        if idle
+        else experiment
+    )
 
 
 def _written(row: Settings) -> dict[str, Any]:
@@ -117,26 +137,45 @@ def _written(row: Settings) -> dict[str, Any]:
     written: dict[str, Any] = {}
     for path, value in row.items():
         if path in ("senses.kinds", "world.features"):
-            value = list(dict.fromkeys(name for name in ([value] if isinstance(value, str) else value) if name))
+            value = list(
+                dict.fromkeys(
+                    name for name in ([value] if isinstance(value, str) else value) if name
+                )
+            )
         written[path] = str(value).lower() if isinstance(value, bool) else value
     if "learning.rule" in written:
         written["learning.rate"] = 0.5
     features = written.get("world.features", [])
-    return written | {path: value for name, fields in ON_THE_MAP.items() if name in features for path, value in fields.items()}
+    return written | {
+        path: value
+        for name, fields in ON_THE_MAP.items()
+        if name in features
+        for path, value in fields.items()
+    }
 
 
 def fitted(row: Settings) -> Settings:
     """Return a row in which parts that need others have them."""
     row, breeding = dict(row), {row["evolution.selection"], row["evolution.variation"]}
     if "model" in row:
-        row["model"] = "cue-learners" if "one-point-of-units" in breeding else "neat-xor" if breeding & GRAPHS else row["model"]
+        row["model"] = (
+            "cue-learners"
+            if "one-point-of-units" in breeding
+            else "neat-xor"
+            if breeding & GRAPHS
+            else row["model"]
+        )
         return row | ({"evolution.variation": "neat"} if row["model"].startswith("neat-") else {})
     if breeding & GRAPHS:
         row["network.kind"] = "growing"
     if row["network.kind"] == "growing":
         needed = choices.find("network", "growing").needs
         row |= {path: value for path, value in needed.items() if path != "evolution.selection"}
-        row |= {"learning.teacher": "inherited", "learning.evolved_rate": False, "evolution.lamarckian_share": 0}
+        row |= {
+            "learning.teacher": "inherited",
+            "learning.evolved_rate": False,
+            "evolution.lamarckian_share": 0,
+        }
     return row
 
 

@@ -42,7 +42,9 @@ def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run lifetimes and reproduction as the Python that they are, which is compiled for no combination of parts."""
     compile_nothing(monkeypatch)
     for name in ("breeding", "fitness", "inheritance", "selection"):
-        module = import_module(f"baldwinlab.evolution.{name}")  # a function of the package hides one of these
+        module = import_module(
+            f"baldwinlab.evolution.{name}"
+        )  # a function of the package hides one of these
         monkeypatch.setattr(module, "kept", lambda function, phases, **_: function)
 
 
@@ -51,13 +53,18 @@ def simulate_poisoned(experiment: Any, pattern: int) -> xr.Dataset:
         return simulate_batch(experiment, SEED, [0])[0]
 
 
-def live_again(experiment: Any, record: xr.Dataset, generation: int, pattern: int) -> dict[str, npt.NDArray[Any]]:
+def live_again(
+    experiment: Any, record: xr.Dataset, generation: int, pattern: int
+) -> dict[str, npt.NDArray[Any]]:
     """Return what one generation of a record comes to, in memory that no generation has used before."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
         genome = genome_at(experiment, Moment(SEED, 0, generation), record["energy"])
         lives = living(experiment, SEED, [0]).live(generation, genome[None])
         found = {name: values[0] for name, values in lives.records.items()}
-        return found | {"genome": genome, "energy": fitness(experiment, lives.energy[0], lives.cost[0])}
+        return found | {
+            "genome": genome,
+            "energy": fitness(experiment, lives.energy[0], lives.cost[0]),
+        }
 
 
 def check(row: Settings) -> str:
@@ -69,7 +76,9 @@ def check(row: Settings) -> str:
     try:
         one, other = (simulate_poisoned(experiment, pattern) for pattern in poison.PATTERNS)
     except BaldwinLabError as refused:
-        return "" if REFUSALS.fullmatch(str(refused)) else f"refused in an unknown sentence: {refused}"
+        return (
+            "" if REFUSALS.fullmatch(str(refused)) else f"refused in an unknown sentence: {refused}"
+        )
     for name in one.variables:
         if one[name].values.tobytes() != other[name].values.tobytes():
             return f"{name} depends on unwritten memory"

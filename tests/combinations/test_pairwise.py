@@ -21,7 +21,9 @@ def rows() -> Sequence[Settings]:
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("factors", [FORAGERS | BREEDING, MODELS | BREEDING], ids=["foragers", "models"])
+@pytest.mark.parametrize(
+    "factors", [FORAGERS | BREEDING, MODELS | BREEDING], ids=["foragers", "models"]
+)
 def test_the_rows_hold_every_pair_of_values(factors: Settings) -> None:
     of_these = [row for row in rows() if row.keys() == factors.keys()]
     for one, other in combinations(factors, 2):
@@ -31,7 +33,9 @@ def test_the_rows_hold_every_pair_of_values(factors: Settings) -> None:
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("share", range(SHARES))
-def test_pairs_of_parts_are_refused_or_give_the_same_bits(share: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pairs_of_parts_are_refused_or_give_the_same_bits(
+    share: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     interpret(monkeypatch)
     faults = [(fault, row) for row in rows()[share::SHARES] if (fault := check(row))]
     assert faults == []

@@ -27,15 +27,31 @@ from baldwinlab.engine.lanes import square_root
 
 Function = Callable[[float], float]
 Numbers = npt.NDArray[np.float64]
-PYTHON: tuple[Function, ...] = (arithmetic.logarithm, arithmetic.power_of_ten, arithmetic.normal_quantile)
+PYTHON: tuple[Function, ...] = (
+    arithmetic.logarithm,
+    arithmetic.power_of_ten,
+    arithmetic.normal_quantile,
+)
 FUNCTIONS = logarithm, power_of_ten, normal_quantile = tuple(kept(each) for each in PYTHON)
 sigmoid = kept(arithmetic.sigmoid)
 RANDOM = np.random.default_rng(1)
 ARGUMENTS: dict[Function, Numbers] = {
-    logarithm: np.concatenate([np.exp(RANDOM.uniform(-744, 709, 2000)), RANDOM.uniform(0.5, 2, 2000), [5e-324, 1, 2.0**1023]]),
-    power_of_ten: np.concatenate([RANDOM.uniform(-307, 308.2, 2000), RANDOM.normal(0, 1, 2000), np.arange(-300.0, 308.0)]),
+    logarithm: np.concatenate(
+        [
+            np.exp(RANDOM.uniform(-744, 709, 2000)),
+            RANDOM.uniform(0.5, 2, 2000),
+            [5e-324, 1, 2.0**1023],
+        ]
+    ),
+    power_of_ten: np.concatenate(
+        [RANDOM.uniform(-307, 308.2, 2000), RANDOM.normal(0, 1, 2000), np.arange(-300.0, 308.0)]
+    ),
     normal_quantile: np.concatenate(
-        [RANDOM.uniform(0, 1, 4000), np.exp(RANDOM.uniform(-700, 0, 2000)), [2.0**-33, 1 - 2.0**-33]]
+        [
+            RANDOM.uniform(0, 1, 4000),
+            np.exp(RANDOM.uniform(-700, 0, 2000)),
+            [2.0**-33, 1 - 2.0**-33],
+        ]
     ),
 }
 
@@ -54,7 +70,12 @@ def units_in_last_place(found: Numbers, exact: list[Decimal]) -> float:
 def test_the_logarithm_is_exact_to_a_unit_in_the_last_place() -> None:
     getcontext().prec = 40
     arguments = ARGUMENTS[logarithm]
-    assert units_in_last_place(of_all(logarithm, arguments), [Decimal(each).ln() for each in arguments.tolist()]) < 1
+    assert (
+        units_in_last_place(
+            of_all(logarithm, arguments), [Decimal(each).ln() for each in arguments.tolist()]
+        )
+        < 1
+    )
     assert logarithm(1) == 0
 
 
@@ -68,9 +89,15 @@ def test_a_power_of_ten_is_exact_to_two_units_in_the_last_place() -> None:
 
 def test_a_normal_quantile_is_that_of_scipy_to_fifteen_digits_and_symmetric() -> None:
     arguments = ARGUMENTS[normal_quantile]
-    np.testing.assert_allclose(of_all(normal_quantile, arguments), ndtri(arguments), rtol=2e-15, atol=0)
-    dyadic: Numbers = RANDOM.integers(1, 2**32, 1000).astype(np.float64) * 2.0**-33  # so that 1 - p is exact
-    np.testing.assert_array_equal(of_all(normal_quantile, dyadic), -of_all(normal_quantile, 1 - dyadic))
+    np.testing.assert_allclose(
+        of_all(normal_quantile, arguments), ndtri(arguments), rtol=2e-15, atol=0
+    )
+    dyadic: Numbers = (
+        RANDOM.integers(1, 2**32, 1000).astype(np.float64) * 2.0**-33
+    )  # so that 1 - p is exact
+    np.testing.assert_array_equal(
+        of_all(normal_quantile, dyadic), -of_all(normal_quantile, 1 - dyadic)
+    )
 
 
 @pytest.mark.parametrize(
@@ -115,7 +142,11 @@ def test_the_machine_code_calls_nothing_but_python(function: Function) -> None:
     (code,) = fresh.inspect_llvm().values()
     declared = re.findall(r"^declare .*?@([\w.$]+)\(", code, re.MULTILINE)
     assert "PyFloat_FromDouble" in declared
-    assert [name for name in declared if not name.startswith("Py")] in ([], ["llvm.fabs.f64"], ["llvm.fabs.f64", "llvm.sqrt.f64"])
+    assert [name for name in declared if not name.startswith("Py")] in (
+        [],
+        ["llvm.fabs.f64"],
+        ["llvm.fabs.f64", "llvm.sqrt.f64"],
+    )
 
 
 def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,7 +165,13 @@ def test_a_gpu_rounds_every_operation_and_calls_nothing(monkeypatch: pytest.Monk
     monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
     with uncontracted():
         code, _ = compile_ptx(kernel, (types.float64[::1], types.float64), cc=(9, 0))
-    operations = set(re.findall(r"^\s+(?:@\S+ )?((?:add|sub|mul|div|fma|mad|rcp|sqrt|ex2|lg2)\.\S*f64)", code, re.MULTILINE))
+    operations = set(
+        re.findall(
+            r"^\s+(?:@\S+ )?((?:add|sub|mul|div|fma|mad|rcp|sqrt|ex2|lg2)\.\S*f64)",
+            code,
+            re.MULTILINE,
+        )
+    )
     assert operations == {"add.rn.f64", "sub.rn.f64", "mul.rn.f64", "div.rn.f64", "sqrt.rn.f64"}
     assert not re.search(r"^\s+call", code, re.MULTILINE)
 
@@ -154,12 +191,21 @@ def test_the_share_of_a_turn_is_that_of_the_arctangent_to_the_precision_of_float
         share = share_of_turn(u, v)
         assert abs(share - math.atan2(v, u) / math.tau % 1) < 1e-7
         assert np.float32(share) == arithmetic.share_of_turn(u, v), "plain Python has other bits"
-    quarters = [share_of_turn(np.float32(u), np.float32(v)) for u, v in ((1, 0), (0, 3), (-2, 0), (0, -1), (0, 0))]
+    quarters = [
+        share_of_turn(np.float32(u), np.float32(v))
+        for u, v in ((1, 0), (0, 3), (-2, 0), (0, -1), (0, 0))
+    ]
     assert quarters == [0, 0.25, 0.5, 0.75, 0]
 
 
 def grid() -> list[np.float32]:
-    values = np.concatenate([np.linspace(-20, 20, 40_001), np.geomspace(1e-30, 1e30, 4_001), -np.geomspace(1e-30, 1e30, 4_001)])
+    values = np.concatenate(
+        [
+            np.linspace(-20, 20, 40_001),
+            np.geomspace(1e-30, 1e30, 4_001),
+            -np.geomspace(1e-30, 1e30, 4_001),
+        ]
+    )
     return list(values.astype(np.float32))
 
 

@@ -19,13 +19,22 @@ print(rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist())
 """
 EXPECTED = f"{rng.words(1, 2, 3, 4, (1, 1)).ravel().tolist()}\n"
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="about owners and modes of folders")
+pytestmark = pytest.mark.skipif(
+    not hasattr(os, "getuid"), reason="about owners and modes of folders"
+)
 
 
 def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[str]:
     root = Path(baldwinlab.__file__).parents[1]
     whole = {**os.environ, "PYTHONPATH": str(root), **environment}
-    return subprocess.run([sys.executable, "-c", code], env=whole, cwd=root, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        env=whole,
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 def kept(folder: Path) -> list[Path]:
@@ -38,16 +47,24 @@ def test_a_folder_of_one_s_own_is_made_for_nobody_else(tmp_path: Path) -> None:
     assert (tmp_path / "mine").stat().st_mode & 0o022 == 0
 
 
-def test_where_the_user_s_cache_folder_cannot_be_made_a_temporary_one_of_the_user_s_own_is_taken(tmp_path: Path) -> None:
+def test_where_the_user_s_cache_folder_cannot_be_made_a_temporary_one_of_the_user_s_own_is_taken(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "a file, not a folder").write_text("")
-    done = draw(BALDWINLAB_CACHE="", XDG_CACHE_HOME=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
+    done = draw(
+        BALDWINLAB_CACHE="",
+        XDG_CACHE_HOME=str(tmp_path / "a file, not a folder"),
+        TMPDIR=str(tmp_path),
+    )
     assert done.stdout == EXPECTED
     assert done.stderr == ""
     assert len(list(tmp_path.glob("baldwinlab-*"))) == 1
     assert kept(tmp_path)
 
 
-def test_where_a_folder_that_was_asked_for_cannot_be_used_nothing_is_kept_elsewhere_and_that_is_said(tmp_path: Path) -> None:
+def test_where_a_folder_that_was_asked_for_cannot_be_used_nothing_is_kept_elsewhere_and_that_is_said(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "a file, not a folder").write_text("")
     done = draw(BALDWINLAB_CACHE=str(tmp_path / "a file, not a folder"), TMPDIR=str(tmp_path))
     assert done.stdout == EXPECTED
@@ -56,7 +73,9 @@ def test_where_a_folder_that_was_asked_for_cannot_be_used_nothing_is_kept_elsewh
 
 
 @pytest.mark.parametrize("others", ["may write", "own it", "may put another in its place"])
-def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said(others: str, tmp_path: Path) -> None:
+def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said(
+    others: str, tmp_path: Path
+) -> None:
     shared = tmp_path / "shared"
     folder = shared / "cache"
     folder.mkdir(parents=True)
@@ -75,11 +94,15 @@ def test_a_folder_in_which_others_may_have_put_code_is_not_used_and_that_is_said
     assert "compiled code is not kept for the next start" in done.stderr
     assert str(folder) in done.stderr
     now = [file.stat() for file in kept(folder)]
-    assert [(each.st_mtime, each.st_ino) for each in now] == [(each.st_mtime, each.st_ino) for each in before]
+    assert [(each.st_mtime, each.st_ino) for each in now] == [
+        (each.st_mtime, each.st_ino) for each in before
+    ]
     assert [each.st_atime for each in now] == [each.st_atime for each in before]
 
 
-@pytest.mark.parametrize("damage", ["cut short", "emptied", "a bit flipped", "another file's", "a pickle that runs"])
+@pytest.mark.parametrize(
+    "damage", ["cut short", "emptied", "a bit flipped", "another file's", "a pickle that runs"]
+)
 def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
     assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
     (file,) = kept(tmp_path)
@@ -122,7 +145,9 @@ def test_exchanged_files_of_compiled_code_are_compiled_again(tmp_path: Path) -> 
     other.write_bytes(first)
     done = draw(DRAW_BOTH, BALDWINLAB_CACHE=str(tmp_path))
     assert (done.stdout, done.stderr, done.returncode) == (sound.stdout, "", 0)
-    assert (len(one.read_bytes()), len(other.read_bytes())) == pytest.approx((len(first), len(second)), rel=0.01)
+    assert (len(one.read_bytes()), len(other.read_bytes())) == pytest.approx(
+        (len(first), len(second)), rel=0.01
+    )
 
 
 def test_sound_code_is_loaded_and_not_compiled_again(tmp_path: Path) -> None:
@@ -133,7 +158,9 @@ def test_sound_code_is_loaded_and_not_compiled_again(tmp_path: Path) -> None:
     assert file.stat().st_ino == before
 
 
-def test_a_full_disk_keeps_nothing_and_stops_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_keeps_nothing_and_stops_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(path: Path, content: bytes) -> None:
         raise OSError(28, "No space left on device")
 
@@ -157,7 +184,12 @@ def test_who_needs_what_another_process_compiles_waits_and_finds_it(tmp_path: Pa
     content = made.read_bytes()
     made.unlink()
     with cache.alone(made.parent):
-        waiting = subprocess.Popen([sys.executable, "-c", DRAW], env=os.environ | environment, stdout=subprocess.PIPE, text=True)
+        waiting = subprocess.Popen(
+            [sys.executable, "-c", DRAW],
+            env=os.environ | environment,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         with pytest.raises(subprocess.TimeoutExpired):
             waiting.communicate(timeout=5)
         made.write_bytes(content)

@@ -24,7 +24,9 @@ def four_times(value: float) -> float:
     return twice(twice(value))
 
 
-def test_a_function_that_only_compiled_code_calls_becomes_no_machine_code_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_function_that_only_compiled_code_calls_becomes_no_machine_code_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     made = []
     add = JITCPUCodegen._add_module
 
@@ -78,7 +80,9 @@ def walk(body: Body) -> None:
     step(there)
 
 
-def test_what_reads_of_a_tuple_only_what_is_alike_is_made_once_and_what_reads_more_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_reads_of_a_tuple_only_what_is_alike_is_made_once_and_what_reads_more_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     made = []
     finish_lowering = inlined._Linked.finish_lowering
 

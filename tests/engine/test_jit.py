@@ -25,14 +25,25 @@ print(cache.sources_hash(), rng.unit(2**31), len(list(directory.parent.rglob("*.
 def start(package: Path, cache: Path) -> list[str]:
     environment = {**os.environ, "PYTHONPATH": str(package), "BALDWINLAB_CACHE": str(cache)}
     done = subprocess.run(
-        [sys.executable, "-c", COUNT_AND_RUN], env=environment, cwd=package, capture_output=True, text=True, check=True
+        [sys.executable, "-c", COUNT_AND_RUN],
+        env=environment,
+        cwd=package,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return done.stdout.split()
 
 
-def test_the_next_start_finds_compiled_code_and_an_edit_anywhere_in_the_engine_does_not(tmp_path: Path) -> None:
+def test_the_next_start_finds_compiled_code_and_an_edit_anywhere_in_the_engine_does_not(
+    tmp_path: Path,
+) -> None:
     package = tmp_path / "source"
-    shutil.copytree(Path(baldwinlab.__file__).parent, package / "baldwinlab", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        Path(baldwinlab.__file__).parent,
+        package / "baldwinlab",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
     cache = tmp_path / "cache"
     first = start(package, cache)
     second = start(package, cache)
@@ -65,21 +76,33 @@ def live(which: str, cache: Path) -> str:
     root = Path(baldwinlab.__file__).parents[1]
     environment = {**os.environ, "PYTHONPATH": str(root), "BALDWINLAB_CACHE": str(cache)}
     done = subprocess.run(
-        [sys.executable, "-c", PATCHED, which], env=environment, cwd=root, capture_output=True, text=True, check=True
+        [sys.executable, "-c", PATCHED, which],
+        env=environment,
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return done.stdout
 
 
 @pytest.mark.nightly  # the whole engine is compiled twice
-def test_a_function_put_in_another_s_place_never_gets_into_code_that_a_later_process_loads(tmp_path: Path) -> None:
+def test_a_function_put_in_another_s_place_never_gets_into_code_that_a_later_process_loads(
+    tmp_path: Path,
+) -> None:
     patched, later = live("patched", tmp_path), live("as it is", tmp_path)
-    assert later == f"{simulate(small('evo+self-taught'), seed=1).energy.values.sum(axis=1).tolist()}\n"
+    assert (
+        later
+        == f"{simulate(small('evo+self-taught'), seed=1).energy.values.sum(axis=1).tolist()}\n"
+    )
     assert patched != later
 
 
 def test_to_import_the_package_makes_no_folder(tmp_path: Path) -> None:
     environment = {**os.environ, "BALDWINLAB_CACHE": str(tmp_path / "cache")}
-    subprocess.run([sys.executable, "-c", "import baldwinlab; baldwinlab.load"], env=environment, check=True)
+    subprocess.run(
+        [sys.executable, "-c", "import baldwinlab; baldwinlab.load"], env=environment, check=True
+    )
     assert not (tmp_path / "cache").exists()
 
 
@@ -92,6 +115,8 @@ print(simulate(small("evo", lifetime={"steps": 40}, evolution={"generations": 2}
     root = Path(baldwinlab.__file__).parents[1]
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}
     command = [sys.executable, "-W", "ignore::RuntimeWarning", "-c", code]
-    done = subprocess.run(command, env=environment, cwd=root, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        command, env=environment, cwd=root, capture_output=True, text=True, check=True
+    )
     compiled = simulate(small("evo", lifetime={"steps": 40}, evolution={"generations": 2}), seed=1)
     assert done.stdout == f"{compiled.food_eaten.values.tolist()}\n"

@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 
 from baldwinlab.engine.jit import compiled, kept
-from baldwinlab.engine.lanes import WIDTH, any_of, bundle, choose, clamp, get, lookup, negated, put, square_root
+from baldwinlab.engine.lanes import (
+    WIDTH,
+    any_of,
+    bundle,
+    choose,
+    clamp,
+    get,
+    lookup,
+    negated,
+    put,
+    square_root,
+)
 
 ROWS = 19
 
@@ -60,11 +71,15 @@ def _done(work: Callable[..., Any], values: tuple[Any, ...]) -> Any:
 
 
 def test_sixteen_lanes_in_a_bundle_have_the_bits_of_each_by_itself(values: tuple[Any, ...]) -> None:
-    together, alone, python = (_done(work, values) for work in (kept(_sixteen), kept(_one_by_one), _one_by_one))
+    together, alone, python = (
+        _done(work, values) for work in (kept(_sixteen), kept(_one_by_one), _one_by_one)
+    )
     assert np.array_equal(together[:17], alone[:17])
     assert np.array_equal(alone, python)
     assert alone[:17, WIDTH : 2 * WIDTH].all()
-    assert not together[:, :WIDTH].any() and not together[:, 2 * WIDTH :].any(), "it reached beyond its lanes"
+    assert not together[:, :WIDTH].any() and not together[:, 2 * WIDTH :].any(), (
+        "it reached beyond its lanes"
+    )
 
 
 def test_a_mask_is_true_anywhere_or_nowhere(values: tuple[Any, ...]) -> None:
@@ -88,7 +103,9 @@ def _negate_lanes(out: Any, a: Any) -> None:
         _write_minus(out, a, lane)
 
 
-def test_unary_minus_has_the_bits_of_numpy_also_for_zeros_infinities_and_subnormal_numbers() -> None:
+def test_unary_minus_has_the_bits_of_numpy_also_for_zeros_infinities_and_subnormal_numbers() -> (
+    None
+):
     special = np.array([0.0, -0.0, np.inf, -np.inf, 1e-45, -1e-45, 3.4e38, 1.5], np.float32)
     a = np.repeat(special[:, None], WIDTH, axis=1)
     assert np.signbit(np.negative(special))[:2].tolist() == [True, False]

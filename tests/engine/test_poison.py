@@ -16,14 +16,19 @@ from baldwinlab.runs.replay import replay
 from tests.worlds import small
 
 
-@pytest.mark.parametrize("dtype", ["float32", "float64", "int8", "int32", "int64", "uint8", "uint32", "bool"])
+@pytest.mark.parametrize(
+    "dtype", ["float32", "float64", "int8", "int32", "int64", "uint8", "uint32", "bool"]
+)
 def test_unwritten_memory_differs_between_the_two_patterns(dtype: str) -> None:
     found = []
     for number in poison.PATTERNS:
         with poison.use_pattern(number):
             found.append(poison.empty((3, 4), dtype))
     assert (found[0] != found[1]).all()
-    assert all(array.shape == (3, 4) and array.dtype == dtype and array.flags.c_contiguous for array in found)
+    assert all(
+        array.shape == (3, 4) and array.dtype == dtype and array.flags.c_contiguous
+        for array in found
+    )
 
 
 def test_without_poison_nothing_is_filled() -> None:
@@ -42,11 +47,15 @@ def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> Non
     assert array.base.nbytes > 2 * abs(index) * array.strides[0] + array.nbytes
 
 
-@pytest.mark.parametrize(("value", "printed"), [("2", "2"), ("", "0"), ("0", "0"), ("3", "must be 0 (off), 1 or 2")])
+@pytest.mark.parametrize(
+    ("value", "printed"), [("2", "2"), ("", "0"), ("0", "0"), ("3", "must be 0 (off), 1 or 2")]
+)
 def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
     code = "from baldwinlab.engine import poison; print(poison.pattern_number())"
     environment = os.environ | {poison.VARIABLE: value}
-    ended = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    ended = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
     assert printed in ended.stdout + ended.stderr
 
 

@@ -28,8 +28,13 @@ def test_what_is_done_through_an_address_is_done_to_the_arrays_of_the_tuple() ->
     assert numbers.tolist() == [0, 3, 6, 9]
 
 
-def test_addresses_of_states_with_other_parts_are_of_different_types_even_where_their_fields_have_the_same_names() -> None:
-    learns, does_not = (typeof(make_state(Experiment().replace(learning={"rule": rule}), 1)) for rule in ("self-taught", "none"))
+def test_addresses_of_states_with_other_parts_are_of_different_types_even_where_their_fields_have_the_same_names() -> (
+    None
+):
+    learns, does_not = (
+        typeof(make_state(Experiment().replace(learning={"rule": rule}), 1))
+        for rule in ("self-taught", "none")
+    )
     assert str(learns.types[-4]) == str(does_not.types[-4])  # two rules without arrays of their own
     assert Reference(learns) != Reference(does_not)
     assert Reference(learns) == Reference(learns)

@@ -19,9 +19,21 @@ PURPOSES = (
 @pytest.mark.parametrize(
     ("counter", "key", "expected"),
     [
-        ("00000000 00000000 00000000 00000000", "00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
-        ("ffffffff ffffffff ffffffff ffffffff", "ffffffff ffffffff", "408f276d 41c83b0e a20bc7c6 6d5451fd"),
-        ("243f6a88 85a308d3 13198a2e 03707344", "a4093822 299f31d0", "d16cfe09 94fdcceb 5001e420 24126ea1"),
+        (
+            "00000000 00000000 00000000 00000000",
+            "00000000 00000000",
+            "6627e8d5 e169c58d bc57ac4c 9b00dbd8",
+        ),
+        (
+            "ffffffff ffffffff ffffffff ffffffff",
+            "ffffffff ffffffff",
+            "408f276d 41c83b0e a20bc7c6 6d5451fd",
+        ),
+        (
+            "243f6a88 85a308d3 13198a2e 03707344",
+            "a4093822 299f31d0",
+            "d16cfe09 94fdcceb 5001e420 24126ea1",
+        ),
     ],
 )
 def test_philox_gives_the_published_words(counter: str, key: str, expected: str) -> None:
@@ -35,11 +47,15 @@ def test_every_part_of_the_address_gives_other_numbers() -> None:
     assert len(set(PURPOSES)) == len(PURPOSES)
     assert len(set(streams)) == len(streams)
     words = rng.words(1, 2, 3, rng.FOOD, (50, 50))
-    assert np.unique(words).size >= words.size - 2  # among 10,000 words of 32 bits, 0.01 pairs are equal by chance
+    assert (
+        np.unique(words).size >= words.size - 2
+    )  # among 10,000 words of 32 bits, 0.01 pairs are equal by chance
 
 
 def test_numbers_do_not_depend_on_how_many_are_drawn() -> None:
-    np.testing.assert_array_equal(rng.words(1, 2, 3, 0, (9, 7))[:4, :2], rng.words(1, 2, 3, 0, (4, 2)))
+    np.testing.assert_array_equal(
+        rng.words(1, 2, 3, 0, (9, 7))[:4, :2], rng.words(1, 2, 3, 0, (4, 2))
+    )
 
 
 def test_uniform_numbers_are_uniform_in_the_open_interval() -> None:
@@ -53,7 +69,9 @@ def test_uniform_numbers_are_uniform_in_the_open_interval() -> None:
 
 def test_neighbouring_numbers_do_not_go_together() -> None:
     draws = rng.uniforms(5, 0, 0, rng.INHERITANCE, (100, 100)) - 0.5
-    limit = 5 / 12 / np.sqrt(draws.size)  # five standard errors; a uniform number has the variance 1/12
+    limit = (
+        5 / 12 / np.sqrt(draws.size)
+    )  # five standard errors; a uniform number has the variance 1/12
     for axis in range(3):
         neighbours = np.delete(draws, 0, axis) * np.delete(draws, -1, axis)
         assert abs(neighbours.mean()) < limit

@@ -11,7 +11,9 @@ from baldwinlab.engine import wasm
 from baldwinlab.engine.jit import kept
 from baldwinlab.engine.reference import by_reference, taken
 
-ARRAY = 4 + 4 + 8 + 8 + 4 + 4  # two addresses, the number of items, their size, the address of the first, and what fills up
+ARRAY = (
+    4 + 4 + 8 + 8 + 4 + 4
+)  # two addresses, the number of items, their size, the address of the first, and what fills up
 
 
 class Inner(NamedTuple):
@@ -28,7 +30,9 @@ class Outer(NamedTuple):
 
 
 def test_each_leaf_of_a_tuple_lies_where_c_would_put_it() -> None:
-    outer = Outer(np.zeros((2, 3)), Inner(True, np.float32(1), 2), (Inner(False, np.float32(0), 1),) * 2, 0.5)
+    outer = Outer(
+        np.zeros((2, 3)), Inner(True, np.float32(1), 2), (Inner(False, np.float32(0), 1),) * 2, 0.5
+    )
     size, places = wasm.places(typeof(outer))
     assert places["numbers"] == 0
     first = ARRAY + 4 * 8  # its shape and its strides follow

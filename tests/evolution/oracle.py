@@ -29,16 +29,22 @@ def draw_genome(experiment: Experiment, moment: Moment) -> Genome:
     return genome
 
 
-def breed(experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], moment: Moment) -> tuple[Genome, Parents]:
+def breed(
+    experiment: Experiment, genome: Genome, fitness: npt.NDArray[np.float64], moment: Moment
+) -> tuple[Genome, Parents]:
     """The children of a generation that has lived, and their parents. `moment` is the children's."""
     agents, modules, weights = genome.shape
     evolution = experiment.evolution
     parents = select(evolution.selection, fitness, moment.uniforms(rng.SELECTION, (agents, 2)))
-    draws = moment.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(agents, modules, weights, 4)
+    draws = moment.uniforms(rng.INHERITANCE, (agents, modules * weights)).reshape(
+        agents, modules, weights, 4
+    )
     children = cross_over(genome, parents, draws[..., 0])
     of_child = moment.uniforms(rng.MUTATION_GATE, (agents, 1))[:, :, :1]
     gates = draws[..., 1] if evolution.mutation_gate == "weight" else of_child
-    return deal_teachers(experiment, mutate(children, evolution, gates, draws[..., 2]), moment), parents
+    return deal_teachers(
+        experiment, mutate(children, evolution, gates, draws[..., 2]), moment
+    ), parents
 
 
 def deal_teachers(experiment: Experiment, genome: Genome, moment: Moment) -> Genome:
@@ -61,7 +67,9 @@ def bequeath(experiment: Experiment, genome: Genome, learned: Genome | None) -> 
     if learned is None or share == 0:
         return genome
     inherited = genome.copy()
-    inherited[:, 0, :weights] = (1 - share) * genome[:, 0, :weights].astype(np.float64) + share * learned
+    inherited[:, 0, :weights] = (1 - share) * genome[:, 0, :weights].astype(
+        np.float64
+    ) + share * learned
     return inherited
 
 
@@ -74,7 +82,9 @@ def fitness(
     return np.maximum(0, gained - cost_of_learning(experiment, genome, learned))
 
 
-def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | None) -> npt.NDArray[np.float64]:
+def cost_of_learning(
+    experiment: Experiment, genome: Genome, learned: Genome | None
+) -> npt.NDArray[np.float64]:
     """Energy [agent] that learning took in life: for its steps, and for the distance from the weights at birth to `learned`.
 
     Source: G. Mayley, "Landscapes, learning costs and genetic assimilation", Evolutionary Computation 4 (1996).
@@ -85,7 +95,9 @@ def cost_of_learning(experiment: Experiment, genome: Genome, learned: Genome | N
         cost += experiment.learning.cost_per_step * (lived if stops is None else min(stops, lived))
         if learned is not None:
             born = genome[:, 0, : experiment.weight_count].astype(np.float64)
-            cost += experiment.learning.cost_per_change * np.sqrt(((learned - born) ** 2).sum(axis=1))
+            cost += experiment.learning.cost_per_change * np.sqrt(
+                ((learned - born) ** 2).sum(axis=1)
+            )
     return cost
 
 
@@ -97,7 +109,9 @@ def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) ->
     agents = fitness.size
     draws = uniforms[:, 0]
     if scheme == "tournament":
-        contestants = (draws * agents).astype(np.int32).reshape(agents, 2, 2)  # child, parent, contestant
+        contestants = (
+            (draws * agents).astype(np.int32).reshape(agents, 2, 2)
+        )  # child, parent, contestant
         drawn: npt.NDArray[Any] = _fitter_first(contestants, fitness)[..., 0]
     elif scheme == "truncation":
         half = max(1, agents // 2)
@@ -114,7 +128,9 @@ def select(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) ->
 def _spin(shares: npt.NDArray[np.float64], uniforms: Uniforms) -> npt.NDArray[np.integer]:
     """Roulette wheel: probability proportional to the share; uniform if nobody has one."""
     wheel = np.cumsum(shares if shares.any() else np.ones_like(shares))
-    drawn: npt.NDArray[np.integer] = np.minimum(np.searchsorted(wheel, uniforms * wheel[-1], side="right"), shares.size - 1)
+    drawn: npt.NDArray[np.integer] = np.minimum(
+        np.searchsorted(wheel, uniforms * wheel[-1], side="right"), shares.size - 1
+    )
     return drawn
 
 

@@ -26,11 +26,17 @@ SCHEMES = [each for each in choices.packaged("selection") if each not in ("neutr
 
 def experiment_of(elite: int, selection: str = "roulette", **changes: Any) -> Experiment:
     evolution = {"elite": elite, "selection": selection}
-    return load("evo+self-taught/A").replace(population={"size": FITNESS.size}, evolution=evolution, **changes)
+    return load("evo+self-taught/A").replace(
+        population={"size": FITNESS.size}, evolution=evolution, **changes
+    )
 
 
 def bred(
-    elite: int, selection: str = "roulette", fitness: npt.NDArray[np.float64] = FITNESS, generation: int = 1, **changes: Any
+    elite: int,
+    selection: str = "roulette",
+    fitness: npt.NDArray[np.float64] = FITNESS,
+    generation: int = 1,
+    **changes: Any,
 ) -> tuple[Genome, Genome, Parents]:
     """The genomes of a generation, of the next, and the parents."""
     experiment = experiment_of(elite, selection, **changes)
@@ -39,7 +45,9 @@ def bred(
 
 
 @pytest.mark.parametrize("selection", SCHEMES)
-def test_the_best_live_on_with_every_weight_and_are_both_of_their_own_parents(selection: str) -> None:
+def test_the_best_live_on_with_every_weight_and_are_both_of_their_own_parents(
+    selection: str,
+) -> None:
     genome, children, parents = bred(4, selection)
     living_on = parents[:4, 0].tolist()
     assert (parents[:4, 0] == parents[:4, 1]).all()
@@ -56,7 +64,9 @@ def test_the_others_are_those_that_there_would_be_without_an_elite(selection: st
 
 
 def test_of_equals_anybody_lives_on() -> None:
-    first = [bred(1, fitness=np.ones(8), generation=generation)[2][0, 0] for generation in range(1, 401)]
+    first = [
+        bred(1, fitness=np.ones(8), generation=generation)[2][0, 0] for generation in range(1, 401)
+    ]
     assert chisquare(np.bincount(first, minlength=8)).pvalue > 0.001
 
 
@@ -84,16 +94,25 @@ def test_in_a_whole_run_the_best_of_each_generation_is_found_again_in_the_next()
     run = simulate(small("evo", evolution={"generations": 4, "elite": 1}), seed=3)
     for generation in range(3):
         best = run.parents.values[generation + 1, 0]
-        assert best[0] == best[1] and run.energy.values[generation, best[0]] == run.energy.values[generation].max()
-        np.testing.assert_array_equal(run.genome.values[generation + 1, 0], run.genome.values[generation, best[0]])
+        assert (
+            best[0] == best[1]
+            and run.energy.values[generation, best[0]] == run.energy.values[generation].max()
+        )
+        np.testing.assert_array_equal(
+            run.genome.values[generation + 1, 0], run.genome.values[generation, best[0]]
+        )
 
 
 def test_without_an_elite_a_run_is_what_it_was() -> None:
-    assert simulate(small("evo", evolution={"elite": 0}), seed=3).equals(simulate(small("evo"), seed=3))
+    assert simulate(small("evo", evolution={"elite": 0}), seed=3).equals(
+        simulate(small("evo"), seed=3)
+    )
 
 
 def test_an_elite_larger_than_the_population_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"evolution\.elite = 9: must be at most population\.size = 8"):
+    with pytest.raises(
+        ExperimentError, match=r"evolution\.elite = 9: must be at most population\.size = 8"
+    ):
         experiment_of(9)
 
 
@@ -108,7 +127,9 @@ def one_lives_on() -> Iterator[str]:
         """The last agent lives on, as the last child; the first has all the others."""
 
         @staticmethod
-        def select(part: Any, fitness: Any, uniforms: Any, shares: Any, order: Any, parents: Any) -> None:
+        def select(
+            part: Any, fitness: Any, uniforms: Any, shares: Any, order: Any, parents: Any
+        ) -> None:
             parents[:] = 0
             parents[-1, 0], parents[-1, 1] = fitness.size - 1, ITSELF
 

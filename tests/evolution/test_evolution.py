@@ -34,10 +34,15 @@ def selected(scheme: str, fitness: npt.NDArray[np.float64], uniforms: Uniforms) 
     return select(selecting_by(scheme), fitness, uniforms)
 
 
-def drawn_parents(scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2500) -> npt.NDArray[np.int32]:
+def drawn_parents(
+    scheme: str, fitness: npt.NDArray[np.float64], rounds: int = 2500
+) -> npt.NDArray[np.int32]:
     """Parents [round * child, 2] of many generations that all come from the same one."""
     agents = fitness.size
-    uniforms = [Moment(5, 0, generation).uniforms(rng.SELECTION, (agents, 2)) for generation in range(1, rounds + 1)]
+    uniforms = [
+        Moment(5, 0, generation).uniforms(rng.SELECTION, (agents, 2))
+        for generation in range(1, rounds + 1)
+    ]
     return np.concatenate([selected(scheme, fitness, each) for each in uniforms])
 
 
@@ -45,10 +50,17 @@ def probabilities(scheme: str) -> npt.NDArray[np.float64]:
     """Of each agent, to be drawn as a parent; FITNESS has no two equal."""
     agents = FITNESS.size
     rank: npt.NDArray[np.float64] = rankdata(FITNESS)
-    if scheme == "tournament":  # the better of two is of rank r: both are at most r, and not both below it
+    if (
+        scheme == "tournament"
+    ):  # the better of two is of rank r: both are at most r, and not both below it
         return (rank**2 - (rank - 1) ** 2) / agents**2
     upper_half = (rank > agents / 2).astype(float)
-    shares = {"roulette": FITNESS, "truncation": upper_half, "rank": rank, "neutral": np.ones(agents)}[scheme]
+    shares = {
+        "roulette": FITNESS,
+        "truncation": upper_half,
+        "rank": rank,
+        "neutral": np.ones(agents),
+    }[scheme]
     return np.asarray(shares / shares.sum())
 
 
@@ -107,7 +119,9 @@ def test_truncation_keeps_the_upper_half_rounded_down_but_never_nobody(agents: i
 
 @pytest.mark.parametrize("scheme", ["tournament", "truncation", "rank", "neutral"])
 def test_fitness_below_0_is_as_good_as_any_other(scheme: str) -> None:
-    np.testing.assert_array_equal(drawn_parents(scheme, FITNESS - 100, rounds=50), drawn_parents(scheme, FITNESS, rounds=50))
+    np.testing.assert_array_equal(
+        drawn_parents(scheme, FITNESS - 100, rounds=50), drawn_parents(scheme, FITNESS, rounds=50)
+    )
 
 
 @pytest.mark.parametrize(
@@ -120,17 +134,23 @@ def test_fitness_below_0_is_as_good_as_any_other(scheme: str) -> None:
         ("tournament", [np.nan, 0.0], "evolution.selection = 'tournament': the fitness of agent 0 is nan and must be a finite"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_selected_by_is_refused_in_a_sentence(scheme: str, fitness: list[float], message: str) -> None:
+def test_what_cannot_be_selected_by_is_refused_in_a_sentence(
+    scheme: str, fitness: list[float], message: str
+) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
         selected(scheme, np.array(fitness), np.full((len(fitness), 2, 4), 0.5))
 
 
 def test_a_scheme_that_there_is_not_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"evolution\.selection = 'roulete'.*'roulette', 'tournament'"):
+    with pytest.raises(
+        ExperimentError, match=r"evolution\.selection = 'roulete'.*'roulette', 'tournament'"
+    ):
         load("evo/A").replace(evolution={"selection": "roulete"})
 
 
-def crossed(fitter: OneGenome, other: OneGenome, draws: Uniforms, gate: float = 1, **settings: float) -> OneGenome:
+def crossed(
+    fitter: OneGenome, other: OneGenome, draws: Uniforms, gate: float = 1, **settings: float
+) -> OneGenome:
     child = np.empty_like(fitter)
     Crossover.vary(SimpleNamespace(**settings), fitter, other, draws, gate, child)
     return child
@@ -145,7 +165,9 @@ def alphabet(agents: int, weights: int) -> Genome:
 
 def test_every_weight_comes_from_one_of_the_two_parents_about_half_the_time_each() -> None:
     genome = alphabet(8, 60)
-    experiment = load("evo+self-taught/A").replace(population={"size": 8}, evolution={"mutation_rate": 0})
+    experiment = load("evo+self-taught/A").replace(
+        population={"size": 8}, evolution={"mutation_rate": 0}
+    )
     children, parents = breed(experiment, genome, FITNESS, MOMENT)
     first, second = children == genome[parents[:, 0]], children == genome[parents[:, 1]]
     assert (first | second).all()
@@ -167,7 +189,9 @@ def test_a_draw_below_a_half_takes_the_weight_of_the_fitter_parent() -> None:
 
 
 @pytest.mark.parametrize(("rate", "size"), [(0.05, 0.05), (0.5, 2.0), (1.0, 0.1)])
-def test_a_weight_mutates_with_the_mutation_rate_by_up_to_the_mutation_size(rate: float, size: float) -> None:
+def test_a_weight_mutates_with_the_mutation_rate_by_up_to_the_mutation_size(
+    rate: float, size: float
+) -> None:
     experiment = load("evo+self-taught/A").replace(
         population={"size": 200}, evolution={"mutation_rate": rate, "mutation_size": size}
     )
@@ -195,9 +219,14 @@ def test_the_gate_opens_below_the_mutation_rate() -> None:
     parent, draws = np.ones((1, 4), np.float32), np.zeros((4, 4))
     draws[:, 1] = [0.0, 0.2499, 0.1, 0.25]
     draws[:, 2] = [0.0, 1.0, 0.5, 0.0]
-    assert crossed(parent, parent, draws, one_gate=False, rate=0.25, size=0.5).tolist() == [[0.5, 1.5, 1.0, 1.0]]
+    assert crossed(parent, parent, draws, one_gate=False, rate=0.25, size=0.5).tolist() == [
+        [0.5, 1.5, 1.0, 1.0]
+    ]
     for gate, changed in ((0.2499, [[0.5, 1.5, 1.0, 0.5]]), (0.25, [[1.0, 1.0, 1.0, 1.0]])):
-        assert crossed(parent, parent, draws, gate, one_gate=True, rate=0.25, size=0.5).tolist() == changed
+        assert (
+            crossed(parent, parent, draws, gate, one_gate=True, rate=0.25, size=0.5).tolist()
+            == changed
+        )
 
 
 def test_initial_weights_are_standard_normal_and_those_of_the_modules_independent() -> None:
@@ -208,7 +237,9 @@ def test_initial_weights_are_standard_normal_and_those_of_the_modules_independen
         assert kstest(genome[:, module].ravel(), "norm").pvalue > 0.001
         assert kstest(genome[:, module].mean(axis=0) * np.sqrt(300), "norm").pvalue > 0.001
         assert kstest(genome[:, module].mean(axis=1) * np.sqrt(60), "norm").pvalue > 0.001
-    assert abs(np.corrcoef(genome[:, 0].ravel(), genome[:, 1].ravel())[0, 1]) < 4 / np.sqrt(genome[:, 0].size)
+    assert abs(np.corrcoef(genome[:, 0].ravel(), genome[:, 1].ravel())[0, 1]) < 4 / np.sqrt(
+        genome[:, 0].size
+    )
 
 
 def test_biases_are_standard_normal_too() -> None:
@@ -227,7 +258,9 @@ def test_a_child_inherits_what_its_parents_were_born_with_and_not_what_they_lear
     assert (learned != genome[0, :, 0]).mean() > 0.9, "they did learn"
     for generation in (1, 2):
         before, pair = genome[generation - 1], parents[generation]
-        inherited = (genome[generation] == before[pair[:, 0]]) | (genome[generation] == before[pair[:, 1]])
+        inherited = (genome[generation] == before[pair[:, 0]]) | (
+            genome[generation] == before[pair[:, 1]]
+        )
         assert inherited.all()
 
 
@@ -243,12 +276,17 @@ def test_the_parents_on_record_are_the_fitter_one_and_the_other() -> None:
 
 
 def test_a_generation_is_bred_from_the_genomes_and_the_energy_of_the_one_before() -> None:
-    experiment = small("evo+self-taught", world={"food": [{"x": [20, 100], "y": [10, 90], "count": 12, "energy": 2.5}]})
+    experiment = small(
+        "evo+self-taught",
+        world={"food": [{"x": [20, 100], "y": [10, 90], "count": 12, "energy": 2.5}]},
+    )
     result = simulate(experiment, seed=3, run=4)
     genome, energy = result["genome"].values, result["energy"].values
     assert (energy == 2.5 * result["food_eaten"].values).all()
     for generation in (1, 2):
-        children, parents = breed(experiment, genome[generation - 1], energy[generation - 1], Moment(3, 4, generation))
+        children, parents = breed(
+            experiment, genome[generation - 1], energy[generation - 1], Moment(3, 4, generation)
+        )
         np.testing.assert_array_equal(children, genome[generation])
         np.testing.assert_array_equal(parents, result["parents"].values[generation])
 
@@ -260,11 +298,18 @@ def test_agents_that_only_teach_themselves_are_drawn_afresh_every_generation() -
     for generation in range(3):
         assert kstest(genome[generation].ravel(), "norm").pvalue > 0.001
     assert np.intersect1d(genome[0], genome[1]).size < 3
-    assert abs(np.corrcoef(genome[0].ravel(), genome[1].ravel())[0, 1]) < 4 / np.sqrt(genome[0].size)
+    assert abs(np.corrcoef(genome[0].ravel(), genome[1].ravel())[0, 1]) < 4 / np.sqrt(
+        genome[0].size
+    )
 
 
 def test_genomes_are_kept_of_every_so_many_th_generation_and_of_the_last() -> None:
-    sparse = simulate(small("evo", evolution={"generations": 6}, record={"genome_every": 2}, lifetime={"steps": 5}), seed=1)
+    sparse = simulate(
+        small(
+            "evo", evolution={"generations": 6}, record={"genome_every": 2}, lifetime={"steps": 5}
+        ),
+        seed=1,
+    )
     full = simulate(small("evo", evolution={"generations": 6}, lifetime={"steps": 5}), seed=1)
     kept = ~np.isnan(sparse["genome"].values).all(axis=(1, 2, 3))
     assert kept.tolist() == [True, False, True, False, True, True]

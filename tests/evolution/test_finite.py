@@ -56,20 +56,28 @@ def refused(experiment: Any, **arguments: Any) -> str:
 
 def test_a_variation_that_leaves_a_module_out(faulty_parts: None) -> None:
     said = refused(small("evo+self-taught", evolution={"variation": "one-module-alone"}), run=4)
-    assert said.startswith("evolution.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' of agent 0")
+    assert said.startswith(
+        "evolution.variation = 'one-module-alone' left gene 0 of the module 'reinforcement' of agent 0"
+    )
     assert "in generation 1 of run 4" in said
 
 
 def test_founders_that_are_infinite(faulty_parts: None) -> None:
     said = refused(small("evo", evolution={"variation": "infinite-founders"}))
-    assert "gene 5 of the module 'action' of agent 2" in said and "generation 0 of run 0" in said and "(inf)" in said
+    assert (
+        "gene 5 of the module 'action' of agent 2" in said
+        and "generation 0 of run 0" in said
+        and "(inf)" in said
+    )
 
 
 @pytest.mark.parametrize("selection", ["roulette", "neutral"])
 def test_a_learning_rule_that_diverges_and_is_inherited(faulty_parts: None, selection: str) -> None:
     learning, evolution = {"rule": "diverges"}, {"lamarckian_share": 1.0, "selection": selection}
     said = refused(small("evo", learning=learning, evolution=evolution, lifetime={"steps": 9}))
-    assert said.startswith("learning.rule = 'diverges' and evolution.inheritance = 'darwinian' left gene 1")
+    assert said.startswith(
+        "learning.rule = 'diverges' and evolution.inheritance = 'darwinian' left gene 1"
+    )
     assert "in generation 0 of run 0" in said
 
 
@@ -87,7 +95,8 @@ def test_each_gene_of_each_agent_is_looked_at(value: float) -> None:
         learned[agent, gene] = value
         inherited = bequeath(experiment, born, learned)
         with pytest.raises(
-            RefusedError, match=f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5"
+            RefusedError,
+            match=f"gene {gene} of the module 'action' of agent {agent} .* in generation 2 of run 5",
         ):
             next_genome(experiment, Moment(1, 5, 3), inherited, np.ones(len(born)))
 

@@ -60,13 +60,20 @@ def mixed_children(experiment: Experiment) -> int:
     return int((half[parents] != half[:, None]).any(axis=1).sum())
 
 
-def test_an_elite_of_the_whole_population_puts_prey_in_the_place_of_predators_unless_groups_are_declared(tmp_path: Path) -> None:
+def test_an_elite_of_the_whole_population_puts_prey_in_the_place_of_predators_unless_groups_are_declared(
+    tmp_path: Path,
+) -> None:
     undeclared = experiment_with(tmp_path, "halves-undeclared", declared=False)
     assert mixed_children(undeclared) == 0
-    assert mixed_children(undeclared.replace(evolution={"elite": 4})) == 4, "the fault that a declaration prevents"
+    assert mixed_children(undeclared.replace(evolution={"elite": 4})) == 4, (
+        "the fault that a declaration prevents"
+    )
     declared = experiment_with(tmp_path, "halves", declared=True)
     assert mixed_children(declared) == 0
-    with pytest.raises(ExperimentError, match=r"'halves' breeds groups of agents separately, and evolution\.elite = 4 would mix"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"'halves' breeds groups of agents separately, and evolution\.elite = 4 would mix",
+    ):
         declared.replace(evolution={"elite": 4})
 
 
@@ -82,12 +89,19 @@ def test_a_scheme_that_keeps_an_elite_of_each_group_has_one(tmp_path: Path) -> N
         (['world.features=["births-and-deaths"]'], "births in mid-life"),
         (["evolution.variation=gene-pool"], "evolution.variation = 'gene-pool'"),
         (
-            ["network.kind=growing", "network.hidden=[40]", "learning.rule=none", "evolution.variation=neat"],
+            [
+                "network.kind=growing",
+                "network.hidden=[40]",
+                "learning.rule=none",
+                "evolution.variation=neat",
+            ],
             "evolution.variation = 'neat'",
         ),
     ],
 )
-def test_what_else_would_mix_groups_is_refused_in_one_sentence(tmp_path: Path, changes: Any, named: str) -> None:
+def test_what_else_would_mix_groups_is_refused_in_one_sentence(
+    tmp_path: Path, changes: Any, named: str
+) -> None:
     declared = experiment_with(tmp_path, "halves", declared=True)
     with pytest.raises(ExperimentError) as refused:
         assign(declared, changes)

@@ -9,7 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baldwinlab.evolution import Moment, bequeath, breed, cost_of_learning, draw_genome, energy_of, fitness, next_genome
+from baldwinlab.evolution import (
+    Moment,
+    bequeath,
+    breed,
+    cost_of_learning,
+    draw_genome,
+    energy_of,
+    fitness,
+    next_genome,
+)
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.presets import load
 from tests.evolution import oracle
@@ -27,7 +36,9 @@ MOMENTS = st.builds(Moment, *[st.integers(0, 2**31 - 1)] * 3)
 
 
 def experiment_of(agents: int, **changes: Any) -> Experiment:
-    return load("evo+self-taught/A").replace(population={"size": agents}, network={"hidden": [2]}, **changes)
+    return load("evo+self-taught/A").replace(
+        population={"size": agents}, network={"hidden": [2]}, **changes
+    )
 
 
 @settings(max_examples=100, deadline=None)
@@ -36,15 +47,27 @@ def experiment_of(agents: int, **changes: Any) -> Experiment:
     st.floats(0, 1), st.floats(0, 1000),
 )  # fmt: skip
 def test_children_and_parents_are_the_oracles(
-    drawn: tuple[str, list[float]], moment: Moment, gate: str, teacher: str, rate: float, size: float
+    drawn: tuple[str, list[float]],
+    moment: Moment,
+    gate: str,
+    teacher: str,
+    rate: float,
+    size: float,
 ) -> None:
     scheme, values = drawn
-    evolution = {"selection": scheme, "mutation_gate": gate, "mutation_rate": rate, "mutation_size": size}
+    evolution = {
+        "selection": scheme,
+        "mutation_gate": gate,
+        "mutation_rate": rate,
+        "mutation_size": size,
+    }
     experiment = experiment_of(len(values), evolution=evolution, learning={"teacher": teacher})
     genome = draw_genome(experiment, moment)
     of_agents = np.array(values)
     for found, expected in zip(
-        breed(experiment, genome, of_agents, moment), oracle.breed(experiment, genome, of_agents, moment), strict=True
+        breed(experiment, genome, of_agents, moment),
+        oracle.breed(experiment, genome, of_agents, moment),
+        strict=True,
     ):
         assert found.dtype == expected.dtype
         assert found.tobytes() == expected.tobytes()
@@ -53,7 +76,9 @@ def test_children_and_parents_are_the_oracles(
 @settings(max_examples=30, deadline=None)
 @given(MOMENTS, st.integers(1, 50), st.booleans())
 def test_founders_are_the_oracles(moment: Moment, agents: int, evolved_rate: bool) -> None:
-    experiment = experiment_of(agents, learning={"evolved_rate": evolved_rate}, evolution={"inheritance": "none"})
+    experiment = experiment_of(
+        agents, learning={"evolved_rate": evolved_rate}, evolution={"inheritance": "none"}
+    )
     founders = oracle.draw_genome(experiment, moment)
     np.testing.assert_array_equal(draw_genome(experiment, moment), founders)
     found, parents = next_genome(experiment, moment, founders + 1, np.ones(agents))
@@ -63,7 +88,9 @@ def test_founders_are_the_oracles(moment: Moment, agents: int, evolved_rate: boo
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
 def test_what_is_bequeathed_is_the_oracles(share: float) -> None:
-    experiment = experiment_of(30, evolution={"lamarckian_share": share}, learning={"evolved_rate": True})
+    experiment = experiment_of(
+        30, evolution={"lamarckian_share": share}, learning={"evolved_rate": True}
+    )
     genome = draw_genome(experiment, Moment(1, 0, 0))
     learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0, : experiment.weight_count]
     inherited = bequeath(experiment, genome, learned)
@@ -80,7 +107,9 @@ def test_fitness_is_the_oracles(regions: int) -> None:
         genome = draw_genome(experiment, Moment(1, 0, 0))
         learned = draw_genome(experiment, Moment(2, 0, 0))[:, 0]
         energies = np.array([region["energy"] for region in food] or [0.0])
-        found = fitness(experiment, energy_of(energies, eaten), cost_of_learning(experiment, genome, learned))
+        found = fitness(
+            experiment, energy_of(energies, eaten), cost_of_learning(experiment, genome, learned)
+        )
         expected = oracle.fitness(experiment, eaten, genome, learned)
         assert found.tobytes() == expected.tobytes()
 
@@ -88,5 +117,8 @@ def test_fitness_is_the_oracles(regions: int) -> None:
 def test_the_cost_of_change_is_the_oracles_though_it_is_added_up_in_another_order() -> None:
     experiment = experiment_of(30, learning={"cost_per_change": 0.3, "cost_per_step": 0.001})
     genome, learned = (draw_genome(experiment, Moment(seed, 0, 0)) for seed in (1, 2))
-    found, expected = (each(experiment, genome, learned[:, 0]) for each in (cost_of_learning, oracle.cost_of_learning))
+    found, expected = (
+        each(experiment, genome, learned[:, 0])
+        for each in (cost_of_learning, oracle.cost_of_learning)
+    )
     np.testing.assert_allclose(found, expected, rtol=1e-15)

@@ -12,7 +12,9 @@ from tests.small import small
 @pytest.fixture(scope="session")
 def mixed(tmp_path_factory: pytest.TempPathFactory) -> Study:
     """Foragers, and strings of alleles with other variables and numbers of agents and generations."""
-    guessing = bl.load("hinton-nowlan-1987:guessing").replace(population={"size": 8}, evolution={"generations": 4})
+    guessing = bl.load("hinton-nowlan-1987:guessing").replace(
+        population={"size": 8}, evolution={"generations": 4}
+    )
     experiments = [small("evo/A"), guessing]
     study = bl.run(experiments, runs=2, seed=5, out=tmp_path_factory.mktemp("mixed") / "study")
     (study.directory / "runs" / "guessing" / "0000.nc").unlink()  # as if it were partly run

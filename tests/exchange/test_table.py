@@ -41,16 +41,23 @@ def require_that_it_is_the_study(frame: pd.DataFrame, study: Study) -> None:
     for condition in study.conditions:
         for run in study.runs(condition):
             record = study._stored.read(condition, run)
-            there = frame[(frame["condition"] == condition) & (frame["run"] == run)].reset_index(drop=True)
+            there = frame[(frame["condition"] == condition) & (frame["run"] == run)].reset_index(
+                drop=True
+            )
             shape = record["energy"].shape
             assert len(there) == record["energy"].size
             for name in ("food_eaten", "energy", "ones", "used"):
                 if name in record:
-                    np.testing.assert_array_equal(there[name].to_numpy().reshape(shape), record[name].values)
+                    np.testing.assert_array_equal(
+                        there[name].to_numpy().reshape(shape), record[name].values
+                    )
                 else:
                     assert there[name].isna().all()
             for number, parent in enumerate(("fitter", "other")):
-                np.testing.assert_array_equal(there[f"parents_{parent}"].to_numpy().reshape(shape), record.parents[..., number])
+                np.testing.assert_array_equal(
+                    there[f"parents_{parent}"].to_numpy().reshape(shape),
+                    record.parents[..., number],
+                )
             rows += len(there)
     assert len(frame) == rows and not by_key(frame).index.has_duplicates
 
@@ -59,18 +66,27 @@ def test_a_table_of_pandas_is_the_study_with_units_and_labels(mixed: Study) -> N
     frame = mixed.to_pandas()
     require_that_it_is_the_study(frame, mixed)
     assert frame["learner"].unique().tolist() == ["evo", "guessing"]
-    assert frame.attrs["units"]["food_eaten"] == "items" and frame.attrs["units"]["used"] == "trials"
+    assert (
+        frame.attrs["units"]["food_eaten"] == "items" and frame.attrs["units"]["used"] == "trials"
+    )
     assert frame.attrs["long_name"]["ones"] == "share of alleles that are 1, the right one"
     assert frame.attrs["seed"] == 5
     assert "energy" not in frame.attrs["units"], "which is of another kind in each model"
 
 
-def test_a_table_of_polars_is_that_of_pandas_with_nothing_where_there_is_nothing(mixed: Study) -> None:
+def test_a_table_of_polars_is_that_of_pandas_with_nothing_where_there_is_nothing(
+    mixed: Study,
+) -> None:
     frame, there = mixed.to_polars(), mixed.to_pandas()
     assert frame.columns == there.columns.tolist()
-    assert frame["food_eaten"].dtype == pl.Int32 and frame["food_eaten"].null_count() == there["food_eaten"].isna().sum()
+    assert (
+        frame["food_eaten"].dtype == pl.Int32
+        and frame["food_eaten"].null_count() == there["food_eaten"].isna().sum()
+    )
     for name in frame.columns:
-        found = frame[name].cast(pl.Float64 if frame[name].dtype.is_numeric() else pl.String).to_list()
+        found = (
+            frame[name].cast(pl.Float64 if frame[name].dtype.is_numeric() else pl.String).to_list()
+        )
         assert found == there[name].astype(object).where(there[name].notna(), None).tolist(), name
 
 
@@ -83,7 +99,13 @@ def test_parquet_is_read_by_pandas_and_polars_as_what_it_was(
     assert pq.ParquetFile(path).num_row_groups == 2
     read, there = pd.read_parquet(path), mixed.to_pandas()
     assert read.attrs == there.attrs
-    pd.testing.assert_frame_equal(by_key(read), by_key(there), check_dtype=False, check_index_type=False, check_categorical=False)
+    pd.testing.assert_frame_equal(
+        by_key(read),
+        by_key(there),
+        check_dtype=False,
+        check_index_type=False,
+        check_categorical=False,
+    )
     assert (
         pl.read_parquet(path)
         .with_columns(pl.col(pl.Categorical).cast(pl.String))
@@ -93,12 +115,22 @@ def test_parquet_is_read_by_pandas_and_polars_as_what_it_was(
     assert field.metadata == {b"units": b"items", b"long_name": b"items eaten in life"}
 
 
-def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(mixed: Study, tmp_path: Path) -> None:
+def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
+    mixed: Study, tmp_path: Path
+) -> None:
     path = tmp_path / "study.csv"
     mixed.to_csv(path)
     there = mixed.to_pandas()
-    read = pd.read_csv(path, keep_default_na=False, na_values={name: "" for name in there.columns if name != "map"})
-    pd.testing.assert_frame_equal(by_key(read), by_key(there), check_dtype=False, check_index_type=False, check_categorical=False)
+    read = pd.read_csv(
+        path, keep_default_na=False, na_values={name: "" for name in there.columns if name != "map"}
+    )
+    pd.testing.assert_frame_equal(
+        by_key(read),
+        by_key(there),
+        check_dtype=False,
+        check_index_type=False,
+        check_categorical=False,
+    )
 
     csvw = pytest.importorskip("csvw")
     with warnings.catch_warnings():
@@ -108,9 +140,14 @@ def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(mixed: Study, tmp
         rows = list(table)
     assert described.is_valid
     assert [row["energy"] for row in rows] == there["energy"].tolist()
-    assert [row["food_eaten"] for row in rows[-3:]] == [None] * 3 and isinstance(rows[0]["food_eaten"], int)
+    assert [row["food_eaten"] for row in rows[-3:]] == [None] * 3 and isinstance(
+        rows[0]["food_eaten"], int
+    )
     columns = {
-        each["name"]: each for each in json.loads(path.with_name("study.csv-metadata.json").read_text())["tableSchema"]["columns"]
+        each["name"]: each
+        for each in json.loads(path.with_name("study.csv-metadata.json").read_text())[
+            "tableSchema"
+        ]["columns"]
     }
     assert columns["food_eaten"]["schema:unitText"] == "items"
 
@@ -121,11 +158,22 @@ def test_in_a_sweep_the_fields_that_were_swept_are_columns(tmp_path: Path) -> No
     given = {"experiment": "evo+self-taught/A", "runs": 1, "set": short, "fields": fields}
     study = bl.sweep(given, out=tmp_path / "swept")
     frame = study.to_pandas()
-    assert frame.groupby(["learning.rate", "evolution.selection"], observed=True)["run"].count().tolist() == [40] * 4
+    assert (
+        frame.groupby(["learning.rate", "evolution.selection"], observed=True)["run"]
+        .count()
+        .tolist()
+        == [40] * 4
+    )
     study.to_csv(tmp_path / "swept.csv")
     study.to_parquet(tmp_path / "swept.parquet")
-    assert study.to_polars()["learning.rate"].to_list() == pd.read_csv(tmp_path / "swept.csv")["learning.rate"].tolist()
-    assert pd.read_parquet(tmp_path / "swept.parquet")["learning.rate"].unique().tolist() == [0.0, 0.5]
+    assert (
+        study.to_polars()["learning.rate"].to_list()
+        == pd.read_csv(tmp_path / "swept.csv")["learning.rate"].tolist()
+    )
+    assert pd.read_parquet(tmp_path / "swept.parquet")["learning.rate"].unique().tolist() == [
+        0.0,
+        0.5,
+    ]
 
 
 WAYS: list[Callable[[Study, Path], object]] = [
@@ -140,7 +188,9 @@ WAYS: list[Callable[[Study, Path], object]] = [
 ]
 
 
-def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(tmp_path: Path) -> None:
+def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
+    tmp_path: Path,
+) -> None:
     study = bl.open(small_study(tmp_path / "study", [small("evo/A")], runs=2).directory)
     out = tmp_path / "out"
     out.mkdir()
@@ -169,7 +219,9 @@ def test_a_library_that_is_not_there_is_told_with_its_extra(
     assert not list(tmp_path.iterdir())
 
 
-def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(mixed: Study, command: Command, tmp_path: Path) -> None:
+def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
+    mixed: Study, command: Command, tmp_path: Path
+) -> None:
     source = str(mixed.directory)
     for ending in ("csv", "parquet"):
         for _ in range(2):  # its own may be written over
@@ -182,7 +234,9 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(mixed: Study
     assert pd.read_parquet("theirs.parquet").shape == (152, 15)
     assert command("export", source, "--out", "mine.zarr").code == 0
     refused = command("export", source, "--out", "mine.zarr", "--force")
-    assert refused.code == 2 and "is there already: choose another name, or remove it" in refused.err
+    assert (
+        refused.code == 2 and "is there already: choose another name, or remove it" in refused.err
+    )
 
 
 @pytest.mark.parametrize(
@@ -192,7 +246,10 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(mixed: Study
             ["--out", "x.xlsx"],
             "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the results of a study",
         ),
-        (["--out", "x.csv", "--seed", "3"], "--part, --set and --seed are for pages, which end in .html, and not for x.csv"),
+        (
+            ["--out", "x.csv", "--seed", "3"],
+            "--part, --set and --seed are for pages, which end in .html, and not for x.csv",
+        ),
         (["--out", "no/x.zarr"], "--out no/x.zarr: there is no folder no"),
         (["--out", "no/x.csv"], "--out no/x.csv: there is no folder no"),
     ],

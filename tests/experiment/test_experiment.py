@@ -27,13 +27,38 @@ from baldwinlab.presets import load
         ({"contact": {"shape": "star"}}, "contact.shape", "star", "'circle' or 'square'"),
         ({"contact": {"reach": -1}}, "contact.reach", "-1", "greater than 0"),
         ({"learning": {"rate": -0.1}}, "learning.rate", "-0.1", "greater than or equal to 0"),
-        ({"learning": {"rule": "magic"}}, "learning.rule", "magic", "'none', 'self-taught', 'drift', 'abcd',"),
-        ({"evolution": {"generations": 0}}, "evolution.generations", "0", "greater than or equal to 1"),
-        ({"evolution": {"mutation_rate": 1.5}}, "evolution.mutation_rate", "1.5", "less than or equal to 1"),
+        (
+            {"learning": {"rule": "magic"}},
+            "learning.rule",
+            "magic",
+            "'none', 'self-taught', 'drift', 'abcd',",
+        ),
+        (
+            {"evolution": {"generations": 0}},
+            "evolution.generations",
+            "0",
+            "greater than or equal to 1",
+        ),
+        (
+            {"evolution": {"mutation_rate": 1.5}},
+            "evolution.mutation_rate",
+            "1.5",
+            "less than or equal to 1",
+        ),
         ({"lifetime": {"steps": 0}}, "lifetime.steps", "0", "greater than or equal to 1"),
         ({"world": {"width": 5}}, "world.width", "5", "greater than or equal to 10"),
-        ({"world": {"start": {"x": 700}}}, "world.start.x", "700", "must be less than world.width = 640"),
-        ({"world": {"food": [{"x": [5, 1], "y": [1, 2]}]}}, "world.food.0.x", "[5, 1]", "from a smaller to a larger"),
+        (
+            {"world": {"start": {"x": 700}}},
+            "world.start.x",
+            "700",
+            "must be less than world.width = 640",
+        ),
+        (
+            {"world": {"food": [{"x": [5, 1], "y": [1, 2]}]}},
+            "world.food.0.x",
+            "[5, 1]",
+            "from a smaller to a larger",
+        ),
         (
             {"world": {"food": [{"x": [1, 700], "y": [1, 2]}]}},
             "world.food.0.x",
@@ -72,9 +97,13 @@ def test_a_smaller_map_names_every_field_that_does_not_fit() -> None:
 
 
 def test_an_unknown_field_is_refused_with_the_names_there_are() -> None:
-    with pytest.raises(ExperimentError, match=r"learning\.rat: there is no such field; there are: rule, rate"):
+    with pytest.raises(
+        ExperimentError, match=r"learning\.rat: there is no such field; there are: rule, rate"
+    ):
         validate({"learning": {"rat": 0.1}})
-    with pytest.raises(ExperimentError, match=r"^speed: there is no such field; there are: name, model, world"):
+    with pytest.raises(
+        ExperimentError, match=r"^speed: there is no such field; there are: name, model, world"
+    ):
         validate({"speed": 3})
 
 
@@ -97,15 +126,29 @@ def test_an_experiment_cannot_be_changed_but_a_changed_copy_can_be_made() -> Non
 
 def test_a_part_can_be_replaced_whole() -> None:
     experiment = load("evo/A")
-    assert experiment.replace(network=Experiment().network.model_copy(update={"hidden": (4,)})).network.hidden == (4,)
+    assert experiment.replace(
+        network=Experiment().network.model_copy(update={"hidden": (4,)})
+    ).network.hidden == (4,)
 
 
 @pytest.mark.parametrize(
     ("hidden", "biases", "weights"),
-    [((), False, 9), ((), True, 12), ((10,), False, 60), ((10,), True, 73), ((4, 5), False, 47), ((4, 5), True, 59)],
+    [
+        ((), False, 9),
+        ((), True, 12),
+        ((10,), False, 60),
+        ((10,), True, 73),
+        ((4, 5), False, 47),
+        ((4, 5), True, 59),
+    ],
 )
-def test_the_number_of_weights_follows_from_the_topology(hidden: tuple[int, ...], biases: bool, weights: int) -> None:
-    assert Experiment().replace(network={"hidden": list(hidden), "biases": biases}).weight_count == weights
+def test_the_number_of_weights_follows_from_the_topology(
+    hidden: tuple[int, ...], biases: bool, weights: int
+) -> None:
+    assert (
+        Experiment().replace(network={"hidden": list(hidden), "biases": biases}).weight_count
+        == weights
+    )
 
 
 def test_assignments_change_fields_by_their_path() -> None:

@@ -21,7 +21,13 @@ from tests.small import small
 
 PART = Path(__file__).parents[2] / "examples" / "parts" / "tabled_fitness.py"
 FIELD = "evolution.tabled.table"
-SHORT = ("--set", "evolution.generations=2", "lifetime.steps=20", "evolution.fitness=tabled", f"{FIELD}=worth.txt")
+SHORT = (
+    "--set",
+    "evolution.generations=2",
+    "lifetime.steps=20",
+    "evolution.fitness=tabled",
+    f"{FIELD}=worth.txt",
+)
 RUN = ("run", "evo/A", "--part", str(PART), *SHORT, "--out", "study")
 
 
@@ -67,7 +73,9 @@ def test_a_changed_file_is_refused_where_it_is_read(table: Path) -> None:
     given = look_up(tabled(), FIELD)[0]
     before = digest(table)
     table.write_bytes(b"1\n")
-    with pytest.raises(PartError, match=f"worth.txt has the SHA-256 {digest(table)[:12]}..., .* {before[:12]}"):
+    with pytest.raises(
+        PartError, match=f"worth.txt has the SHA-256 {digest(table)[:12]}..., .* {before[:12]}"
+    ):
         given.read()
 
 
@@ -76,7 +84,10 @@ def test_a_study_is_resumed_with_the_same_file_only(command: Command, table: Pat
     assert command(*RUN, "--runs", "1").code == 0
     before, whole = digest(table), table.read_bytes()
     table.write_bytes(b"1\n")
-    for words in ((*RUN, "--runs", "2"), ("assay", "study", "--part", str(PART), "--only", "innate")):
+    for words in (
+        (*RUN, "--runs", "2"),
+        ("assay", "study", "--part", str(PART), "--only", "innate"),
+    ):
         done = command(*words)
         assert done.code == 2
         assert re.search(
@@ -87,14 +98,19 @@ def test_a_study_is_resumed_with_the_same_file_only(command: Command, table: Pat
     assert Study(Path("study")).runs("evo/A") == [0]
     table.unlink()
     done = command(*RUN, "--runs", "2")
-    assert done.code == 2 and f"{FIELD} = 'worth.txt': the file worth.txt cannot be read: No such file" in done.err
+    assert (
+        done.code == 2
+        and f"{FIELD} = 'worth.txt': the file worth.txt cannot be read: No such file" in done.err
+    )
     assert bl.open_study("study").sizes["run"] == 1
     table.write_bytes(whole)
     assert command(*RUN, "--runs", "2").code == 0
     assert Study(Path("study")).runs("evo/A") == [0, 1]
 
 
-def test_a_stored_experiment_is_not_run_elsewhere_with_another_file(command: Command, table: Path) -> None:
+def test_a_stored_experiment_is_not_run_elsewhere_with_another_file(
+    command: Command, table: Path
+) -> None:
     assert command(*RUN, "--runs", "1").code == 0
     table.write_bytes(b"1\n")
     stored = "study/runs/evo/A/experiment.toml"
@@ -113,5 +129,7 @@ def test_what_is_no_readable_file_is_refused_with_the_field(table: Path, kind: s
         table.mkdir()
     elif kind == "huge":
         os.truncate(table, 20 * 10**9)
-    with pytest.raises(ExperimentError, match=f"{FIELD} = 'worth.txt': the file worth.txt cannot be read: "):
+    with pytest.raises(
+        ExperimentError, match=f"{FIELD} = 'worth.txt': the file worth.txt cannot be read: "
+    ):
         tabled()

@@ -19,7 +19,9 @@ WITHOUT_RULE = r'^learning.{}: does nothing with learning.rule = "none"; leave i
 
 
 @pytest.mark.parametrize(("field", "value"), [("rate", 0.05), ("steps", 100)])
-def test_settings_of_learning_are_refused_without_a_rule(command: Command, tmp_path: Path, field: str, value: float) -> None:
+def test_settings_of_learning_are_refused_without_a_rule(
+    command: Command, tmp_path: Path, field: str, value: float
+) -> None:
     refusal = WITHOUT_RULE.format(field)
     with pytest.raises(bl.ExperimentError, match=refusal):
         bl.run("evo/A", set={f"learning.{field}": value}, out=tmp_path / "study")
@@ -73,7 +75,9 @@ def test_a_sweep_over_a_field_without_effect_at_any_point_is_refused(tmp_path: P
         bl.sweep(plan, out=tmp_path / "sweep")
 
 
-def test_a_sweep_over_rules_and_rates_includes_the_condition_without_learning(tmp_path: Path) -> None:
+def test_a_sweep_over_rules_and_rates_includes_the_condition_without_learning(
+    tmp_path: Path,
+) -> None:
     fields: dict[str, list[object]] = {
         "learning.rule": ["none", "self-taught"],
         "learning.rate": [0.01, 0.05],

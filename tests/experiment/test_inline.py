@@ -35,7 +35,12 @@ def test_what_differs_from_its_default_stands_first_and_bold() -> None:
     assert [row.path for row in rows(experiment) if row.differs] == [
         *("name", "world.food.0.x", "world.food.0.y", "network.biases", "lifetime.steps")
     ]
-    for told in ("4 of its 42 fields differ", "<code>lifetime.steps</code>", "<strong>200</strong>", ">5000<"):
+    for told in (
+        "4 of its 42 fields differ",
+        "<code>lifetime.steps</code>",
+        "<strong>200</strong>",
+        ">5000<",
+    ):
         assert told in first
     assert "learning.rate" not in first
     assert "learning.rate" in folded

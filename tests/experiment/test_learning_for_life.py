@@ -22,7 +22,9 @@ OLD = 100_000_000
 def as_it_was_written(experiment: Experiment) -> str:
     """The TOML text of an experiment by a version in which learning for life was a number."""
     lines = to_toml(experiment).splitlines()
-    return "\n".join(f"steps = {OLD}" if line.startswith("# steps is not set") else line for line in lines)
+    return "\n".join(
+        f"steps = {OLD}" if line.startswith("# steps is not set") else line for line in lines
+    )
 
 
 def test_learning_for_life_is_not_set_and_so_it_stands_in_toml() -> None:
@@ -42,16 +44,26 @@ def test_the_number_of_before_means_for_life() -> None:
 
 @pytest.mark.parametrize(("stops", "steps"), [(None, 300), (0, 0), (299, 299), (301, 300)])
 def test_an_agent_learns_at_most_as_long_as_it_lives(stops: int | None, steps: int) -> None:
-    assert Experiment().replace(learning={"steps": stops}, lifetime={"steps": 300}).learning_steps == steps
+    assert (
+        Experiment().replace(learning={"steps": stops}, lifetime={"steps": 300}).learning_steps
+        == steps
+    )
 
 
 def test_a_study_of_before_is_the_same_and_carries_on(tmp_path: Path) -> None:
     experiment = load("evo+self-taught/A")
     study = create(tmp_path / "study", [experiment], seed=1)
-    stored = as_older(study.directory, [experiment.name], seed=1) / "runs" / experiment.name / "experiment.toml"
+    stored = (
+        as_older(study.directory, [experiment.name], seed=1)
+        / "runs"
+        / experiment.name
+        / "experiment.toml"
+    )
     stored.write_text(as_it_was_written(experiment))
     assert f"steps = {OLD}" in stored.read_text()
-    assert create(tmp_path / "study", [experiment], seed=1).experiments[experiment.name] == experiment
+    assert (
+        create(tmp_path / "study", [experiment], seed=1).experiments[experiment.name] == experiment
+    )
     assert from_toml(stored.read_text(), where="there") == experiment
 
 

@@ -19,7 +19,10 @@ def test_every_preset_comes_back_from_its_toml_unchanged(reading: str) -> None:
 
 
 def test_an_experiment_with_no_food_and_one_with_several_regions_come_back_unchanged() -> None:
-    for food in ([], [{"x": [1, 2], "y": [3, 4]}, {"x": [5, 6], "y": [7, 8], "count": 0, "energy": 2.5}]):
+    for food in (
+        [],
+        [{"x": [1, 2], "y": [3, 4]}, {"x": [5, 6], "y": [7, 8], "count": 0, "energy": 2.5}],
+    ):
         experiment = Experiment().replace(world={"food": food}, network={"hidden": []})
         assert from_toml(to_toml(experiment), where="text") == experiment
 

@@ -6,7 +6,21 @@ import string
 
 from hypothesis import strategies as st
 
-NUMBERS = ["-1", "-0.5", "0.5", "1e3", "0x10", "1_000", "nan", "inf", "\u0661", "\u00bd", "9" * 20, "-" + "9" * 400, "9" * 5000]
+NUMBERS = [
+    "-1",
+    "-0.5",
+    "0.5",
+    "1e3",
+    "0x10",
+    "1_000",
+    "nan",
+    "inf",
+    "\u0661",
+    "\u00bd",
+    "9" * 20,
+    "-" + "9" * 400,
+    "9" * 5000,
+]
 SIGNS = [
     "",
     " ",
@@ -26,7 +40,17 @@ SIGNS = [
     "\x1b[2J",
     "\x7f",
 ]
-PLACES = ["..", "../..", "/dev/null", "/proc/self/mem", "~", "$HOME", "study/study.toml", "no/such/file.nc", "x.avi"]
+PLACES = [
+    "..",
+    "../..",
+    "/dev/null",
+    "/proc/self/mem",
+    "~",
+    "$HOME",
+    "study/study.toml",
+    "no/such/file.nc",
+    "x.avi",
+]
 TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
 WORDS = st.sampled_from(NUMBERS) | st.sampled_from(SIGNS) | st.sampled_from(PLACES) | TEXTS
 

@@ -14,7 +14,9 @@ TOGETHER: Final = 10  # in one test
 
 
 @pytest.mark.parametrize("seed", range(amount(500, 20) // TOGETHER))
-def test_random_combinations_are_refused_or_give_the_same_bits(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_random_combinations_are_refused_or_give_the_same_bits(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     interpret(monkeypatch)
     faults = [(fault, row) for row in random(TOGETHER, seed) if (fault := check(row))]
     assert faults == []

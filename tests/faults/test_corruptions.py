@@ -29,7 +29,9 @@ Change = Callable[[Path, Path], None]
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return measured(tmp_path_factory.mktemp("sound"), names=ASSAYS, runs=2, experiments=CONDITIONS).directory
+    return measured(
+        tmp_path_factory.mktemp("sound"), names=ASSAYS, runs=2, experiments=CONDITIONS
+    ).directory
 
 
 def files(study: Path) -> list[str]:
@@ -79,7 +81,10 @@ def test_a_damaged_file_is_named_or_makes_no_difference(study: Path) -> None:
                 assert name in str(error).replace(str(study) + "/", "")
                 assert len(str(error)) < 1000
             else:
-                assert all(found[which].identical(data) for which, data in sound.items()), (name, path.read_bytes()[:500])
+                assert all(found[which].identical(data) for which, data in sound.items()), (
+                    name,
+                    path.read_bytes()[:500],
+                )
             assert listed(study)["id"] == study.name
         path.write_bytes(raw)
 
@@ -102,13 +107,21 @@ def let_it_lead_nowhere(path: Path, other: Path) -> None:
     path.symlink_to("nowhere")
 
 
-@pytest.mark.parametrize("change", [remove, put_another_there, make_a_folder_of_it, let_it_lead_nowhere])
-def test_a_file_that_is_another_or_none_is_named_or_makes_no_difference(study: Path, tmp_path: Path, change: Change) -> None:
+@pytest.mark.parametrize(
+    "change", [remove, put_another_there, make_a_folder_of_it, let_it_lead_nowhere]
+)
+def test_a_file_that_is_another_or_none_is_named_or_makes_no_difference(
+    study: Path, tmp_path: Path, change: Change
+) -> None:
     sound = read(study)
     for name in files(study):
         copy = tmp_path / name.replace("/", "-")
         shutil.copytree(study, copy)
-        others = [copy / other for other in files(study) if other != name and Path(other).suffix == Path(name).suffix]
+        others = [
+            copy / other
+            for other in files(study)
+            if other != name and Path(other).suffix == Path(name).suffix
+        ]
         change(copy / name, others[0] if others else copy / "study.toml")
         try:
             found = read(copy)

@@ -21,7 +21,9 @@ from tests.faults.amount import amount
 from tests.lab.asking import CLIENT, LabServer
 from tests.small import small, small_study
 
-ALLOWED = 400e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
+ALLOWED = (
+    400e6  # bytes: what is kept of answers, 134 million, and what the allocator does not give back
+)
 AGAIN = 100e6  # bytes that further rounds may take beside the first
 IMPATIENT = """
 import sys
@@ -40,7 +42,9 @@ class Server:
     def __init__(self, root: Path, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None
         self.process = process
-        self.lab = LabServer.from_output(root, next(line for line in process.stdout if "is open at" in line))
+        self.lab = LabServer.from_output(
+            root, next(line for line in process.stdout if "is open at" in line)
+        )
         self.lab.admit_client()
 
     def memory(self) -> int:
@@ -60,7 +64,9 @@ class Server:
 @contextmanager
 def opened(root: Path) -> Iterator[Server]:
     command = [sys.executable, "-c", IMPATIENT, str(root)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         try:
             yield Server(root, process)
         finally:
@@ -94,23 +100,38 @@ def post(server: Server, path: str, content: bytes) -> None:
 
 
 def live_and_leave(server: Server, seed: int) -> None:
-    experiment = small("evo/A").replace(population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1})
-    started = CLIENT.post(f"{server.lab.address}/api/live", json={"experiment": experiment.to_dict(), "seed": seed})
+    experiment = small("evo/A").replace(
+        population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1}
+    )
+    started = CLIENT.post(
+        f"{server.lab.address}/api/live", json={"experiment": experiment.to_dict(), "seed": seed}
+    )
     assert started.status_code == 201
     page = server.lab.websocket(f"/api/live/{started.json()['id']}")
-    with suppress(ConnectionClosed), page:  # this lab forgets a run that nobody watches for a second
+    with (
+        suppress(ConnectionClosed),
+        page,
+    ):  # this lab forgets a run that nobody watches for a second
         page.recv(timeout=60)
         page.send('{"do": "stop"}')
 
 
 @pytest.mark.skipif(os.name == "nt", reason="memory is not counted so there")
 def test_memory_comes_back_after_floods(tmp_path: Path) -> None:
-    crowd = {"population": {"size": 2000}, "lifetime": {"steps": 1000}, "evolution": {"generations": 1}}
+    crowd = {
+        "population": {"size": 2000},
+        "lifetime": {"steps": 1000},
+        "evolution": {"generations": 1},
+    }
     small_study(tmp_path / "crowd", [load("evo/A").replace(**crowd)], runs=1)
     with opened(tmp_path) as server:
-        while not CLIENT.get(f"{server.lab.address}/api/engine").json()["ready"]:  # to compile takes memory of its own
+        while not CLIENT.get(f"{server.lab.address}/api/engine").json()[
+            "ready"
+        ]:  # to compile takes memory of its own
             time.sleep(0.1)
-        CLIENT.get(f"{server.lab.address}/api/results?study=crowd")  # which loads what results need,
+        CLIENT.get(
+            f"{server.lab.address}/api/results?study=crowd"
+        )  # which loads what results need,
         live_and_leave(server, 0)  # and this what a live run needs
         before = server.memory()
         flood(server)

@@ -84,7 +84,11 @@ def call(arguments: list[str]) -> Outcome:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
 
 
 @pytest.fixture(scope="module")
@@ -97,12 +101,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     os.chdir(before)
 
 
-ALL_KINDS = settings(deadline=None, suppress_health_check=list(HealthCheck), derandomize=True, database=None)
+ALL_KINDS = settings(
+    deadline=None, suppress_health_check=list(HealthCheck), derandomize=True, database=None
+)
 
 
 @settings(ALL_KINDS, max_examples=amount(1000, 60))
 @given(st.sampled_from(COMMANDS), WORDS)
-def test_a_command_with_an_odd_word_says_what_is_allowed_and_touches_nothing(folder: Path, line: str, word: str) -> None:
+def test_a_command_with_an_odd_word_says_what_is_allowed_and_touches_nothing(
+    folder: Path, line: str, word: str
+) -> None:
     before = contents(folder)
     told = call([each.replace("X", word) for each in line.split(" ")])
     assert "Traceback" not in told.out + told.err
@@ -122,7 +130,9 @@ def experiments(draw: st.DrawFn) -> str:
     for _ in range(draw(st.integers(1, 2))):
         place = tree
         while True:
-            key = draw(st.sampled_from(sorted(place) if isinstance(place, dict) else range(len(place))))
+            key = draw(
+                st.sampled_from(sorted(place) if isinstance(place, dict) else range(len(place)))
+            )
             below = place[key]
             if not isinstance(below, dict | list) or not below or draw(st.integers(0, 4)) == 0:
                 break
@@ -139,13 +149,19 @@ def experiments(draw: st.DrawFn) -> str:
 
 def toml(tree: dict[str, Any]) -> str:
     """A tree as TOML with tables in one line."""
-    return "".join(f"{json.dumps(key)} = {inline(value)}\n" for key, value in tree.items() if value is not None)
+    return "".join(
+        f"{json.dumps(key)} = {inline(value)}\n" for key, value in tree.items() if value is not None
+    )
 
 
 def inline(value: Any) -> str:
     match value:
         case dict():
-            inner = ", ".join(f"{json.dumps(key)} = {inline(each)}" for key, each in value.items() if each is not None)
+            inner = ", ".join(
+                f"{json.dumps(key)} = {inline(each)}"
+                for key, each in value.items()
+                if each is not None
+            )
             return f"{{{inner}}}"
         case list():
             return f"[{', '.join(inline(each) for each in value if each is not None)}]"
@@ -190,7 +206,12 @@ def server(folder: Path) -> Iterator[LabServer]:
 
 
 @settings(ALL_KINDS, max_examples=amount(300, 40))
-@given(st.sampled_from([(name, key) for name, query in QUESTIONS.items() for key in (*query, "other")]), WORDS)
+@given(
+    st.sampled_from(
+        [(name, key) for name, query in QUESTIONS.items() for key in (*query, "other")]
+    ),
+    WORDS,
+)
 def test_the_lab_answers_an_odd_question_in_a_sentence(
     folder: Path, server: LabServer, which: tuple[str, str], word: str
 ) -> None:
@@ -201,8 +222,13 @@ def test_the_lab_answers_an_odd_question_in_a_sentence(
 
 
 @settings(ALL_KINDS, max_examples=amount(300, 40))
-@given(st.sampled_from(["validate", "schema", "look", "live", "live/x/keep"]), VALUES | st.text().map(str.encode) | experiments())
-def test_the_lab_takes_an_odd_order_with_a_sentence(folder: Path, server: LabServer, name: str, body: Any) -> None:
+@given(
+    st.sampled_from(["validate", "schema", "look", "live", "live/x/keep"]),
+    VALUES | st.text().map(str.encode) | experiments(),
+)
+def test_the_lab_takes_an_odd_order_with_a_sentence(
+    folder: Path, server: LabServer, name: str, body: Any
+) -> None:
     before = contents(folder)
     content = body if isinstance(body, bytes) else json.dumps(body).encode("utf-8", "surrogatepass")
     answer = CLIENT.post(f"{server.address}/api/{name}", content=content)

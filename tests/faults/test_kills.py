@@ -20,7 +20,14 @@ from baldwinlab.netcdf import verify
 from baldwinlab.studies.store import Study
 from tests.faults.amount import amount
 
-SMALL = ("--set", "evolution.generations=6", "--set", "lifetime.steps=2000", "--set", "world.start.x=380")
+SMALL = (
+    "--set",
+    "evolution.generations=6",
+    "--set",
+    "lifetime.steps=2000",
+    "--set",
+    "world.start.x=380",
+)
 RUN = ("run", "evo/A", "evo+self-taught/A", *SMALL, "--runs", "12", "--out", "study")
 LIFE = ("--condition", "evo/A", "--run", "0", "--generation", "5")
 SWEEP = """
@@ -48,7 +55,9 @@ STAGES = [
     Stage("report", ("report", "study"), 20, RUN),
     Stage("trace", ("replay", "study", *LIFE, "--out", "life.nc"), 45, RUN),
     Stage("movie", ("replay", "study", *LIFE, "--out", "life.gif"), 10, RUN),
-    Stage("compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}),  # which begins without any compiled code
+    Stage(
+        "compile", RUN, 10, environment={"BALDWINLAB_CACHE": "cache"}
+    ),  # which begins without any compiled code
 ]
 
 
@@ -67,12 +76,16 @@ def live(command: tuple[str, ...], folder: Path, environment: Mapping[str, str])
 
 # Most processes are forked from one that has loaded what a command loads, or most kills would meet nothing but that.
 FORKED = multiprocessing.get_context("forkserver")
-FORKED.set_forkserver_preload(["baldwinlab.cli", "baldwinlab.api.report", "baldwinlab.api.bring", "baldwinlab.movie"])
+FORKED.set_forkserver_preload(
+    ["baldwinlab.cli", "baldwinlab.api.report", "baldwinlab.api.bring", "baldwinlab.movie"]
+)
 FRESH = multiprocessing.get_context("spawn")
 
 
 def begin(command: tuple[str, ...], folder: Path, environment: Mapping[str, str]) -> BaseProcess:
-    process: BaseProcess = (FRESH if environment else FORKED).Process(target=live, args=(command, folder, dict(environment)))
+    process: BaseProcess = (FRESH if environment else FORKED).Process(
+        target=live, args=(command, folder, dict(environment))
+    )
     process.start()
     return process
 
@@ -88,14 +101,24 @@ def finish(command: tuple[str, ...], folder: Path, environment: Mapping[str, str
 
 def made(folder: Path) -> dict[str, bytes]:
     """All that has the same bits each time."""
-    kept = (path for path in sorted(folder.rglob("*")) if path.suffix in (".nc", ".csv", ".json", ".gif", ".toml"))
-    return {str(path.relative_to(folder)): path.read_bytes() for path in kept if not path.name.startswith(".")}
+    kept = (
+        path
+        for path in sorted(folder.rglob("*"))
+        if path.suffix in (".nc", ".csv", ".json", ".gif", ".toml")
+    )
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in kept
+        if not path.name.startswith(".")
+    }
 
 
 def require_sound(folder: Path, whole: dict[str, bytes]) -> None:
     """Nothing half-written has the name of something whole."""
     for name, content in made(folder).items():
-        if name.startswith("study/") and name.endswith(".nc"):  # a trace of a user's own carries no checksum
+        if name.startswith("study/") and name.endswith(
+            ".nc"
+        ):  # a trace of a user's own carries no checksum
             verify(content)
         assert name not in whole or content == whole[name], name
     for page in folder.rglob("*.html"):
@@ -149,10 +172,14 @@ def kill_again_and_again(stage: Stage, base: Path, tmp_path: Path, kills: int) -
 
 def of(stage: Stage) -> Any:
     """A stage as a case of a test; of all stages, `make test` kills a run alone."""
-    whole_suite = pytest.mark.skipif(amount(1, 0) == 0 and stage.name != "run", reason="`make faults` kills it")
+    whole_suite = pytest.mark.skipif(
+        amount(1, 0) == 0 and stage.name != "run", reason="`make faults` kills it"
+    )
     return pytest.param(stage, id=stage.name, marks=whole_suite)
 
 
 @pytest.mark.parametrize("stage", [of(stage) for stage in STAGES])
-def test_what_is_killed_loses_nothing_that_was_stored(stage: Stage, base: Path, tmp_path: Path) -> None:
+def test_what_is_killed_loses_nothing_that_was_stored(
+    stage: Stage, base: Path, tmp_path: Path
+) -> None:
     kill_again_and_again(stage, base, tmp_path, amount(stage.kills, 1))

@@ -33,16 +33,32 @@ def folder(lived: Path, command: Command) -> Path:
 def test_papers_that_are_stored_stand_beside_each_other(command: Command, folder: Path) -> None:
     done = command("gallery", "all")
     assert done.code == 0 and "all/gallery.html" in done.out
-    page, record = Path("all/gallery.html").read_text("utf-8"), json.loads(Path("all/gallery.json").read_text("utf-8"))
-    assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"], "in the order of their years"
+    page, record = (
+        Path("all/gallery.html").read_text("utf-8"),
+        json.loads(Path("all/gallery.json").read_text("utf-8")),
+    )
+    assert [entry["paper"] for entry in record["papers"]] == ["mayley-1996", "paenke-2007"], (
+        "in the order of their years"
+    )
     systems = {system["condition"]: system for system in record["papers"][0]["systems"]}
-    assert systems["climbing/smooth"]["rival"] == systems["costly-climbing/smooth"]["rival"] == "not-climbing/smooth"
+    assert (
+        systems["climbing/smooth"]["rival"]
+        == systems["costly-climbing/smooth"]["rival"]
+        == "not-climbing/smooth"
+    )
     assert systems["climbing/smooth"]["answers"]["gain"]["median"] > 0, "who climbs gains by it"
     assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
     assert "climbing/smooth" in page and "undecided" in page
-    assert {path.name for path in Path("all/figures").iterdir()} == {"gallery.svg", "gallery.png", "gallery.csv"}
+    assert {path.name for path in Path("all/figures").iterdir()} == {
+        "gallery.svg",
+        "gallery.png",
+        "gallery.csv",
+    }
     Path("thesis.html").write_text("mine", encoding="utf-8")
-    assert command("gallery", "all", "--out", "thesis.html").code == 2 and Path("thesis.html").read_text("utf-8") == "mine"
+    assert (
+        command("gallery", "all", "--out", "thesis.html").code == 2
+        and Path("thesis.html").read_text("utf-8") == "mine"
+    )
     assert command("gallery", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
 
 
@@ -56,7 +72,9 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
     assert studies(folder)["mayley-1996"].directory.name == "another"
 
 
-def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(command: Command, folder: Path) -> None:
+def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(
+    command: Command, folder: Path
+) -> None:
     rmtree("all/mayley-1996/assays")
     done = command("gallery", "all")
     assert done.code == 0 and "paenke-2007 is not asked" not in done.out
@@ -68,7 +86,12 @@ def test_a_study_without_its_assay_is_told_with_the_commands_that_bring_it_in(co
 
 
 def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> None:
-    for left in ("mayley-1996/assays", "mayley-1996/runs/climbing", "mayley-1996/runs/costly-climbing", "paenke-2007"):
+    for left in (
+        "mayley-1996/assays",
+        "mayley-1996/runs/climbing",
+        "mayley-1996/runs/costly-climbing",
+        "paenke-2007",
+    ):
         for record in (folder / left).rglob("*.nc"):
             record.unlink()
     rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
@@ -78,11 +101,18 @@ def test_why_a_paper_cannot_be_asked_is_told(command: Command, folder: Path) -> 
     assert "paenke-2007 is not asked: there are no generations to compare." in said
 
 
-UNREADABLE = {"torn": '[{"id": "M1"', "no list": '{"id": "M1"}', "no verdicts": '[{"id": "M1"}]', "too deep": "[" * 99_999}
+UNREADABLE = {
+    "torn": '[{"id": "M1"',
+    "no list": '{"id": "M1"}',
+    "no verdicts": '[{"id": "M1"}]',
+    "too deep": "[" * 99_999,
+}
 
 
 @pytest.mark.parametrize("text", UNREADABLE.values(), ids=UNREADABLE)
-def test_claims_that_cannot_be_read_are_told_in_a_sentence(command: Command, folder: Path, text: str) -> None:
+def test_claims_that_cannot_be_read_are_told_in_a_sentence(
+    command: Command, folder: Path, text: str
+) -> None:
     (folder / "mayley-1996" / "claims.json").write_text(text)
     done = command("gallery", "all")
     assert done.code == 2 and "all/mayley-1996/claims.json" in done.err
@@ -94,7 +124,11 @@ def test_claims_that_cannot_be_read_are_told_in_a_sentence(command: Command, fol
 def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, folder: str) -> None:
     Path("empty").mkdir()
     done = command("gallery", folder)
-    assert done.code == 2 and f"{folder} holds no study of a paper" in done.err and "baldwinlab reproduce" in done.err
+    assert (
+        done.code == 2
+        and f"{folder} holds no study of a paper" in done.err
+        and "baldwinlab reproduce" in done.err
+    )
 
 
 def test_percents_are_whole_with_a_sign() -> None:
@@ -116,12 +150,19 @@ def test_every_paper_names_conditions_that_it_has_and_that_learn(name: str) -> N
 
 @pytest.mark.nightly  # minutes
 def test_all_papers_are_reproduced_by_one_command(command: Command) -> None:
-    assert command("reproduce", "all", "--runs", "2", "--generations", "3", "--steps", "40", "--out", "all").code == 0
+    assert (
+        command(
+            "reproduce", "all", "--runs", "2", "--generations", "3", "--steps", "40", "--out", "all"
+        ).code
+        == 0
+    )
     record = json.loads(Path("all/gallery.json").read_text(encoding="utf-8"))
     assert {entry["paper"] for entry in record["papers"]} == set(papers.built_in())
 
 
-def test_what_is_of_one_paper_or_of_foragers_alone_is_refused_in_one_sentence(command: Command) -> None:
+def test_what_is_of_one_paper_or_of_foragers_alone_is_refused_in_one_sentence(
+    command: Command,
+) -> None:
     refused = command("reproduce", "all", "--reading", "biases")
     assert refused.code == 2 and "--reading biases is of one paper" in refused.err
     refused = command("reproduce", "mayley-1996", "--steps", "40")

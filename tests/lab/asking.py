@@ -56,7 +56,12 @@ class LabServer:
 
     def request(self, lines: str) -> bytes:
         """The lines of a request, in which PORT and COOKIE stand for those of this lab."""
-        return lines.replace("PORT", str(self.port)).replace("COOKIE", self.cookie).replace("\n", "\r\n").encode()
+        return (
+            lines.replace("PORT", str(self.port))
+            .replace("COOKIE", self.cookie)
+            .replace("\n", "\r\n")
+            .encode()
+        )
 
     def admit_client(self) -> None:
         """Let CLIENT, and with it all functions of this module, ask this lab."""
@@ -65,7 +70,9 @@ class LabServer:
     def context(self, browser: Browser, **options: Any) -> BrowserContext:
         """A browser whose pages may ask this lab."""
         context = browser.new_context(base_url=self.address, **options)
-        context.add_cookies([{"name": cookie_name(self.port), "value": self.token, "url": self.address}])
+        context.add_cookies(
+            [{"name": cookie_name(self.port), "value": self.token, "url": self.address}]
+        )
         return context
 
     def websocket(self, path: str, **options: Any) -> ClientConnection:
@@ -84,7 +91,9 @@ def data(address: str, path: str, **query: Any) -> Any:
     return answer.json()
 
 
-def arrays(address: str, path: str, **query: Any) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+def arrays(
+    address: str, path: str, **query: Any
+) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     answer = ask(address, path, **query)
     assert answer.status_code == 200, answer.text
     return frames.unpack(answer.content)

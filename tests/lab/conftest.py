@@ -59,7 +59,9 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
     root = tmp_path_factory.mktemp("strings")
     small_study(root / "small", [small("evo/A")], runs=2)
     guessing = load("guessing").replace(
-        population={"size": 40}, evolution={"generations": 5}, hinton_nowlan={"loci": 6, "trials": 10}
+        population={"size": 40},
+        evolution={"generations": 5},
+        hinton_nowlan={"loci": 6, "trials": 10},
     )
     sparse = guessing.replace(name="sparse", record={"genome_every": 3})
     small_study(root / "strings", [guessing, sparse], runs=2)
@@ -72,13 +74,21 @@ def looks_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     """A server over a study of models that have views: cells, with genomes that are kept or not, climbers, and hawks."""
     load_file(HAWKS)
     root = tmp_path_factory.mktemp("looks")
-    sizes = {"population": {"size": 20}, "evolution": {"generations": 4}, "record": {"genome_every": 1}}
+    sizes = {
+        "population": {"size": 20},
+        "evolution": {"generations": 4},
+        "record": {"genome_every": 1},
+    }
     cells = load("no-teacher").replace(**sizes, cell_foragers={"environments": 6, "moves": 20})
-    climbers = load("climbing/rugged").replace(name="climbers", **sizes, nk_climbers={"bits": 8, "others": 3, "trials": 5})
+    climbers = load("climbing/rugged").replace(
+        name="climbers", **sizes, nk_climbers={"bits": 8, "others": 3, "trials": 5}
+    )
     hawks = validate({"model": "hawks-and-doves", "name": "hawks"})
     sparse = cells.replace(name="sparse", record={"genome_every": 3})
     still = climbers.replace(name="still", nk_climbers={"trials": 0})
-    small_study(root / "looks", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2)
+    small_study(
+        root / "looks", [cells.replace(name="cells"), sparse, climbers, still, hawks], runs=2
+    )
     with serving(root) as server:
         yield server
     choices.forget("model", "hawks-and-doves")
@@ -109,7 +119,9 @@ def lonely(browser: Browser) -> Iterator[Page]:
 def page(newcomer: Page) -> Page:
     """A page that is not yet opened, of a reader who has closed what explains the tabs."""
     closed = ("papers", "world", "live", "results")
-    kept = "".join(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed)
+    kept = "".join(
+        f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed
+    )
     newcomer.add_init_script(f"if (location.host) {{ {kept} }}")  # about:blank has no storage
     return newcomer
 
@@ -119,7 +131,9 @@ def newcomer(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     """The page of a first visit; its test fails if the page writes an error to the console or does not catch one."""
     context = lab_server.context(browser, viewport={"width": 1280, "height": 800})
     opened, faults = context.new_page(), list[str]()
-    opened.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+    opened.on(
+        "console", lambda message: faults.append(message.text) if message.type == "error" else None
+    )
     opened.on("pageerror", lambda error: faults.append(str(error)))
     yield opened
     context.close()

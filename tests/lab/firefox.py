@@ -44,8 +44,14 @@ class Firefox:
                 return told["result"]
 
     def open(self, address: str, width: int, height: int) -> None:
-        self._do("browsingContext.setViewport", context=self._page, viewport={"width": width, "height": height})
-        self._do("browsingContext.navigate", context=self._page, url="about:blank", wait="complete")  # or # alone changes
+        self._do(
+            "browsingContext.setViewport",
+            context=self._page,
+            viewport={"width": width, "height": height},
+        )
+        self._do(
+            "browsingContext.navigate", context=self._page, url="about:blank", wait="complete"
+        )  # or # alone changes
         self._do("browsingContext.navigate", context=self._page, url=address, wait="complete")
 
     def look_inside(self) -> None:
@@ -56,7 +62,9 @@ class Firefox:
     def ask(self, expression: str) -> Any:
         """The value of an expression of JavaScript, which is waited for."""
         text = f"(async () => JSON.stringify(await ({expression})))()"
-        found = self._do("script.evaluate", expression=text, target={"context": self._page}, awaitPromise=True)
+        found = self._do(
+            "script.evaluate", expression=text, target={"context": self._page}, awaitPromise=True
+        )
         assert found["type"] == "success", found
         return json.loads(found["result"].get("value", "null"))
 
@@ -76,7 +84,15 @@ def firefox(profile: Path) -> Iterator[Firefox]:
         pytest.skip("there is no Firefox on this machine")
     with closing(socket.create_server(("127.0.0.1", 0))) as free:
         port = free.getsockname()[1]
-    line = [program, "--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", str(port)]
+    line = [
+        program,
+        "--headless",
+        "--no-remote",
+        "--profile",
+        str(profile),
+        "--remote-debugging-port",
+        str(port),
+    ]
     process = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         with _connected(f"ws://127.0.0.1:{port}/session") as connection:

@@ -22,7 +22,9 @@ def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are
 ) -> None:
     header, found = arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
     assert header["alleles"] == ["0", "?", "1"] and "sets each ? to 0 or 1" in header["about"]
-    genomes = Study(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]  # whose seeds are the same
+    genomes = (
+        Study(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]
+    )  # whose seeds are the same
     assert found["share"].shape == (5, 6, 3)
     for allele, value in enumerate((0, 0.5, 1)):
         assert np.allclose(found["share"][:, :, allele], (genomes == value).mean(axis=1))
@@ -38,29 +40,50 @@ def test_over_all_loci_they_are_what_the_study_records(strings_server: LabServer
 def test_the_list_of_studies_says_which_conditions_have_alleles(strings_server: LabServer) -> None:
     small, strings = data(strings_server.address, "studies")["studies"]
     assert [condition["alleles"] for condition in small["conditions"]] == [[]]
-    assert [condition["alleles"] for condition in strings["conditions"]] == [["0", "?", "1"], ["0", "?", "1"]]
+    assert [condition["alleles"] for condition in strings["conditions"]] == [
+        ["0", "?", "1"],
+        ["0", "?", "1"],
+    ]
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_a_live_run_shows_the_shares_of_any_generation_that_has_lived(strings_server: LabServer, every: int) -> None:
+def test_a_live_run_shows_the_shares_of_any_generation_that_has_lived(
+    strings_server: LabServer, every: int
+) -> None:
     """Whether its genomes are kept or not, they are those of the run that the command line makes."""
-    guessing = Study(strings_server.root / "strings").experiment("guessing").replace(record={"genome_every": every})
+    guessing = (
+        Study(strings_server.root / "strings")
+        .experiment("guessing")
+        .replace(record={"genome_every": every})
+    )
     order = {"experiment": guessing.to_dict(), "runs": 2, "seed": 4}
     id = CLIENT.post(f"{strings_server.address}/api/live", json=order).json()["id"]
     wait_until(lambda: live_run(strings_server, id)["state"] == "done")
     assert live_run(strings_server, id)["alleles"] == ["0", "?", "1"]
-    genomes = simulate(guessing.replace(record={"genome_every": 1}), seed=4, run=1).genome.values[:, :, 0]
+    genomes = simulate(guessing.replace(record={"genome_every": 1}), seed=4, run=1).genome.values[
+        :, :, 0
+    ]
     for generation in (4, 1, 0):
-        header, found = arrays(strings_server.address, "alleles", live=id, run=1, generation=generation)
+        header, found = arrays(
+            strings_server.address, "alleles", live=id, run=1, generation=generation
+        )
         assert header["first"] == generation and found["share"].shape == (1, 6, 3)
-        shares = np.stack([(genomes[generation] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1)
+        shares = np.stack(
+            [(genomes[generation] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1
+        )
         assert np.allclose(found["share"][0], shares)
-    assert "has not lived: 5 have" in refusal(strings_server.address, "alleles", 400, live=id, run=1, generation=5)
-    assert "there is no live run 'x'" in refusal(strings_server.address, "alleles", 404, live="x", run=1, generation=0)
+    assert "has not lived: 5 have" in refusal(
+        strings_server.address, "alleles", 400, live=id, run=1, generation=5
+    )
+    assert "there is no live run 'x'" in refusal(
+        strings_server.address, "alleles", 404, live="x", run=1, generation=0
+    )
 
 
 def live_run(server: LabServer, id: str) -> dict[str, Any]:
-    found: dict[str, Any] = next(run for run in data(server.address, "live")["runs"] if run["id"] == id)
+    found: dict[str, Any] = next(
+        run for run in data(server.address, "live")["runs"] if run["id"] == id
+    )
     return found
 
 
@@ -71,12 +94,16 @@ def test_what_is_not_there_or_has_no_alleles_is_refused(strings_server: LabServe
     assert "has no condition 'x'" in refusal(address, "alleles", 404, **RUN | {"condition": "x"})
     assert "has no run 7 of guessing" in refusal(address, "alleles", 404, **RUN | {"run": 7})
     assert "must be a whole number" in refusal(address, "alleles", 400, **RUN | {"run": "x"})
-    assert refusal(address, "alleles", 400, study="strings") == "condition is missing from the request"
+    assert (
+        refusal(address, "alleles", 400, study="strings") == "condition is missing from the request"
+    )
     watched = refusal(address, "recording", 404, **RUN, generation=0)
     assert watched == "guessing is of the model hinton-nowlan, whose lives have no world to watch"
 
 
-def test_more_than_one_answer_may_hold_is_refused(strings_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_than_one_answer_may_hold_is_refused(
+    strings_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("baldwinlab.lab.alleles.MOST_BYTES", 4 * 5 * 6 * 3 - 1)
     sentence = refusal(strings_server.address, "alleles", 400, **RUN)
     assert sentence == "guessing has 5 generations of 6 loci, more than one answer may hold"

@@ -55,7 +55,9 @@ def test_every_paper_has_a_card_with_a_small_picture(shelf: LabServer) -> None:
 
 
 def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
-    create(tmp_path / "changed", [small("evo/B")], 1, paper="le-2019", changes=["lifetime.steps=60"])
+    create(
+        tmp_path / "changed", [small("evo/B")], 1, paper="le-2019", changes=["lifetime.steps=60"]
+    )
     create(tmp_path / "plain", [small("evo/B")], 1, paper="le-2019")
     with serving(tmp_path) as server:
         cards = {card["name"]: card for card in data(server.address, "papers")["papers"]}
@@ -63,7 +65,9 @@ def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
     assert changes == {"changed": ["lifetime.steps=60"], "plain": []}
 
 
-def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(shelf: LabServer) -> None:
+def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(
+    shelf: LabServer,
+) -> None:
     cards = {card["name"]: card for card in data(shelf.address, "papers")["papers"]}
     verdicts = {"holds": 2, "does not hold": 1}
     found: dict[str, Any] = {
@@ -74,27 +78,45 @@ def test_a_card_tells_the_verdicts_of_the_paper_s_studies_here_and_of_no_others(
         "watch": False,
     }  # as no run is stored
     assert cards["le-2019"]["studies"] == [found]
-    assert cards["tiny"]["studies"] == [{"study": "tiny", "changes": [], "verdicts": {}, "problem": None, "watch": False}]
+    assert cards["tiny"]["studies"] == [
+        {"study": "tiny", "changes": [], "verdicts": {}, "problem": None, "watch": False}
+    ]
     assert cards["hinton-nowlan-1987"]["studies"] == []
 
 
 def test_what_is_run_live_is_a_condition_of_that_paper_which_learns(shelf: LabServer) -> None:
     presets = {card["name"]: card["preset"] for card in data(shelf.address, "papers")["papers"]}
-    assert (presets["le-2019"], presets["mayley-1996"], presets["tiny"]) == ("evo+self-taught/B", "climbing/smooth", None)
+    assert (presets["le-2019"], presets["mayley-1996"], presets["tiny"]) == (
+        "evo+self-taught/B",
+        "climbing/smooth",
+        None,
+    )
     for name in papers.built_in():
         assert presets[name] in papers.load(name).own()
-        assert data(shelf.address, "preset", name=presets[name]) == papers.load(name).experiment(presets[name]).to_dict()
+        assert (
+            data(shelf.address, "preset", name=presets[name])
+            == papers.load(name).experiment(presets[name]).to_dict()
+        )
 
 
 def test_pictures_are_those_of_known_papers_only(shelf: LabServer) -> None:
     sentence = refusal(shelf.address, "papers/picture", 404, paper="mayley-1969")
-    assert sentence.startswith("there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); there are le-2019, ")
+    assert sentence.startswith(
+        "there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); there are le-2019, "
+    )
     folder = str(papers.load("mayley-1996").folder)
-    assert refusal(shelf.address, "papers/picture", 404, paper=folder).startswith("there is no paper '/")
-    assert refusal(shelf.address, "papers/picture", 404, paper="tiny") == "the paper tiny has no picture"
+    assert refusal(shelf.address, "papers/picture", 404, paper=folder).startswith(
+        "there is no paper '/"
+    )
+    assert (
+        refusal(shelf.address, "papers/picture", 404, paper="tiny")
+        == "the paper tiny has no picture"
+    )
 
 
-def test_what_leads_out_of_the_folder_is_not_read_and_what_is_damaged_hides_no_card(tmp_path: Path) -> None:
+def test_what_leads_out_of_the_folder_is_not_read_and_what_is_damaged_hides_no_card(
+    tmp_path: Path,
+) -> None:
     study, elsewhere = tmp_path / "root" / "tiny", tmp_path / "elsewhere"
     create(study, [small("evo/B")], 1, paper="tiny")
     create(tmp_path / "root" / "first", [small("evo/B")], 1, paper="le-2019")
@@ -104,14 +126,18 @@ def test_what_leads_out_of_the_folder_is_not_read_and_what_is_damaged_hides_no_c
     (elsewhere / CARD).write_bytes(b"secret")
     (study / "paper").symlink_to(elsewhere)
     with serving(tmp_path / "root") as server:
-        assert [card["name"] for card in data(server.address, "papers")["papers"]] == [*papers.built_in()]
+        assert [card["name"] for card in data(server.address, "papers")["papers"]] == [
+            *papers.built_in()
+        ]
         (first,) = data(server.address, "papers")["papers"][0]["studies"]
         assert first["verdicts"] == {} and "claims.json cannot be read" in first["problem"]
         (study / "paper").unlink()
         (study / "paper").mkdir()
         (study / "paper" / "paper.toml").write_text(OWN)
         (study / "paper" / CARD).symlink_to(elsewhere / CARD)
-        assert "there is no paper 'tiny'" in refusal(server.address, "papers/picture", 404, paper="tiny")
+        assert "there is no paper 'tiny'" in refusal(
+            server.address, "papers/picture", 404, paper="tiny"
+        )
 
 
 def test_a_study_keeps_the_card_of_a_user_s_paper(tmp_path: Path) -> None:

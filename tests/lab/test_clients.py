@@ -65,19 +65,27 @@ def test_who_never_ends_a_request_is_cut_off(impatient: LabServer, begun: str) -
         assert rest(it) == b""
 
 
-RECORDING = f"GET /api/recording?{urlencode(SMALL)} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
-MANY = f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"  # answers of 90 kB each, more than a kernel keeps for a client
+RECORDING = (
+    f"GET /api/recording?{urlencode(SMALL)} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
+)
+MANY = (
+    f"{RECORDING}\n" * 99 + f"{RECORDING}Connection: close\n\n"
+)  # answers of 90 kB each, more than a kernel keeps for a client
 
 
 def test_who_does_not_take_an_answer_is_cut_off(impatient: LabServer) -> None:
-    assert ask(impatient.address, "recording", **SMALL).status_code == 200  # so that the others are there at once
+    assert (
+        ask(impatient.address, "recording", **SMALL).status_code == 200
+    )  # so that the others are there at once
 
     def taken_after(pause: float) -> int:
         with client(impatient, MANY) as it:
             time.sleep(pause)
             return rest(it).count(b"HTTP/1.1 200 OK")
 
-    assert any(taken_after(pause) < 100 for pause in (1.5, 6, 24))  # a busy machine takes its time before it waits for a client
+    assert any(
+        taken_after(pause) < 100 for pause in (1.5, 6, 24)
+    )  # a busy machine takes its time before it waits for a client
 
 
 def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None:
@@ -86,7 +94,10 @@ def test_who_takes_an_answer_slowly_gets_all_of_it(impatient: LabServer) -> None
 
 
 def test_a_page_that_only_listens_is_not_cut_off(impatient: LabServer) -> None:
-    order = {"experiment": small().replace(evolution={"generations": 1000}).to_dict(), "seconds": SOON}
+    order = {
+        "experiment": small().replace(evolution={"generations": 1000}).to_dict(),
+        "seconds": SOON,
+    }
     id = CLIENT.post(f"{impatient.address}/api/live", json=order).json()["id"]
     with impatient.websocket(f"/api/live/{id}") as page:
         until = time.monotonic() + 5 * SOON
@@ -103,9 +114,13 @@ def test_there_are_only_so_many_connections_and_the_others_are_told(impatient: L
                 many.enter_context(client(impatient, ""))
             return CLIENT.get(f"{impatient.address}/api/studies")
 
-        answers = (asked_among_many() for _ in range(10))  # on a busy machine the first may be cut off before the last is there
+        answers = (
+            asked_among_many() for _ in range(10)
+        )  # on a busy machine the first may be cut off before the last is there
         answer = next(answer for answer in answers if answer.status_code == 503)
-        assert answer.json()["error"].endswith("connections open, which is the most; close some of its pages")
+        assert answer.json()["error"].endswith(
+            "connections open, which is the most; close some of its pages"
+        )
         time.sleep(2 * SOON)
         assert CLIENT.get(f"{impatient.address}/api/studies").status_code == 200
 
@@ -118,4 +133,7 @@ def test_what_is_posted_is_bounded_in_size_and_depth(lab_server: LabServer, path
     assert large.json()["error"] == f"/api/{path}: at most 1,048,576 bytes may be posted"
     for depth in (33, 2000, 100_000):
         deep = CLIENT.post(address, content='{"a":' * depth + "1" + "}" * depth)
-        assert (deep.status_code, deep.json()["error"]) == (400, "JSON may nest 32 levels deep here, and this nests deeper")
+        assert (deep.status_code, deep.json()["error"]) == (
+            400,
+            "JSON may nest 32 levels deep here, and this nests deeper",
+        )

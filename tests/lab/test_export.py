@@ -79,13 +79,19 @@ def in_node(folder: Path, experiment: Any, module: Path, script: str = NODE) -> 
         shutil.copy(pages.STATIC / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(script)
-    given = {"plan": Habitat(experiment).plan(), "experiment": experiment.to_dict(), "module": str(module)}
+    given = {
+        "plan": Habitat(experiment).plan(),
+        "experiment": experiment.to_dict(),
+        "module": str(module),
+    }
     (folder / "given.json").write_text(json.dumps(given))
     done = subprocess.run([node, "run.js"], cwd=folder, capture_output=True, text=True, check=True)
     return dict(json.loads(done.stdout))
 
 
-@pytest.mark.parametrize(("name", "elite"), [("evo/B", 0), ("evo+self-taught/A", 2), ("evo+drift/A", 0)])
+@pytest.mark.parametrize(
+    ("name", "elite"), [("evo/B", 0), ("evo+self-taught/A", 2), ("evo+drift/A", 0)]
+)
 def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) -> None:
     experiment = small(name).replace(evolution={"elite": elite})
     module = SHIPPED / f"{experiment.learning.rule}-simultaneous.wasm"
@@ -97,13 +103,22 @@ def test_in_node_a_run_has_python_s_bits(tmp_path: Path, name: str, elite: int) 
 
 def test_in_node_a_gene_that_is_not_finite_ends_the_run_with_a_sentence(tmp_path: Path) -> None:
     said = in_node(tmp_path, small(), SHIPPED / "self-taught-simultaneous.wasm", NOT_FINITE)["said"]
-    assert said.startswith("Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller learning.rate")
+    assert said.startswith(
+        "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller learning.rate"
+    )
 
 
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
 def test_in_node_teachers_come_from_whom_they_do_in_python(tmp_path: Path, teacher: str) -> None:
-    heirs = small().replace(learning={"teacher": teacher}, evolution={"inheritance": "social-heredity"})
-    there = in_node(tmp_path, small().replace(learning={"teacher": teacher}), SHIPPED / "self-taught-simultaneous.wasm", ELDERS)
+    heirs = small().replace(
+        learning={"teacher": teacher}, evolution={"inheritance": "social-heredity"}
+    )
+    there = in_node(
+        tmp_path,
+        small().replace(learning={"teacher": teacher}),
+        SHIPPED / "self-taught-simultaneous.wasm",
+        ELDERS,
+    )
     run = simulate(small().replace(learning={"teacher": teacher}), seed=5, run=1)
     assert len(there) == 3 and set(there["0"]) == {-1}
     for generation in (1, 2):
@@ -139,20 +154,30 @@ def test_every_module_that_a_page_imports_is_in_it() -> None:
         assert set(re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)) <= set(found), name
 
 
-def test_a_study_is_exported_with_its_conditions_and_its_seed(command: Command, tmp_path: Path) -> None:
+def test_a_study_is_exported_with_its_conditions_and_its_seed(
+    command: Command, tmp_path: Path
+) -> None:
     small_study(tmp_path / "study", runs=1)
     outcome = command("export", "study", "--out", "page.html")
     assert outcome.code == 0, outcome.err
-    told = re.search(r'id="laboratory">(.*?)</script>', (tmp_path / "page.html").read_text(), re.DOTALL)
+    told = re.search(
+        r'id="laboratory">(.*?)</script>', (tmp_path / "page.html").read_text(), re.DOTALL
+    )
     assert told
     found = json.loads(told[1])
-    assert ([preset["name"] for preset in found["presets"]], found["seed"]) == (["evo/A", "evo+self-taught/A"], 5)
+    assert ([preset["name"] for preset in found["presets"]], found["seed"]) == (
+        ["evo/A", "evo+self-taught/A"],
+        5,
+    )
 
 
 def test_what_cannot_be_exported_is_refused_in_a_sentence(command: Command, tmp_path: Path) -> None:
     assert "there is no map 'Z'" in command("export", "evo/Z", "--out", "page.html").err
     model = ("--part", str(EXAMPLES / "bit_strings.py"))
-    assert "lives are Python: a browser has none" in command("export", "bit-strings", *model, "--out", "page.html").err
+    assert (
+        "lives are Python: a browser has none"
+        in command("export", "bit-strings", *model, "--out", "page.html").err
+    )
     (tmp_path / "mine.html").write_text("my own")
     assert "not made by this command" in command("export", "evo/A", "--out", "mine.html").err
 
@@ -169,27 +194,46 @@ def test_without_a_linker_a_part_of_one_s_own_is_refused_before_anything_is_comp
         live_page([social])
     given = ("--part", str(EXAMPLES / "social.py"), "--set", "learning.rule=social")
     done = command("export", "evo/A", *given, "--out", str(tmp_path / "page.html"))
-    assert done.code == 2 and "compiling" not in done.out and installation_command("wasm") in done.err
+    assert (
+        done.code == 2 and "compiling" not in done.out and installation_command("wasm") in done.err
+    )
 
 
-def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_foreign_part_made_of_fields_cannot_be_changed_on_the_page(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("baldwinlab.lab.export.module_of", lambda experiment: b"")
     for name in ("poison", "elman", "social"):
         load_file(EXAMPLES / f"{name}.py")
-    chosen = ['world.features=["poison"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
+    chosen = [
+        'world.features=["poison"]',
+        'senses.kinds=["food", "poison"]',
+        "evolution.fitness=above-the-worst",
+    ]
     experiment = assign(load("evo/A"), [*chosen, "network.kind=elman", "learning.rule=social"])
     tables = laboratory([experiment])["schemas"][0]["$defs"]
     assert "const" in tables["Network"]["properties"]["hidden"]
-    poison = next(table for name, table in tables.items() if name.startswith("Poison"))["properties"]
+    poison = next(table for name, table in tables.items() if name.startswith("Poison"))[
+        "properties"
+    ]
     assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))
-    social = next(table for name, table in tables.items() if name.startswith("Social"))["properties"]
+    social = next(table for name, table in tables.items() if name.startswith("Social"))[
+        "properties"
+    ]
     assert "const" not in social["least"]
 
 
-def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_room_of_a_growing_network_cannot_be_changed_on_the_page(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("baldwinlab.lab.export.module_of", lambda experiment: b"")
     tables = laboratory([load("worlds-and-minds:evo/A", "neat")])["schemas"][0]["$defs"]
-    assert "const" in next(table for name, table in tables.items() if name.startswith("Network"))["properties"]["hidden"]
+    assert (
+        "const"
+        in next(table for name, table in tables.items() if name.startswith("Network"))[
+            "properties"
+        ]["hidden"]
+    )
 
 
 @pytest.mark.parametrize(("rule", "place"), [("imitation", "state.rule.whom"), ("hebb", "")])
@@ -203,9 +247,18 @@ def test_a_plan_says_where_it_stands_from_whom_each_learns(rule: str, place: str
 def test_parts_of_one_s_own_have_python_s_bits(tmp_path: Path) -> None:
     for path in EXAMPLES.glob("*.py"):
         load_file(path)
-    chosen = ['world.features=["poison", "obstacles"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
-    for rule, own in (("social", ["network.kind=elman", "evolution.selection=champion"]), ("self-taught-again", [])):
-        experiment = assign(small("evo/A"), [*chosen, f"learning.rule={rule}", "learning.rate=0.1", *own])
+    chosen = [
+        'world.features=["poison", "obstacles"]',
+        'senses.kinds=["food", "poison"]',
+        "evolution.fitness=above-the-worst",
+    ]
+    for rule, own in (
+        ("social", ["network.kind=elman", "evolution.selection=champion"]),
+        ("self-taught-again", []),
+    ):
+        experiment = assign(
+            small("evo/A"), [*chosen, f"learning.rule={rule}", "learning.rate=0.1", *own]
+        )
         program = laboratory([experiment])["programs"][0]
         module = tmp_path / f"{rule}.wasm"
         module.write_bytes(zlib.decompress(base64.b64decode(program["module"]), -zlib.MAX_WBITS))
@@ -213,4 +266,7 @@ def test_parts_of_one_s_own_have_python_s_bits(tmp_path: Path) -> None:
         assert here.food_eaten.sum() > 0
         for variable in ("food_eaten", "energy", "parents", "genome"):
             values = here[variable].values
-            assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), (rule, variable)
+            assert np.array(there[variable], values.dtype).tobytes() == values.tobytes(), (
+                rule,
+                variable,
+            )

@@ -28,7 +28,9 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
         assert opened.faults == []
 
 
-@pytest.mark.parametrize(("width", "height"), [window[:2] for window in WINDOWS.values()], ids=WINDOWS)
+@pytest.mark.parametrize(
+    ("width", "height"), [window[:2] for window in WINDOWS.values()], ids=WINDOWS
+)
 def test_worlds_have_room_in_comparison_and_beside_the_inside_of_an_agent(
     browser: Firefox, lab_server: LabServer, width: int, height: int
 ) -> None:
@@ -44,14 +46,18 @@ def test_worlds_have_room_in_comparison_and_beside_the_inside_of_an_agent(
     browser.wait_for("document.querySelector('.inside table') !== null")
 
 
-@pytest.mark.parametrize(("width", "height"), [window[:2] for window in WINDOWS.values()], ids=WINDOWS)
+@pytest.mark.parametrize(
+    ("width", "height"), [window[:2] for window in WINDOWS.values()], ids=WINDOWS
+)
 def test_a_shared_page_plays_from_its_file(
     browser: Firefox, lab_server: LabServer, tmp_path: Path, width: int, height: int
 ) -> None:
     path = tmp_path / "shared.html"
     path.write_bytes(ask(lab_server.address, "share", a=LIFE, step=40).content)
     browser.open(path.as_uri(), width, height)
-    browser.wait_for("""document.querySelector('[data-testid="replay-step"]')?.textContent === 'step 40 of 300'""")
+    browser.wait_for(
+        """document.querySelector('[data-testid="replay-step"]')?.textContent === 'step 40 of 300'"""
+    )
     require_room_in(browser.ask(f"({MEASURE})('lab/world.js')"), 1)
 
 
@@ -66,15 +72,22 @@ def test_an_exported_page_has_python_s_bits(browser: Firefox, tmp_path: Path, na
     here = simulate(experiment, seed=5, run=1)
     for variable, kind in TYPES.items():
         values = here[variable].values
-        assert values.dtype == kind and bytes(there[variable]) == np.ascontiguousarray(values).tobytes(), variable
+        assert (
+            values.dtype == kind
+            and bytes(there[variable]) == np.ascontiguousarray(values).tobytes()
+        ), variable
 
 
 def test_a_trace_plays_in_a_notebook_s_frame(tmp_path: Path) -> None:
     path = tmp_path / "notebook.html"
-    path.write_text(f"<!doctype html><meta charset='utf-8'>{html(replay(quick(presets.load('evo/A'))))}")
+    path.write_text(
+        f"<!doctype html><meta charset='utf-8'>{html(replay(quick(presets.load('evo/A'))))}"
+    )
     (tmp_path / "profile").mkdir()
     with firefox(tmp_path / "profile") as opened:
         opened.open(path.as_uri(), 800, 800)
         opened.look_inside()
-        opened.wait_for("""document.querySelector('[data-testid="replay-step"]')?.textContent.startsWith('step 0 of')""")
+        opened.wait_for(
+            """document.querySelector('[data-testid="replay-step"]')?.textContent.startsWith('step 0 of')"""
+        )
         assert opened.faults == []

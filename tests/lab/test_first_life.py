@@ -26,7 +26,9 @@ def test_the_life_that_ships_is_the_one_that_the_engine_gives() -> None:
 
 def test_the_lab_opens_without_waiting_for_what_only_reports_need() -> None:
     code = "import baldwinlab.lab.server, sys; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert not {"scipy.stats", "matplotlib"} & set(loaded)
 
 
@@ -43,7 +45,9 @@ def test_the_page_shows_a_life_until_the_engine_is_ready_and_then_what_was_asked
         expect(first).to_contain_text("The engine is being compiled for this machine")
         expect(first).to_contain_text(re.compile(r"So far: [1-9]\d* s"), timeout=20_000)
         expect(page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
-        expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Pause")  # it plays by itself
+        expect(page.get_by_test_id("first-play")).to_have_attribute(
+            "aria-label", "Pause"
+        )  # it plays by itself
         page.get_by_test_id("tab-results").click()
         expect(page.get_by_test_id("results")).to_be_visible()  # which needs no engine
         page.get_by_test_id(f"tab-{view}").click()

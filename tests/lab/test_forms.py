@@ -52,7 +52,10 @@ def test_the_table_of_a_part_comes_when_it_is_chosen_and_goes_when_it_is_not(pul
     chosen["experiment"]["learning"]["rule"] = "drift"
     again = form_of(chosen["experiment"])
     assert again["errors"] == []
-    assert again["experiment"]["learning"] == small().replace(learning={"rule": "drift"}).to_dict()["learning"]
+    assert (
+        again["experiment"]["learning"]
+        == small().replace(learning={"rule": "drift"}).to_dict()["learning"]
+    )
 
 
 def test_what_is_wrong_comes_back_as_it_is_with_the_faults() -> None:
@@ -66,12 +69,16 @@ def test_what_is_wrong_comes_back_as_it_is_with_the_faults() -> None:
 
 @pytest.mark.parametrize("tree", [None, 5, "evo/A", []])
 def test_what_is_no_table_is_told_so(tree: Any) -> None:
-    assert form_of(tree)["errors"] == [{"path": "", "message": "an experiment is a table of its fields"}]
+    assert form_of(tree)["errors"] == [
+        {"path": "", "message": "an experiment is a table of its fields"}
+    ]
 
 
 def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
     def post(path: str) -> Any:
-        return CLIENT.post(f"{lab_server.address}/api/{path}", json={"experiment": small().to_dict()}).json()
+        return CLIENT.post(
+            f"{lab_server.address}/api/{path}", json={"experiment": small().to_dict()}
+        ).json()
 
     assert post("schema") == form_of(small().to_dict())
     found = post("look")
@@ -79,14 +86,18 @@ def test_a_form_and_a_look_are_posted_for(lab_server: LabServer) -> None:
     assert found["world"]["width"] == 640
 
 
-def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(page: Page, pulling: str) -> None:
+def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(
+    page: Page, pulling: str
+) -> None:
     page.goto("/#/live?preset=evo%2Bself-taught/A")
     page.get_by_test_id("group-learning").locator("summary").first.click()
     page.get_by_test_id("field-learning.rate").fill("0.5")
     page.get_by_test_id("field-learning.rule").select_option(pulling)
     strength = page.get_by_test_id("field-learning.pulling.strength")
     expect(strength).to_have_value("0.5")
-    expect(page.get_by_test_id("group-learning.pulling")).to_contain_text("Is pulled towards others.")
+    expect(page.get_by_test_id("group-learning.pulling")).to_contain_text(
+        "Is pulled towards others."
+    )
     expect(page.get_by_test_id("field-learning.rate")).to_have_value("0.5")
     expect(page.get_by_test_id("group-learning")).to_have_attribute("open", "")
     page.get_by_test_id("group-learning.pulling").locator("summary").click()
@@ -104,7 +115,8 @@ def test_choosing_a_part_shows_its_fields_and_keeps_what_was_changed(page: Page,
 def test_too_few_runs_are_noted_and_not_refused(lab_server: LabServer) -> None:
     order = {"experiment": small().to_dict(), "seed": 0}
     few, enough, wrong = (
-        CLIENT.post(f"{lab_server.address}/api/validate", json=order | {"runs": runs}).json() for runs in (3, 5, 0)
+        CLIENT.post(f"{lab_server.address}/api/validate", json=order | {"runs": runs}).json()
+        for runs in (3, 5, 0)
     )
     needed = "with 3 runs and 2 tests, the smallest corrected p-value is 0.2. At least 5 runs are needed."
     assert few == {"errors": [], "note": f"To compare two conditions: {needed}"}

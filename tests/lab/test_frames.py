@@ -12,7 +12,9 @@ from baldwinlab.lab.frames import DTYPES, narrowed, pack, unpack
 
 
 def test_what_is_packed_is_unpacked() -> None:
-    arrays = {dtype: np.arange(15).astype(dtype).reshape(5, 3) for dtype in DTYPES} | {"none": np.empty((0, 2), np.float32)}
+    arrays = {dtype: np.arange(15).astype(dtype).reshape(5, 3) for dtype in DTYPES} | {
+        "none": np.empty((0, 2), np.float32)
+    }
     header, found = unpack(pack({"kind": "test", "größe": 3}, arrays))
     assert header["kind"] == "test"
     assert header["größe"] == 3
@@ -25,9 +27,19 @@ def test_what_is_packed_is_unpacked() -> None:
 def test_differences_from_row_to_row_are_exact_and_deflate_well() -> None:
     rng = np.random.default_rng(3)
     steps = np.float32(2) * np.sin(rng.integers(0, 40, (1, 4)).astype(np.float32))
-    walk = (np.float32(600) + np.cumsum(np.broadcast_to(steps, (3000, 4)), axis=0, dtype=np.float32)) % np.float32(640)
-    arrays = {"walk": walk, "none": walk[:0], "bytes": rng.integers(0, 256, (50, 3), np.uint8), "counts": np.arange(9)[:, None]}
-    arrays = {name: array.astype(np.int32) if name == "counts" else array for name, array in arrays.items()}
+    walk = (
+        np.float32(600) + np.cumsum(np.broadcast_to(steps, (3000, 4)), axis=0, dtype=np.float32)
+    ) % np.float32(640)
+    arrays = {
+        "walk": walk,
+        "none": walk[:0],
+        "bytes": rng.integers(0, 256, (50, 3), np.uint8),
+        "counts": np.arange(9)[:, None],
+    }
+    arrays = {
+        name: array.astype(np.int32) if name == "counts" else array
+        for name, array in arrays.items()
+    }
     raw = pack({}, arrays, differences=arrays)
     for name, array in unpack(raw)[1].items():
         assert array.dtype == arrays[name].dtype
@@ -37,7 +49,9 @@ def test_differences_from_row_to_row_are_exact_and_deflate_well() -> None:
 
 @pytest.mark.parametrize("text", ["", "a", "ab", "abcdefg"])
 def test_every_array_begins_at_a_multiple_of_eight_bytes(text: str) -> None:
-    raw = pack({"text": text}, {"a": np.arange(3, dtype=np.uint8), "b": np.arange(5, dtype=np.float32)})
+    raw = pack(
+        {"text": text}, {"a": np.arange(3, dtype=np.uint8), "b": np.arange(5, dtype=np.float32)}
+    )
     length = int.from_bytes(raw[4:8], "little")
     header = json.loads(raw[8 : 8 + length])
     assert raw[:4] == b"BALD"
@@ -54,7 +68,9 @@ def test_numbers_are_little_endian_and_in_rows_whatever_they_were() -> None:
 
 
 def test_a_type_that_browsers_have_no_array_for_is_refused() -> None:
-    with pytest.raises(ValueError, match="array a is of type float64; it must be one of int8, uint8"):
+    with pytest.raises(
+        ValueError, match="array a is of type float64; it must be one of int8, uint8"
+    ):
         pack({}, {"a": np.zeros(1)})
 
 

@@ -24,7 +24,10 @@ def line_in(record: xr.Dataset, generation: int, agent: int) -> dict[str, Any]:
     for child_generation in range(generation, 0, -1):
         fitter, other = parents[child_generation, line[0]]
         line, others = [int(fitter), *line], [int(other), *others]
-        everybody = [{int(one) for child in everybody[0] for one in parents[child_generation, child]}, *everybody]
+        everybody = [
+            {int(one) for child in everybody[0] for one in parents[child_generation, child]},
+            *everybody,
+        ]
     return {
         "first": 0,
         "agents": line,
@@ -36,34 +39,58 @@ def line_in(record: xr.Dataset, generation: int, agent: int) -> dict[str, Any]:
     }
 
 
-def test_the_curve_of_a_run_is_what_its_best_and_its_average_agent_ate(lab_server: LabServer) -> None:
+def test_the_curve_of_a_run_is_what_its_best_and_its_average_agent_ate(
+    lab_server: LabServer,
+) -> None:
     eaten = Study(lab_server.root / "small").read(CONDITION, 1).food_eaten.values
     found = data(lab_server.address, "run", **RUN)
     assert found["measure"] == "food eaten"
-    assert np.array_equal(found["best"], eaten.max(axis=1)) and np.allclose(found["mean"], eaten.mean(axis=1))
+    assert np.array_equal(found["best"], eaten.max(axis=1)) and np.allclose(
+        found["mean"], eaten.mean(axis=1)
+    )
 
 
 def test_a_run_that_is_not_there_has_no_curve(lab_server: LabServer) -> None:
-    assert "has no condition 'evo'" in refusal(lab_server.address, "run", 404, **RUN | {"condition": "evo"})
+    assert "has no condition 'evo'" in refusal(
+        lab_server.address, "run", 404, **RUN | {"condition": "evo"}
+    )
     assert "has no run 7" in refusal(lab_server.address, "run", 404, **RUN | {"run": 7})
-    assert refusal(lab_server.address, "run", 400, study="small") == "condition is missing from the request"
+    assert (
+        refusal(lab_server.address, "run", 400, study="small")
+        == "condition is missing from the request"
+    )
 
 
-def test_the_line_of_ancestors_goes_back_to_the_first_generation_by_the_fitter_parents(lab_server: LabServer) -> None:
+def test_the_line_of_ancestors_goes_back_to_the_first_generation_by_the_fitter_parents(
+    lab_server: LabServer,
+) -> None:
     record = Study(lab_server.root / "small").read(CONDITION, 1)
     for generation, agent in ((2, 3), (2, 19), (1, 0), (0, 5)):
-        found = data(lab_server.address, "ancestors", **SMALL | {"generation": generation}, agent=agent)
+        found = data(
+            lab_server.address, "ancestors", **SMALL | {"generation": generation}, agent=agent
+        )
         assert found == line_in(record, generation, agent)
 
 
 def test_who_inherits_nothing_has_no_ancestors(lab_server: LabServer) -> None:
-    found = data(lab_server.address, "ancestors", preset="self-taught/A", run=0, generation=1, agent=4)
-    assert (found["first"], found["agents"], found["others"], found["ancestors"]) == (1, [4], [], [1])
+    found = data(
+        lab_server.address, "ancestors", preset="self-taught/A", run=0, generation=1, agent=4
+    )
+    assert (found["first"], found["agents"], found["others"], found["ancestors"]) == (
+        1,
+        [4],
+        [],
+        [1],
+    )
 
 
-def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_stored(lab_server: LabServer) -> None:
+def test_of_a_preset_and_of_a_live_run_it_is_that_of_the_run_that_would_be_stored(
+    lab_server: LabServer,
+) -> None:
     two = simulate(load("evo/A").replace(evolution={"generations": 2}), seed=3, run=1)
-    assert data(lab_server.address, "ancestors", preset="evo/A", seed=3, run=1, generation=1, agent=6) == line_in(two, 1, 6)
+    assert data(
+        lab_server.address, "ancestors", preset="evo/A", seed=3, run=1, generation=1, agent=6
+    ) == line_in(two, 1, 6)
     order = {"experiment": small().to_dict(), "seed": 3, "runs": 2}
     live = CLIENT.post(f"{lab_server.address}/api/live", json=order).json()["id"]
     asked = {"live": live, "run": 1, "generation": 2, "agent": 6}

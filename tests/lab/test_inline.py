@@ -37,7 +37,9 @@ def recorded(experiment: Experiment) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("kinds", [["food"], ["food", "nearest"]])
 @pytest.mark.usefixtures("in_plain_python")
 def test_the_player_has_the_life_that_the_lab_records_to_the_bit(kinds: list[str]) -> None:
-    experiment = small("evo/A").replace(senses={"kinds": kinds}, lifetime={"steps": 40}, world={"start": {"x": 480}})
+    experiment = small("evo/A").replace(
+        senses={"kinds": kinds}, lifetime={"steps": 40}, world={"start": {"x": 480}}
+    )
     found = unpack(inline.recording(replay(experiment, seed=5, run=1, generation=0)))[1]
     wanted = recorded(experiment)
     assert wanted.keys() == found.keys()
@@ -46,25 +48,37 @@ def test_the_player_has_the_life_that_the_lab_records_to_the_bit(kinds: list[str
         assert np.array_equal(found[name], values), name
 
 
-def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(trace: xr.Dataset) -> None:
+def test_some_steps_of_a_trace_play_and_what_is_no_trace_is_shown_as_ever(
+    trace: xr.Dataset,
+) -> None:
     part = trace.isel(step=slice(10, 30))
     header, arrays = unpack(inline.recording(part))
     assert (header["first"], header["last"], header["steps"]) == (0, 20, 20)
     assert (arrays["x"] == trace.x.values[10:30]).all()
     assert "<iframe" in inline.html(part)
-    for other in (trace.drop_vars("x"), trace.isel(agent=0), trace.isel(step=slice(0)), trace.drop_attrs(), xr.Dataset()):
+    for other in (
+        trace.drop_vars("x"),
+        trace.isel(agent=0),
+        trace.isel(step=slice(0)),
+        trace.drop_attrs(),
+        xr.Dataset(),
+    ):
         assert not inline.plays(other)
         assert "<iframe" not in inline.html(other)
         assert "xr-wrap" in inline.html(other)
 
 
-def test_of_a_life_that_is_too_long_the_beginning_plays(trace: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_a_life_that_is_too_long_the_beginning_plays(
+    trace: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(inline, "MOST", 20 * 7)
     header, arrays = unpack(inline.recording(trace))
     assert (header["last"], header["steps"], len(arrays["x"])) == (7, trace.sizes["step"], 7)
 
 
-def test_an_ordinary_life_is_at_most_300_kilobytes_and_names_no_other_place(trace: xr.Dataset) -> None:
+def test_an_ordinary_life_is_at_most_300_kilobytes_and_names_no_other_place(
+    trace: xr.Dataset,
+) -> None:
     page = inline.html(replay(small().replace(lifetime={"steps": 5000}), seed=5))
     assert len(page) < 300_000
     frame = unescape(re.findall(r'srcdoc="([^"]*)"', page)[0])
@@ -78,7 +92,9 @@ def test_whatever_a_trace_says_of_itself_is_text(trace: xr.Dataset) -> None:
     assert "<i>" not in page
 
 
-def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(browser: Browser, trace: xr.Dataset, tmp_path: Path) -> None:
+def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(
+    browser: Browser, trace: xr.Dataset, tmp_path: Path
+) -> None:
     path = tmp_path / "notebook.html"
     path.write_text(f"<!doctype html><meta charset='utf-8'><body>{inline.html(trace)}")
     with offline(browser, 800) as (page, asked):
@@ -91,5 +107,10 @@ def test_it_plays_in_a_frame_that_asks_nobody_and_sees_nothing(browser: Browser,
         frame.get_by_role("button", name="Play").click()
         expect(frame.get_by_role("button", name="Pause")).to_be_visible()
         inside = page.frames[1]
-        assert inside.evaluate("(() => { try { return parent.document.title } catch { return 'closed' } })()") == "closed"
+        assert (
+            inside.evaluate(
+                "(() => { try { return parent.document.title } catch { return 'closed' } })()"
+            )
+            == "closed"
+        )
     assert [url for url in asked if not url.startswith(("data:", "file:", "about:"))] == []

@@ -47,16 +47,24 @@ def test_the_teacher_answers_as_a_network_of_its_weights_does(lab_server: LabSer
     first, second = found["teacher"][:30].reshape(3, 10), found["teacher"][30:].reshape(10, 3)
     hidden = sigmoid(found["activations"][:, :3] @ first)
     output = sigmoid(hidden @ second)
-    assert np.allclose(found["teacher_activations"], np.hstack([found["activations"][:, :3], hidden, output]), atol=1e-6)
+    assert np.allclose(
+        found["teacher_activations"],
+        np.hstack([found["activations"][:, :3], hidden, output]),
+        atol=1e-6,
+    )
     difference = found["activations"][:, -3:] - output
     assert np.allclose(found["error"], np.sqrt((difference**2).mean(axis=1)), atol=1e-6)
 
 
 @pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
-def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_does(lab_server: LabServer, condition: str) -> None:
+def test_what_it_would_do_at_what_it_senses_is_what_a_network_of_its_weights_does(
+    lab_server: LabServer, condition: str
+) -> None:
     _, found = arrays(lab_server.address, "inside", **(SMALL | {"condition": condition}), agent=3)
     sensed = np.array([[code >> place & 1 for place in range(3)] for code in range(8)])
-    for weights, responses in zip(found["weights"][[0, 100, 200]], found["responses"][[0, 100, 200]], strict=True):
+    for weights, responses in zip(
+        found["weights"][[0, 100, 200]], found["responses"][[0, 100, 200]], strict=True
+    ):
         first, second = weights[:30].reshape(3, 10), weights[30:].reshape(10, 3)
         assert np.array_equal(responses, (sigmoid(sensed @ first) @ second).argmax(axis=1))
 
@@ -72,12 +80,16 @@ def test_what_it_would_do_is_no_table_where_an_input_is_real_valued() -> None:
     assert np.array_equal(found["activations"][:, -3:], trace.output[:100, 2])
 
 
-def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(lab_server: LabServer) -> None:
+def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(
+    lab_server: LabServer,
+) -> None:
     _, found = arrays(lab_server.address, "inside", **(SMALL | {"condition": "evo/A"}), agent=3)
     assert not {"teacher", "teacher_activations", "error"} & set(found)
     assert (found["weights"] == found["weights"][0]).all()
     first = found["weights"][0, :30].reshape(3, 10)
-    assert np.allclose(found["activations"][:, 3:13], sigmoid(found["activations"][:, :3] @ first), atol=1e-6)
+    assert np.allclose(
+        found["activations"][:, 3:13], sigmoid(found["activations"][:, :3] @ first), atol=1e-6
+    )
     study = Study(lab_server.root / "small")
     trace = replay(study.experiment("evo/A"), seed=study.seed, run=1, generation=2)
     assert np.array_equal(found["activations"][:, -3:], trace.output[:, 3])
@@ -96,8 +108,16 @@ def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> 
     parents = Study(lab_server.root / "small").read("evo+self-taught/A", 1).parents.values
     for agent in range(0, 20, 5):
         for generation in range(3):
-            header, _ = arrays(lab_server.address, "inside", **(SMALL | {"generation": generation}), agent=agent, last=1)
-            assert header["parents"] == (parents[generation, agent].tolist() if generation else None)
+            header, _ = arrays(
+                lab_server.address,
+                "inside",
+                **(SMALL | {"generation": generation}),
+                agent=agent,
+                last=1,
+            )
+            assert header["parents"] == (
+                parents[generation, agent].tolist() if generation else None
+            )
             after = parents[generation + 1] if generation < 2 else np.empty((0, 2))
             assert header["children"] == np.flatnonzero((after == agent).any(axis=1)).tolist()
 
@@ -113,7 +133,12 @@ def test_who_inherits_nothing_has_neither() -> None:
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
 def test_elders_are_those_who_had_learned_what_the_teacher_holds(teacher: str) -> None:
     """Children copy one parent whole, and nothing mutates: a teacher is, bit by bit, what one agent died with."""
-    evolution = {"inheritance": "social-heredity", "variation": "copy", "mutation_rate": 0, "generations": 2}
+    evolution = {
+        "inheritance": "social-heredity",
+        "variation": "copy",
+        "mutation_rate": 0,
+        "generations": 2,
+    }
     experiment = small().replace(evolution=evolution, learning={"teacher": teacher})
     run = simulate(experiment, seed=1)
     died_with = replay(experiment, seed=1).weight_death.values[:, 0]
@@ -172,7 +197,8 @@ def test_an_agent_that_is_not_there_is_refused(lab_server: LabServer, agent: int
 
 def test_of_a_network_that_grew_the_links_are_told_between_units() -> None:
     experiment = small("evo/A").replace(
-        network={"kind": "growing", "hidden": [40]}, evolution={"variation": "neat", "selection": "species"}
+        network={"kind": "growing", "hidden": [40]},
+        evolution={"variation": "neat", "selection": "species"},
     )
     assert ends_of_links(experiment) == [[a, 43 + b] for a in (0, 1, 2, -1) for b in range(3)]
     assert ends_of_links(small("evo/A")) == [], "layers"

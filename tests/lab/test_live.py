@@ -58,7 +58,9 @@ def stopped(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
     return ended(run)
 
 
-def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(live: Live, tmp_path: Path) -> None:
+def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(
+    live: Live, tmp_path: Path
+) -> None:
     run = ended(live.start(small(), seed=5, runs=3))
     assert run.state == "done"
     live.keep(run.id, tmp_path, "kept/one")
@@ -68,7 +70,9 @@ def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(live: 
 
 
 @pytest.mark.parametrize("every", [1, 2, 100])
-def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(live: Live, tmp_path: Path, every: int) -> None:
+def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(
+    live: Live, tmp_path: Path, every: int
+) -> None:
     run = stopped(live, small("evo/A").replace(**LONG, record={"genome_every": every}))
     assert run.state == "stopped"
     live.keep(run.id, tmp_path, "short")
@@ -80,7 +84,9 @@ def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(l
 
 
 @pytest.mark.parametrize(("runs", "parts"), [(1, ["mean"]), (3, ["mean", "low", "high", "each"])])
-def test_the_measures_of_a_live_run_are_those_of_the_analysis(live: Live, tmp_path: Path, runs: int, parts: list[str]) -> None:
+def test_the_measures_of_a_live_run_are_those_of_the_analysis(
+    live: Live, tmp_path: Path, runs: int, parts: list[str]
+) -> None:
     run = ended(live.start(small(), seed=5, runs=runs))
     live.keep(run.id, tmp_path, "kept")
     study = open_study(tmp_path / "kept").isel(condition=0)
@@ -114,7 +120,9 @@ def test_a_live_run_stops_within_a_second_in_the_middle_of_a_life(endless: LiveR
     assert (endless.state, endless.lived) == ("stopped", 0)
 
 
-def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(endless: LiveRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(
+    endless: LiveRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     lived, really = [0], Batch.live
 
     def counted(batch: Batch, first: int, last: int) -> None:
@@ -132,19 +140,27 @@ def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(endless: Live
     wait_until(lambda: lived[0] > before)
 
 
-def test_lives_in_pieces_have_the_bits_of_whole_ones(live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lives_in_pieces_have_the_bits_of_whole_ones(
+    live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("baldwinlab.lab.live_run.steps_at_once", lambda experiment, runs: 7)
     live.keep(ended(live.start(small(), seed=5, runs=3)).id, tmp_path, "pieces")
-    assert contents(tmp_path / "pieces") == contents(small_study(tmp_path / "whole", [small()], runs=3, seed=5).directory)
+    assert contents(tmp_path / "pieces") == contents(
+        small_study(tmp_path / "whole", [small()], runs=3, seed=5).directory
+    )
 
 
 def test_a_piece_is_shorter_where_a_step_takes_longer() -> None:
-    most = [steps_at_once(small().replace(population={"size": size}), 1) for size in (20, 200, 200_000)]
+    most = [
+        steps_at_once(small().replace(population={"size": size}), 1) for size in (20, 200, 200_000)
+    ]
     assert most[0] > 9 * most[1] > 0
     assert most[2] >= 1
 
 
-def test_live_runs_that_have_ended_count_until_they_give_way(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_live_runs_that_have_ended_count_until_they_give_way(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("baldwinlab.lab.live.MOST_MEMORY", 2 * memory_of(small(), 1))
     first, second = (ended(live.start(small(), seed=seed, runs=1)) for seed in range(2))
     with (
@@ -190,7 +206,9 @@ def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
     experiment, seed, number, energy = live.recording_source(run.id, 1, 2)
     trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
     assert np.array_equal(trace.eaten.sum("step"), run.records()[1].food_eaten[2])
-    with pytest.raises(ValueError, match=f"generation {run.lived} .* has not lived: {run.lived} have"):
+    with pytest.raises(
+        ValueError, match=f"generation {run.lived} .* has not lived: {run.lived} have"
+    ):
         live.recording_source(run.id, 0, run.lived)
     with pytest.raises(ValueError, match="run = 2 must be at least 0 and less than 2"):
         live.recording_source(run.id, 2, 0)
@@ -210,7 +228,9 @@ def test_a_generation_of_a_live_run_replays_to_the_bit(live: Live) -> None:
         ("taken", "exists already"),
     ],
 )
-def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(live: Live, tmp_path: Path, name: str, sentence: str) -> None:
+def test_a_live_run_is_kept_only_in_a_new_folder_of_the_root(
+    live: Live, tmp_path: Path, name: str, sentence: str
+) -> None:
     root = tmp_path / "root"
     (root / "taken").mkdir(parents=True)
     (root / "link").symlink_to(tmp_path)
@@ -229,7 +249,9 @@ def test_a_live_run_is_not_kept_while_it_lives(live: Live, tmp_path: Path) -> No
 
 def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
     runs = [live.start(small().replace(**LONG), seed=0, runs=1, seconds=BRISK) for _ in range(4)]
-    with pytest.raises(ValueError, match="4 live runs live already, which is the most; stop one of them first"):
+    with pytest.raises(
+        ValueError, match="4 live runs live already, which is the most; stop one of them first"
+    ):
         live.start(small(), seed=0, runs=1)
     runs[0].stop()
     ended(runs[0])
@@ -241,19 +263,36 @@ def test_only_a_few_live_runs_live_at_once(live: Live) -> None:
     [
         ({}, 0, "runs = 0 must be at least 1 and at most 50"),
         ({}, 51, "runs = 51 must be at least 1 and at most 50"),
-        ({"evolution": {"generations": 10_001}}, 1, "10,000 generations, and this one would have 10,001"),
+        (
+            {"evolution": {"generations": 10_001}},
+            1,
+            "10,000 generations, and this one would have 10,001",
+        ),
         ({"lifetime": {"steps": 100_000_000}}, 1, "runs x agents x steps x weights"),
         ({"network": {"hidden": [1000, 1000]}}, 1, "runs x agents x steps x weights"),
-        ({"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}}, 1, "500,000 items of food"),
         (
-            {"population": {"size": 9000}, "world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 9000}]}},
+            {"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}},
+            1,
+            "500,000 items of food",
+        ),
+        (
+            {
+                "population": {"size": 9000},
+                "world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 9000}]},
+            },
             1,
             "items that it looks at",
         ),
-        ({"population": {"size": 50_000}, "lifetime": {"steps": 1}}, 1, "500,000,000 bytes of memory"),
+        (
+            {"population": {"size": 50_000}, "lifetime": {"steps": 1}},
+            1,
+            "500,000,000 bytes of memory",
+        ),
     ],
 )
-def test_what_is_too_large_to_watch_is_refused(changes: dict[str, Any], runs: int, sentence: str) -> None:
+def test_what_is_too_large_to_watch_is_refused(
+    changes: dict[str, Any], runs: int, sentence: str
+) -> None:
     with pytest.raises(ValueError, match=sentence):
         check_size(Experiment().replace(**changes), runs)
 
@@ -304,7 +343,10 @@ def test_every_fault_of_an_experiment_is_told_with_the_field_it_is_about() -> No
     tree["world"]["food"][0]["count"] = -1
     tree["lifetime"]["steps"] = "many"
     found = {fault["path"]: fault["message"] for fault in faults(tree)}
-    assert found["world.food.0.count"] == "world.food.0.count = -1: input should be greater than or equal to 0"
+    assert (
+        found["world.food.0.count"]
+        == "world.food.0.count = -1: input should be greater than or equal to 0"
+    )
     assert set(found) == {"world.food.0.count", "lifetime.steps"}
     assert faults(small().to_dict()) == []
     assert faults(3)[0]["path"] == ""

@@ -28,12 +28,16 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 def post(server: LabServer, path: str, body: Any) -> tuple[int, Any]:
     """The status and the answer; a body that is text goes as it is."""
-    answer = CLIENT.post(f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body))
+    answer = CLIENT.post(
+        f"{server.address}/api/{path}", content=body if isinstance(body, str) else json.dumps(body)
+    )
     return answer.status_code, answer.json()
 
 
 def begin(server: LabServer, **order: Any) -> str:
-    status, answer = post(server, "live", {"experiment": small().to_dict(), "runs": 2, "seed": 5, **order})
+    status, answer = post(
+        server, "live", {"experiment": small().to_dict(), "runs": 2, "seed": 5, **order}
+    )
     assert status == 201, answer
     return str(answer["id"])
 
@@ -94,22 +98,35 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
 @pytest.mark.parametrize(
     ("body", "sentence"),
     [
-        ({"experiment": {"lifetime": {"steps": 0}}}, "lifetime.steps = 0: input should be greater than or equal to 1"),
+        (
+            {"experiment": {"lifetime": {"steps": 0}}},
+            "lifetime.steps = 0: input should be greater than or equal to 1",
+        ),
         ({"experiment": {}, "runs": "two"}, "runs = 'two' must be a whole number"),
         ({"experiment": {}, "seed": -1}, "seed = -1 must be at least 0 and less than 2147483648"),
-        ({"experiment": {}, "seconds": 1e9}, "seconds = 1000000000.0 must be a number from 0 to 60"),
+        (
+            {"experiment": {}, "seconds": 1e9},
+            "seconds = 1000000000.0 must be a number from 0 to 60",
+        ),
         ("{", "/api/live takes a JSON object"),
     ],
 )
-def test_what_cannot_be_started_is_refused_with_a_sentence(server: LabServer, body: Any, sentence: str) -> None:
+def test_what_cannot_be_started_is_refused_with_a_sentence(
+    server: LabServer, body: Any, sentence: str
+) -> None:
     assert post(server, "live", body) == (400, {"error": sentence})
 
 
-def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(server: LabServer) -> None:
+def test_what_a_page_asks_of_a_live_run_wrongly_is_answered_with_a_sentence(
+    server: LabServer,
+) -> None:
     with watching(server, begin(server)) as session:
         heard(session, "done")
         session.send(json.dumps({"do": "explode"}))
-        assert hear(session)["message"] == "a live run is told to pause, resume, stop or pace, not 'explode'"
+        assert (
+            hear(session)["message"]
+            == "a live run is told to pause, resume, stop or pace, not 'explode'"
+        )
 
 
 def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
@@ -121,6 +138,9 @@ def test_a_live_run_that_is_not_there_is_gone(server: LabServer) -> None:
 def test_the_server_lists_its_live_runs_and_checks_experiments(server: LabServer) -> None:
     id = begin(server)
     assert id in [run["id"] for run in data(server.address, "live")["runs"]]
-    assert post(server, "validate", {"experiment": small().to_dict()}) == (200, {"errors": [], "note": ""})
+    assert post(server, "validate", {"experiment": small().to_dict()}) == (
+        200,
+        {"errors": [], "note": ""},
+    )
     _, answer = post(server, "validate", {"experiment": {"motor": {"noise": 2}}})
     assert [error["path"] for error in answer["errors"]] == ["motor.noise"]

@@ -11,7 +11,9 @@ from baldwinlab.lab.pages import STATIC
 IMPORTED = re.compile(r"""(?:from\s+|import\s*\(\s*|import\s+)["']\./([\w./]+\.js)["']""")
 
 
-COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)  # where a type may be named that is imported by nobody
+COMMENT = re.compile(
+    r"/\*.*?\*/", re.DOTALL
+)  # where a type may be named that is imported by nobody
 
 
 def imports(path: Path) -> set[str]:

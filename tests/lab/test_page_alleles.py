@@ -44,12 +44,15 @@ def expected(server: LabServer, generation: int, run: int = 1) -> npt.NDArray[An
 def require_shown(page: Page, server: LabServer, generation: int, run: int = 1) -> None:
     """The bars, and what is read aloud, are those of a generation."""
     expect(page.locator("[data-ready]")).to_have_count(1)
-    expect(page.get_by_test_id("alleles-heading")).to_have_text(f"Alleles by locus, generation {generation}")
+    expect(page.get_by_test_id("alleles-heading")).to_have_text(
+        f"Alleles by locus, generation {generation}"
+    )
     shares = expected(server, generation, run)
     assert np.allclose(page.locator(".allele-bar").evaluate_all(HEIGHTS), shares, atol=0.01)
     read = page.get_by_test_id("alleles-table").locator("tbody tr").all_inner_texts()
     assert [line.split("\t") for line in read] == [
-        [str(locus), *(f"{100 * share:g} %" for share in of_locus)] for locus, of_locus in enumerate(shares)
+        [str(locus), *(f"{100 * share:g} %" for share in of_locus)]
+        for locus, of_locus in enumerate(shares)
     ]
 
 
@@ -71,17 +74,23 @@ def test_bars_and_table_are_those_of_the_genomes_whichever_way_the_generation_is
     require_shown(page, strings_server, 0, run=0)
 
 
-def test_generations_play_one_after_the_other_and_stop_at_the_last(opened: Page, strings_server: LabServer) -> None:
+def test_generations_play_one_after_the_other_and_stop_at_the_last(
+    opened: Page, strings_server: LabServer
+) -> None:
     page, tour = opened, opened.get_by_test_id("tour-a")
     page.keyboard.press("g")
     expect(tour).to_have_attribute("aria-pressed", "true")
     for generation in range(5):
-        expect(page.get_by_test_id("alleles-heading")).to_have_text(f"Alleles by locus, generation {generation}")
+        expect(page.get_by_test_id("alleles-heading")).to_have_text(
+            f"Alleles by locus, generation {generation}"
+        )
     expect(tour).to_have_attribute("aria-pressed", "false")
     require_shown(page, strings_server, 4)
 
 
-def test_the_address_holds_what_is_shown_and_leads_back_to_it(opened: Page, strings_server: LabServer) -> None:
+def test_the_address_holds_what_is_shown_and_leads_back_to_it(
+    opened: Page, strings_server: LabServer
+) -> None:
     page = opened
     page.keyboard.press("]")
     expect(page).to_have_url(re.compile(rf"#/world\?{re.escape(RUN)}&generation=4$"))
@@ -92,27 +101,46 @@ def test_the_address_holds_what_is_shown_and_leads_back_to_it(opened: Page, stri
 
 
 def test_nothing_is_offered_that_only_a_world_has(opened: Page) -> None:
-    for control in ("play", "on", "speed", "trails", "sight", "compare", "agents", "fit", "share", "world-a"):
+    for control in (
+        "play",
+        "on",
+        "speed",
+        "trails",
+        "sight",
+        "compare",
+        "agents",
+        "fit",
+        "share",
+        "world-a",
+    ):
         expect(opened.get_by_test_id(control)).to_have_count(0)
 
 
-def test_a_part_has_its_allele_s_name_and_the_pointer_is_told_of_a_locus(opened: Page, strings_server: LabServer) -> None:
+def test_a_part_has_its_allele_s_name_and_the_pointer_is_told_of_a_locus(
+    opened: Page, strings_server: LabServer
+) -> None:
     expect(opened.get_by_test_id("alleles-legend")).to_have_text("from below:0?1")
     assert opened.locator(".allele-bar").first.locator("span").all_inner_texts() == ["0", "?", "1"]
     zero, unset, one = (f"{100 * share:g} %" for share in expected(strings_server, 3)[2])
     opened.locator("[data-locus='2'] .allele-bar").hover()
-    expect(opened.locator(".allele-plot .tip")).to_have_text(f"locus 2: 0 in {zero}, ? in {unset}, 1 in {one}")
+    expect(opened.locator(".allele-plot .tip")).to_have_text(
+        f"locus 2: 0 in {zero}, ? in {unset}, 1 in {one}"
+    )
 
 
 def test_the_tab_says_what_one_sees(opened: Page) -> None:
     opened.get_by_test_id("about").click()
     guide = opened.get_by_test_id("guide")
     expect(guide).to_contain_text("guessing, run 1, generation 3, of the study strings")
-    expect(guide).to_contain_text("Each bar is a locus of the genomes with which a generation is born")
+    expect(guide).to_contain_text(
+        "Each bar is a locus of the genomes with which a generation is born"
+    )
     expect(guide).to_contain_text("Strings that guess what is not set.")
 
 
-def test_worlds_and_alleles_take_each_other_s_place_as_they_are_chosen(opened: Page, strings_server: LabServer) -> None:
+def test_worlds_and_alleles_take_each_other_s_place_as_they_are_chosen(
+    opened: Page, strings_server: LabServer
+) -> None:
     page = opened
     page.get_by_test_id("study-a").select_option("small")
     expect(page.get_by_test_id("world-a")).to_be_visible()
@@ -123,7 +151,9 @@ def test_worlds_and_alleles_take_each_other_s_place_as_they_are_chosen(opened: P
     require_shown(page, strings_server, 2)
 
 
-def test_a_point_in_the_results_leads_to_the_alleles_of_its_run(page: Page, strings_server: LabServer) -> None:
+def test_a_point_in_the_results_leads_to_the_alleles_of_its_run(
+    page: Page, strings_server: LabServer
+) -> None:
     page.goto(f"{strings_server.entry}#/results?study=strings")
     page.get_by_role("link", name=re.compile("^guessing, run 1: ")).first.press("Enter")
     require_shown(page, strings_server, 4)
@@ -132,8 +162,15 @@ def test_a_point_in_the_results_leads_to_the_alleles_of_its_run(page: Page, stri
 def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_and_leads_to_the_world_tab(
     page: Page, strings_server: LabServer
 ) -> None:
-    changes = {"population.size": 40, "evolution.generations": 5, "hinton_nowlan.loci": 6, "hinton_nowlan.trials": 10}
-    page.goto(f"{strings_server.entry}#/live?preset=guessing&runs=2&pace=0&set={quote(json.dumps(changes), safe='')}")
+    changes = {
+        "population.size": 40,
+        "evolution.generations": 5,
+        "hinton_nowlan.loci": 6,
+        "hinton_nowlan.trials": 10,
+    }
+    page.goto(
+        f"{strings_server.entry}#/live?preset=guessing&runs=2&pace=0&set={quote(json.dumps(changes), safe='')}"
+    )
     page.get_by_test_id("start").click()
     heading, newest = page.get_by_test_id("alleles-heading"), page.get_by_test_id("live-newest")
     expect(heading).to_have_text("Alleles by locus, generation 4", timeout=60_000)
@@ -145,8 +182,14 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
     page.get_by_test_id("live-run").select_option("1")
     bars = page.locator(".allele-bar")
     expect(bars).to_have_count(6)
-    genomes = simulate(assign(load("guessing"), [f"{name}={value}" for name, value in changes.items()]), seed=0, run=1).genome
-    founders = np.stack([(genomes.values[0, :, 0] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1)
+    genomes = simulate(
+        assign(load("guessing"), [f"{name}={value}" for name, value in changes.items()]),
+        seed=0,
+        run=1,
+    ).genome
+    founders = np.stack(
+        [(genomes.values[0, :, 0] == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1
+    )
     expect(page.get_by_test_id("alleles-table").locator("tbody tr").first).to_have_text(
         "".join(["0", *(f"{100 * share:g} %" for share in founders[0])])
     )
@@ -157,26 +200,41 @@ def test_a_live_run_shows_the_newest_alleles_or_those_of_the_generation_picked_a
     page.get_by_test_id("keep-name").fill("watched")
     page.keyboard.press("Enter")
     page.get_by_test_id("live-open-world").click()
-    expect(page).to_have_url(re.compile(r"#/world\?study=watched&condition=guessing&run=1&generation=4"))
+    expect(page).to_have_url(
+        re.compile(r"#/world\?study=watched&condition=guessing&run=1&generation=4")
+    )
     expect(heading).to_have_text("Alleles by locus, generation 4")
     rmtree(strings_server.root / "watched")  # other tests count the studies
 
 
 @pytest.mark.parametrize(
-    "asked", ["study=strings&condition=guessing&run=9", "study=strings&condition=x", "study=strings&generation=5"]
+    "asked",
+    [
+        "study=strings&condition=guessing&run=9",
+        "study=strings&condition=x",
+        "study=strings&generation=5",
+    ],
 )
-def test_what_is_not_there_is_said_and_something_else_is_shown(page: Page, strings_server: LabServer, asked: str) -> None:
+def test_what_is_not_there_is_said_and_something_else_is_shown(
+    page: Page, strings_server: LabServer, asked: str
+) -> None:
     page.goto(f"{strings_server.entry}#/world?{asked}")
-    expect(page.get_by_test_id("message-error")).to_contain_text(re.compile("has no (run 9|finished runs of x|generation 5)"))
+    expect(page.get_by_test_id("message-error")).to_contain_text(
+        re.compile("has no (run 9|finished runs of x|generation 5)")
+    )
     expect(page.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 4")
 
 
-def test_the_bars_of_a_record_that_is_damaged_go_away(browser: Browser, strings_server: LabServer) -> None:
+def test_the_bars_of_a_record_that_is_damaged_go_away(
+    browser: Browser, strings_server: LabServer
+) -> None:
     record = Study(strings_server.root / "strings").path("sparse", 0)
     sound = record.read_bytes()
     record.write_bytes(sound[:-40])
     with window(browser, *WINDOWS["desk"]) as page:  # its console tells of the refusal
-        page.goto(f"{strings_server.entry}#/world?study=strings&condition=sparse&run=1&generation=3")
+        page.goto(
+            f"{strings_server.entry}#/world?study=strings&condition=sparse&run=1&generation=3"
+        )
         expect(page.locator(".allele-bar")).to_have_count(6)
         page.get_by_test_id("run-a").select_option("0")
         expect(page.get_by_test_id("message-error")).to_contain_text(record.name)

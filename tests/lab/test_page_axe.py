@@ -21,14 +21,18 @@ LIFE = urlencode(SMALL)
 
 
 @pytest.fixture(params=["light", "dark"])
-def shaded(browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
+def shaded(
+    browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest
+) -> Iterator[Page]:
     """A page on light or on dark ground, as the reader's machine is."""
     scheme: Literal["light", "dark"] = request.param
     with lab_server.context(browser, color_scheme=scheme) as context:
         yield context.new_page()
 
 
-def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_open(shaded: Page) -> None:
+def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_open(
+    shaded: Page,
+) -> None:
     shaded.goto(f"/#/world?{LIFE}&step=120&guide=open")
     expect(shaded.get_by_test_id("guide")).to_contain_text("What to look for")
     assert barriers(shaded) == []
@@ -48,8 +52,12 @@ def test_the_world_tab_has_none_with_its_words_in_comparison_and_with_an_agent_o
     assert barriers(shaded) == []
 
 
-def test_the_world_tab_of_a_model_without_worlds_has_none(shaded: Page, strings_server: LabServer) -> None:
-    shaded.goto(f"{strings_server.entry}#/world?study=strings&condition=guessing&run=1&generation=3&guide=open")
+def test_the_world_tab_of_a_model_without_worlds_has_none(
+    shaded: Page, strings_server: LabServer
+) -> None:
+    shaded.goto(
+        f"{strings_server.entry}#/world?study=strings&condition=guessing&run=1&generation=3&guide=open"
+    )
     expect(shaded.get_by_test_id("alleles")).to_be_visible()
     expect(shaded.get_by_test_id("guide")).to_contain_text("The bars")
     assert barriers(shaded) == []
@@ -57,11 +65,15 @@ def test_the_world_tab_of_a_model_without_worlds_has_none(shaded: Page, strings_
 
 def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
     changes = '{"lifetime.steps":300,"evolution.generations":2}'
-    shaded.goto(f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'pace': 0, 'set': changes})}")
+    shaded.goto(
+        f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'pace': 0, 'set': changes})}"
+    )
     expect(shaded.get_by_test_id("start")).to_be_enabled()
     shaded.get_by_test_id("group-learning").locator("summary").click()
     shaded.get_by_test_id("field-learning.rate").fill("11")
-    expect(shaded.get_by_test_id("group-learning")).to_contain_text("should be less than or equal to 10")
+    expect(shaded.get_by_test_id("group-learning")).to_contain_text(
+        "should be less than or equal to 10"
+    )
     assert barriers(shaded) == []
     shaded.get_by_test_id("field-learning.rate").fill("0.01")
     expect(shaded.get_by_test_id("start")).to_be_enabled()
@@ -72,9 +84,13 @@ def test_the_live_tab_has_none_before_and_after_a_run(shaded: Page) -> None:
     assert barriers(shaded) == []
 
 
-def test_the_results_tab_has_none_whatever_came_of_claims(shaded: Page, lab_server: LabServer) -> None:
+def test_the_results_tab_has_none_whatever_came_of_claims(
+    shaded: Page, lab_server: LabServer
+) -> None:
     verdicts = ("holds", "undecided", "does not hold", "not evaluated")
-    write_claims(Study(lab_server.root / "small"), [CLAIM | {"id": one, "verdict": one} for one in verdicts])
+    write_claims(
+        Study(lab_server.root / "small"), [CLAIM | {"id": one, "verdict": one} for one in verdicts]
+    )
     shaded.goto("/#/results?study=small")
     shaded.get_by_test_id("curves").locator("canvas").wait_for()
     shaded.get_by_test_id("curves").get_by_role("button", name="evo/A").click()
@@ -88,7 +104,9 @@ def test_the_results_tab_has_none_whatever_came_of_claims(shaded: Page, lab_serv
     assert barriers(shaded) == []
 
 
-def test_the_life_that_plays_while_the_engine_is_compiled_has_none(shaded: Page, tmp_path: Path) -> None:
+def test_the_life_that_plays_while_the_engine_is_compiled_has_none(
+    shaded: Page, tmp_path: Path
+) -> None:
     with serving(tmp_path, lambda: False) as server:
         shaded.goto(server.entry)
         expect(shaded.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")

@@ -31,7 +31,9 @@ def quick(experiment: Experiment, **changes: Any) -> Experiment:
     """Short lives, which begin where the food does, so that something is eaten."""
     food = experiment.world.food[0]
     start = {"x": food.x[0], "y": sum(food.y) / 2}
-    return experiment.replace(lifetime={"steps": 150}, evolution={"generations": 3}, world={"start": start}).replace(**changes)
+    return experiment.replace(
+        lifetime={"steps": 150}, evolution={"generations": 3}, world={"start": start}
+    ).replace(**changes)
 
 
 def all_presets() -> list[Experiment]:
@@ -69,21 +71,39 @@ def same_bits(page: Page, experiment: Experiment, seed: int, run: int) -> bool:
     here = simulate(experiment, seed=seed, run=run)
     there = page.evaluate(SIMULATE, {"seed": seed, "run": run, "experiment": experiment.to_dict()})
     assert here.food_eaten.sum() > 0, experiment.name
-    return {name: bytes(there[name]) for name in TYPES} == {name: here[name].values.tobytes() for name in TYPES}
+    return {name: bytes(there[name]) for name in TYPES} == {
+        name: here[name].values.tobytes() for name in TYPES
+    }
 
 
 def test_every_preset_has_python_s_bits(page: Page) -> None:
     for number, experiment in enumerate(all_presets()):
-        assert same_bits(page, quick(experiment), seed=3 + number, run=number % 4), (experiment.name, number)
+        assert same_bits(page, quick(experiment), seed=3 + number, run=number % 4), (
+            experiment.name,
+            number,
+        )
 
 
 def test_settings_that_no_preset_has_have_python_s_bits_too(page: Page) -> None:
-    near, far = {"x": [380, 420], "y": [120, 200], "count": 400}, {"x": [0, 640], "y": [500, 640], "count": 30, "energy": 2.5}
+    near, far = (
+        {"x": [380, 420], "y": [120, 200], "count": 400},
+        {"x": [0, 640], "y": [500, 640], "count": 30, "energy": 2.5},
+    )
     changes: list[dict[str, Any]] = [
-        {"world": {"food": [near, far]}, "senses": {"visual_radius": 8}},  # items in cells, and seen from all sides of the map
+        {
+            "world": {"food": [near, far]},
+            "senses": {"visual_radius": 8},
+        },  # items in cells, and seen from all sides of the map
         {"world": {"food": []}, "population": {"size": 3}, "network": {"hidden": []}},
-        {"network": {"hidden": [5, 4], "biases": True}, "population": {"size": 7}, "learning": {"steps": 60}},
-        {"evolution": {"selection": "neutral", "lamarckian_share": 0.5}, "learning": {"cost_per_change": 0.1}},
+        {
+            "network": {"hidden": [5, 4], "biases": True},
+            "population": {"size": 7},
+            "learning": {"steps": 60},
+        },
+        {
+            "evolution": {"selection": "neutral", "lamarckian_share": 0.5},
+            "learning": {"cost_per_change": 0.1},
+        },
         {"evolution": {"inheritance": "none"}, "learning": {"rule": "none"}},
     ]
     for number, change in enumerate(changes):
@@ -91,7 +111,9 @@ def test_settings_that_no_preset_has_have_python_s_bits_too(page: Page) -> None:
         if experiment.world.food:
             assert same_bits(page, experiment, seed=7, run=number), change
         else:
-            genome = bytes(page.evaluate(SIMULATE, {"seed": 7, "experiment": experiment.to_dict()})["genome"])
+            genome = bytes(
+                page.evaluate(SIMULATE, {"seed": 7, "experiment": experiment.to_dict()})["genome"]
+            )
             assert genome == simulate(experiment, seed=7).genome.values.tobytes()
 
 
@@ -99,22 +121,47 @@ def test_what_is_left_out_is_the_page_s_own(page: Page, file: Path) -> None:
     experiment = quick(presets.load("evo+self-taught/A"), learning={"rate": 0.05})
     given = {"seed": 2, "generations": 2, "experiment": {"learning": {"rate": 0.05}}}
     there = bytes(page.evaluate(SIMULATE, given)["energy"])
-    assert there == simulate(experiment.replace(evolution={"generations": 2}), seed=2).energy.values.tobytes()
+    assert (
+        there
+        == simulate(
+            experiment.replace(evolution={"generations": 2}), seed=2
+        ).energy.values.tobytes()
+    )
 
 
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"seed": 1, "experiment": {"learning": {"rate": 11}}}, "learning.rate = 11: input should be less than or equal to 10"),
-        ({"seed": 1, "experiment": {"lifetime": {"steps": 1.5}}}, "lifetime.steps = 1.5: input should be a whole number"),
-        ({"seed": 1, "experiment": {"lifetime": {"step": 1}}}, "lifetime.step: there is no such field; there are: steps, update"),
-        ({"seed": 1, "experiment": {"world": {"width": 300}}}, "world.start.x = 400: agents are born on the map"),
-        ({"seed": 1, "experiment": {"senses": {"kinds": ["smell"]}}}, "for which this page was made"),
+        (
+            {"seed": 1, "experiment": {"learning": {"rate": 11}}},
+            "learning.rate = 11: input should be less than or equal to 10",
+        ),
+        (
+            {"seed": 1, "experiment": {"lifetime": {"steps": 1.5}}},
+            "lifetime.steps = 1.5: input should be a whole number",
+        ),
+        (
+            {"seed": 1, "experiment": {"lifetime": {"step": 1}}},
+            "lifetime.step: there is no such field; there are: steps, update",
+        ),
+        (
+            {"seed": 1, "experiment": {"world": {"width": 300}}},
+            "world.start.x = 400: agents are born on the map",
+        ),
+        (
+            {"seed": 1, "experiment": {"senses": {"kinds": ["smell"]}}},
+            "for which this page was made",
+        ),
         ({"seed": -1}, "seed = -1: input should be greater than or equal to 0"),
-        ({"seed": 1, "generations": 0}, "evolution.generations = 0: input should be greater than or equal to 1"),
+        (
+            {"seed": 1, "generations": 0},
+            "evolution.generations = 0: input should be greater than or equal to 1",
+        ),
     ],
 )
-def test_a_script_that_asks_for_what_cannot_be_gets_a_sentence(page: Page, given: dict[str, Any], sentence: str) -> None:
+def test_a_script_that_asks_for_what_cannot_be_gets_a_sentence(
+    page: Page, given: dict[str, Any], sentence: str
+) -> None:
     with pytest.raises(Error, match=re.escape(sentence)):
         page.evaluate(SIMULATE, given)
 
@@ -126,15 +173,21 @@ def test_memory_that_is_refused_is_a_sentence(page: Page) -> None:
 
 
 def test_a_browser_without_simd_is_told(lonely: Page, file: Path) -> None:
-    text = file.read_text(encoding="utf-8").replace('id="worker">', 'id="worker">WebAssembly.validate = () => false;\n')
+    text = file.read_text(encoding="utf-8").replace(
+        'id="worker">', 'id="worker">WebAssembly.validate = () => false;\n'
+    )
     old = file.with_name("old.html")
     old.write_text(text)
     lonely.goto(old.as_uri())
     lonely.get_by_test_id("start").click()
-    expect(lonely.get_by_test_id("live-fault")).to_contain_text("This browser has no WebAssembly with SIMD")
+    expect(lonely.get_by_test_id("live-fault")).to_contain_text(
+        "This browser has no WebAssembly with SIMD"
+    )
 
 
-def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs_plays(page: Page) -> None:
+def test_runs_live_side_by_side_to_their_last_generation_and_any_world_of_theirs_plays(
+    page: Page,
+) -> None:
     start(page, runs=3)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
     expect(page.get_by_test_id("live-count")).to_have_text("3 of 3 generations")
@@ -167,9 +220,17 @@ def test_each_run_can_be_shown_as_a_line_and_leads_to_its_world(page: Page) -> N
     start(page, runs=3)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
     page.get_by_test_id("each-run").check()
-    plot, told = (page.get_by_test_id("live-fitness").locator(where) for where in (".chart-plot", "[role=status]"))
+    plot, told = (
+        page.get_by_test_id("live-fitness").locator(where)
+        for where in (".chart-plot", "[role=status]")
+    )
     plot.press("End")
-    best = {run: int(simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=run).energy[2].max()) for run in range(3)}
+    best = {
+        run: int(
+            simulate(quick(presets.load("evo+self-taught/A")), seed=0, run=run).energy[2].max()
+        )
+        for run in range(3)
+    }
     highest = max(best, key=lambda run: best[run])
     for _ in range(8):
         plot.press("ArrowUp")
@@ -190,7 +251,9 @@ def brief(number: int) -> str:
 
 
 def test_a_run_can_be_paused_and_lived_generation_by_generation(page: Page) -> None:
-    start(page, runs=1, pace="5")  # seconds a generation, so that it is not over before it can be paused
+    start(
+        page, runs=1, pace="5"
+    )  # seconds a generation, so that it is not over before it can be paused
     page.get_by_test_id("pause").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Paused")
     before = int(page.get_by_test_id("live-count").inner_text().split()[0])
@@ -227,7 +290,9 @@ def test_inside_an_agent_are_its_networks_and_its_kin(page: Page) -> None:
     assert barriers(page) == []
 
 
-def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(page: Page) -> None:
+def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(
+    page: Page,
+) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
     start(page, runs=2)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
@@ -239,18 +304,24 @@ def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_li
     line = line_of_ancestors(2, 4, run.parents.values, run.food_eaten.values)
     rows = page.get_by_test_id("ancestors").locator("tbody tr")
     expect(rows).to_have_count(2)
-    assert [[cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()] == rows_of(line)
+    assert [
+        [cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()
+    ] == rows_of(line)
     assert barriers(page) == []
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     page.get_by_test_id("ancestor").last.click()
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
-    expect(page.get_by_test_id("ancestors")).to_contain_text("It has none: its weights were drawn afresh.")
+    expect(page.get_by_test_id("ancestors")).to_contain_text(
+        "It has none: its weights were drawn afresh."
+    )
 
 
 def test_the_form_says_what_is_wrong_and_does_not_start(page: Page) -> None:
     page.get_by_test_id("group-learning").locator("summary").click()
     page.get_by_test_id("field-learning.rate").fill("11")
-    expect(page.get_by_test_id("setup-fault")).to_contain_text("learning.rate = 11: input should be less than or equal to 10")
+    expect(page.get_by_test_id("setup-fault")).to_contain_text(
+        "learning.rate = 11: input should be less than or equal to 10"
+    )
     expect(page.get_by_test_id("start")).to_be_disabled()
 
 
@@ -272,7 +343,9 @@ def test_a_damaged_link_is_a_sentence(lonely: Page, file: Path) -> None:
     expect(lonely.get_by_test_id("live-empty")).to_contain_text("This link is damaged")
 
 
-def test_a_page_with_several_conditions_lives_the_one_that_is_chosen(lonely: Page, file: Path) -> None:
+def test_a_page_with_several_conditions_lives_the_one_that_is_chosen(
+    lonely: Page, file: Path
+) -> None:
     both = [quick(presets.load(name)) for name in ("evo+self-taught/A", "evo/A")]
     path = file.with_name("both.html")
     path.write_bytes(live_page(both, seed=4))
@@ -282,7 +355,9 @@ def test_a_page_with_several_conditions_lives_the_one_that_is_chosen(lonely: Pag
     expect(lonely.get_by_test_id("live-state")).to_have_text("Done")
     expect(lonely.get_by_test_id("live-head")).to_contain_text("evo/A")
     expect(lonely.get_by_test_id("live-head")).to_contain_text("seed 4")
-    energy = bytes(lonely.evaluate(SIMULATE, {"seed": 4, "experiment": {"name": "evo/A"}})["energy"])
+    energy = bytes(
+        lonely.evaluate(SIMULATE, {"seed": 4, "experiment": {"name": "evo/A"}})["energy"]
+    )
     assert energy == simulate(both[1], seed=4).energy.values.tobytes()
 
 

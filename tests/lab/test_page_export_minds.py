@@ -23,7 +23,9 @@ from baldwinlab.palette import shade
 from baldwinlab.runs.simulate import simulate
 from tests.lab.test_page_export import quick, same_bits, start
 
-pytestmark = pytest.mark.nightly  # a module of such parts takes half a minute to be compiled, and a linker
+pytestmark = (
+    pytest.mark.nightly
+)  # a module of such parts takes half a minute to be compiled, and a linker
 LAST, AGENT = 2, 4
 WATCHED = """
     window.told = {};  // by workers: the last array of each name
@@ -73,7 +75,9 @@ def told(page: Page, name: str) -> npt.NDArray[Any]:
 
 def test_a_network_that_grew_is_drawn_with_its_links(lonely: Page, tmp_path: Path) -> None:
     grows = {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}}
-    growing = quick(presets.load("evo/A"), network={"kind": "growing", "hidden": [40]}, evolution=grows)
+    growing = quick(
+        presets.load("evo/A"), network={"kind": "growing", "hidden": [40]}, evolution=grows
+    )
     opened(lonely, growing, tmp_path)
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
     expect(lonely.get_by_test_id("kin")).to_contain_text("parents, in generation 1")
@@ -83,7 +87,9 @@ def test_a_network_that_grew_is_drawn_with_its_links(lonely: Page, tmp_path: Pat
     assert "bias" in lonely.evaluate("drawn.words")
 
 
-def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(lonely: Page, tmp_path: Path) -> None:
+def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(
+    lonely: Page, tmp_path: Path
+) -> None:
     social = quick(presets.load("evo/A"), learning={"rule": "imitation"})
     opened(lonely, social, tmp_path)
     expect(lonely.get_by_test_id("legend").get_by_text("learns from")).to_be_visible()
@@ -96,22 +102,30 @@ def test_from_whom_each_learns_is_drawn_and_said_in_the_legend(lonely: Page, tmp
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled"])
 def test_elders_are_named_inside_an_agent(lonely: Page, tmp_path: Path, teacher: str) -> None:
     of_elders = {"inheritance": "social-heredity", "generations": LAST + 1}
-    heirs = quick(presets.load("evo+self-taught/A"), evolution=of_elders, learning={"teacher": teacher})
+    heirs = quick(
+        presets.load("evo+self-taught/A"), evolution=of_elders, learning={"teacher": teacher}
+    )
     opened(lonely, heirs, tmp_path)
     lonely.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
     taught = frames.unpack(look_inside(*last_life(heirs), AGENT))[0]["elders"]
     elders = " and ".join(map(str, dict.fromkeys(taught)))
-    expect(lonely.get_by_test_id("elders")).to_contain_text(f"{elders} of generation {LAST - 1}, who")
+    expect(lonely.get_by_test_id("elders")).to_contain_text(
+        f"{elders} of generation {LAST - 1}, who"
+    )
 
 
 @pytest.mark.parametrize("selection", ["roulette", "neutral"])
-def test_births_and_deaths_in_mid_life_have_python_s_bits(lonely: Page, tmp_path: Path, selection: str) -> None:
+def test_births_and_deaths_in_mid_life_have_python_s_bits(
+    lonely: Page, tmp_path: Path, selection: str
+) -> None:
     brief = {"births_and_deaths": {"reserve": 0.5, "upkeep": 0.01, "oldest": 60}}
     experiment = quick(presets.load("evo+self-taught/births-and-deaths")).replace(world=brief)
     path = tmp_path / "laboratory.html"
     path.write_bytes(live_page([experiment]))
     lonely.goto(path.as_uri())
     lonely.get_by_test_id("start").wait_for()
-    changed = experiment.replace(evolution={"selection": selection, "elite": 0 if selection == "neutral" else 20})
+    changed = experiment.replace(
+        evolution={"selection": selection, "elite": 0 if selection == "neutral" else 20}
+    )
     assert simulate(changed, seed=4)["born"].sum() > 100
     assert same_bits(lonely, changed, seed=4, run=0)

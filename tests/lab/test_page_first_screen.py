@@ -94,7 +94,9 @@ def test_start_is_on_the_first_screen_of_an_exported_page(visitor: Page, export:
     require_start_in_sight_with_the_guide_open_and_shut(visitor)
 
 
-@pytest.mark.parametrize("size", [PORTRAIT, LANDSCAPE, SIZES["desk at 200 %"], SIZES["desk"]], ids=str)
+@pytest.mark.parametrize(
+    "size", [PORTRAIT, LANDSCAPE, SIZES["desk at 200 %"], SIZES["desk"]], ids=str
+)
 def test_the_world_is_on_the_first_screen_after_start_and_the_guide_makes_room(
     visitor: Page, export: str, size: tuple[int, int]
 ) -> None:
@@ -111,16 +113,22 @@ def test_the_world_is_on_the_first_screen_after_start_and_the_guide_makes_room(
 
 
 @pytest.mark.parametrize("size", [PORTRAIT, LANDSCAPE], ids=["portrait", "landscape"])
-def test_a_live_run_of_the_lab_shows_its_world_on_a_phone_s_first_screen(visitor: Page, size: tuple[int, int]) -> None:
+def test_a_live_run_of_the_lab_shows_its_world_on_a_phone_s_first_screen(
+    visitor: Page, size: tuple[int, int]
+) -> None:
     resize(visitor, size)
-    visitor.goto('/#/live?preset=evo%2Bself-taught/A&runs=1&set={"lifetime.steps":300,"evolution.generations":2}')
+    visitor.goto(
+        '/#/live?preset=evo%2Bself-taught/A&runs=1&set={"lifetime.steps":300,"evolution.generations":2}'
+    )
     visitor.get_by_test_id("start").click()
     expect(visitor.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
     expect(visitor.get_by_test_id("guide")).to_be_hidden()
     assert visitor.get_by_test_id("live-canvas").evaluate(ROWS, "/world.js") >= LEAST
 
 
-def test_the_world_tab_shows_the_map_in_every_window_and_both_of_a_comparison_on_a_phone(visitor: Page) -> None:
+def test_the_world_tab_shows_the_map_in_every_window_and_both_of_a_comparison_on_a_phone(
+    visitor: Page,
+) -> None:
     visitor.goto(f"/#/world?{LIFE}")
     expect(visitor.locator("[data-ready]")).to_have_count(1)
     visitor.get_by_test_id("close-guide").click()

@@ -17,14 +17,18 @@ def guide_of(page: Page) -> str:
     return page.get_by_test_id("guide").inner_text()
 
 
-def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_not_to(newcomer: Page) -> None:
+def test_the_world_explains_itself_in_the_words_of_its_parts_until_it_is_told_not_to(
+    newcomer: Page,
+) -> None:
     page = newcomer
     page.goto(f"/#/world?{LIFE}&step=0")
     expect(page.get_by_test_id("guide")).to_contain_text("What to look for")
     words = guide_of(page)
     assert "evo/A, run 1, generation 1, of the study small" in words
     assert "20 agents are born in the dashed circle and live 300 steps." in words
-    assert "Three binary sensors: whether any food is at the left, in front, or at the right." in words
+    assert (
+        "Three binary sensors: whether any food is at the left, in front, or at the right." in words
+    )
     assert "Turns left or right by 9 degrees and moves 1, or goes straight on by 2." in words
     assert "The weights stay as they were born." in words
     page.get_by_test_id("close-guide").click()
@@ -51,9 +55,13 @@ def test_the_other_tabs_explain_themselves_as_well(newcomer: Page, tab: str) -> 
     expect(page.get_by_test_id("guide")).to_be_visible()  # each is a first visit of its own
 
 
-def test_a_browser_that_remembers_nothing_shows_it_at_every_visit_and_does_no_harm(newcomer: Page) -> None:
+def test_a_browser_that_remembers_nothing_shows_it_at_every_visit_and_does_no_harm(
+    newcomer: Page,
+) -> None:
     page = newcomer
-    page.add_init_script("Object.defineProperty(globalThis, 'localStorage', { get() { throw new Error('no') } })")
+    page.add_init_script(
+        "Object.defineProperty(globalThis, 'localStorage', { get() { throw new Error('no') } })"
+    )
     page.goto(f"/#/world?{LIFE}&step=0")
     page.get_by_test_id("close-guide").click()
     page.keyboard.press("]")
@@ -86,8 +94,12 @@ def test_tabs_keep_the_study_the_life_the_step_and_the_place_on_the_page(page: P
     expect(page.get_by_test_id("setup-seed")).to_have_value("7")
 
 
-def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(browser: Browser, lab_server: LabServer) -> None:
-    with lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True) as context:
+def test_on_a_phone_the_legend_the_agents_and_the_whole_name_are_within_reach(
+    browser: Browser, lab_server: LabServer
+) -> None:
+    with lab_server.context(
+        browser, viewport={"width": 390, "height": 844}, has_touch=True
+    ) as context:
         page = context.new_page()
         page.goto(f"/#/world?{LIFE.replace('evo/A', 'evo%2Bself-taught/A')}&step=0")
         page.get_by_test_id("close-guide").tap()

@@ -22,12 +22,19 @@ def told(server: LabServer, generation: int) -> re.Pattern[str]:
     """What is said of a generation: the numbers as the page rounds them."""
     curve = data(server.address, "run", **RUN)
     best, mean = (f"{curve[which][generation]:.3g}" for which in ("best", "mean"))
-    return re.compile(rf"^generation {generation}, food eaten: best {re.escape(best)}, average {re.escape(mean)}\d?$")
+    return re.compile(
+        rf"^generation {generation}, food eaten: best {re.escape(best)}, average {re.escape(mean)}\d?$"
+    )
 
 
-def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_drawn(page: Page, lab_server: LabServer) -> None:
+def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_drawn(
+    page: Page, lab_server: LabServer
+) -> None:
     page.goto(f"/#/world?{LIFE}")
-    slider, generation = page.get_by_role("slider", name="Generation"), page.get_by_test_id("generation-a")
+    slider, generation = (
+        page.get_by_role("slider", name="Generation"),
+        page.get_by_test_id("generation-a"),
+    )
     expect(slider).to_have_attribute("aria-valuetext", told(lab_server, 2))
     place = slider.bounding_box()
     assert place is not None and 28 <= place["height"] <= 40
@@ -52,7 +59,9 @@ def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_draw
     page.get_by_test_id("compare").click()
     expect(page.get_by_role("slider", name="Generation")).to_have_count(2)
     expect(page.locator(".run-curve:not(.plain)")).to_have_count(2)
-    page.set_viewport_size({"width": 900, "height": 800})  # where two stand side by side with little room
+    page.set_viewport_size(
+        {"width": 900, "height": 800}
+    )  # where two stand side by side with little room
     for curve in page.locator(".run-curve").all():
         expect(curve).to_be_visible()
         place = curve.bounding_box()
@@ -62,7 +71,9 @@ def test_the_curve_tells_of_each_generation_and_goes_where_it_is_pressed_or_draw
 def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_curve(
     browser: Browser, lab_server: LabServer, tmp_path: Path
 ) -> None:
-    with lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True) as context:
+    with lab_server.context(
+        browser, viewport={"width": 390, "height": 844}, has_touch=True
+    ) as context:
         page = context.new_page()
         page.goto(f"{lab_server.entry}#/world?{LIFE}")
         page.get_by_test_id("close-guide").tap()
@@ -75,12 +86,21 @@ def test_a_finger_goes_to_a_generation_and_a_preset_which_is_not_stored_has_no_c
             page.goto(f"{empty.entry}#/world?condition=evo%2Bself-taught/A&generation=0")
             expect(page.locator("[data-ready]")).to_have_count(1, timeout=60_000)
             expect(page.locator(".run-curve.plain")).to_have_count(1)
-            expect(page.get_by_role("slider", name="Generation")).not_to_have_attribute("aria-valuetext", re.compile("."))
+            expect(page.get_by_role("slider", name="Generation")).not_to_have_attribute(
+                "aria-valuetext", re.compile(".")
+            )
 
 
 def rows_of(line: dict[str, Any]) -> list[list[str]]:
     """A row for each ancestor but the agent itself, the youngest first."""
-    columns = zip(line["agents"], line["eaten"], line["others"], line["eaten_of_others"], line["ancestors"], strict=False)
+    columns = zip(
+        line["agents"],
+        line["eaten"],
+        line["others"],
+        line["eaten_of_others"],
+        line["ancestors"],
+        strict=False,
+    )
     rows = []
     for generation, (fitter, eaten, other, ate, number) in enumerate(columns):
         beside = "the same" if other == fitter else f"agent {other}{ate}"
@@ -88,23 +108,33 @@ def rows_of(line: dict[str, Any]) -> list[list[str]]:
     return rows[::-1]
 
 
-def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(page: Page, lab_server: LabServer) -> None:
+def test_ancestors_are_listed_back_to_the_first_generation_and_each_opens_its_life(
+    page: Page, lab_server: LabServer
+) -> None:
     line = data(lab_server.address, "ancestors", **SMALL, agent=3)
     page.goto(f"/#/world?{LIFE}&agent=3")
-    turner, title, generation = (page.get_by_test_id(name) for name in ("ancestors-of", "agent", "generation-a"))
+    turner, title, generation = (
+        page.get_by_test_id(name) for name in ("ancestors-of", "agent", "generation-a")
+    )
     turner.press("Enter")
     expect(turner).to_have_attribute("aria-pressed", "true")
     expect(page.get_by_test_id("kin")).to_be_hidden()
     rows = page.get_by_test_id("ancestors").locator("tbody tr")
     expect(rows).to_have_count(2)
-    assert [[cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()] == rows_of(line)
+    assert [
+        [cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()
+    ] == rows_of(line)
     expect(page).to_have_url(re.compile("inside=ancestors"))
     page.reload()
     expect(rows).to_have_count(2)
-    rows.last.get_by_role("button", name=f"agent {line['agents'][0]}, generation 0").first.press("Enter")
+    rows.last.get_by_role("button", name=f"agent {line['agents'][0]}, generation 0").first.press(
+        "Enter"
+    )
     expect(title).to_have_text(f"Agent {line['agents'][0]}")
     expect(generation).to_have_value("0")
-    expect(page.get_by_test_id("ancestors")).to_contain_text("It has none: its weights were drawn afresh.")
+    expect(page.get_by_test_id("ancestors")).to_contain_text(
+        "It has none: its weights were drawn afresh."
+    )
     expect(page.get_by_role("region", name="Inside an agent")).to_be_focused()
     page.go_back()
     expect(title).to_have_text("Agent 3")

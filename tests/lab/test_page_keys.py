@@ -41,16 +41,27 @@ def test_the_focus_goes_into_an_agent_that_opens_and_escape_gives_it_back(page: 
     assert page.evaluate("document.activeElement.matches('.agent-line, canvas')")
 
 
-def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not_announced(page: Page) -> None:
+def test_an_agent_s_button_has_a_name_that_can_be_read_aloud_and_the_step_is_not_announced(
+    page: Page,
+) -> None:
     page.goto(f"/#/world?{LIFE}")
     expect(page.get_by_role("button", name="agent 0, 0 items eaten")).to_be_visible()
     page.keyboard.press("End")
     eaten = int(replay(small("evo/A"), seed=5, run=1, generation=1).eaten.isel(agent=0).sum())
-    expect(page.get_by_role("button", name=re.compile(f"^agent 0, {eaten} items? eaten$"))).to_be_visible()
-    assert page.evaluate("document.querySelector('[data-testid=step]').closest('output, [aria-live], [role=status]')") is None
+    expect(
+        page.get_by_role("button", name=re.compile(f"^agent 0, {eaten} items? eaten$"))
+    ).to_be_visible()
+    assert (
+        page.evaluate(
+            "document.querySelector('[data-testid=step]').closest('output, [aria-live], [role=status]')"
+        )
+        is None
+    )
 
 
-def test_who_wants_nothing_to_move_starts_the_life_by_hand(browser: Browser, lab_server: LabServer) -> None:
+def test_who_wants_nothing_to_move_starts_the_life_by_hand(
+    browser: Browser, lab_server: LabServer
+) -> None:
     with lab_server.context(browser, reduced_motion="reduce") as context:
         page = context.new_page()
         page.goto("/")

@@ -22,7 +22,9 @@ LONG = QUICK | {"evolution.generations": 300}
 
 def address(changes: dict[str, Any], **more: Any) -> str:
     state = {"preset": "evo+self-taught/A", "runs": 2, "set": json.dumps(changes), **more}
-    return "/#/live?" + "&".join(f"{name}={quote(str(value), safe='')}" for name, value in state.items())
+    return "/#/live?" + "&".join(
+        f"{name}={quote(str(value), safe='')}" for name, value in state.items()
+    )
 
 
 def begin(page: Page, changes: dict[str, Any], **more: Any) -> None:
@@ -47,10 +49,14 @@ def state_is(page: Page, word: str) -> None:
     expect(page.get_by_test_id("live-state")).to_have_text(word, timeout=20_000)
 
 
-def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(page: Page, lab_server: LabServer) -> None:
+def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(
+    page: Page, lab_server: LabServer
+) -> None:
     begin(page, LONG)
     wait_for(page, lambda: lived(page) >= 3)
-    expect(page.get_by_test_id("live-caption")).to_have_text(re.compile(r"Generation \d+"), timeout=60_000)
+    expect(page.get_by_test_id("live-caption")).to_have_text(
+        re.compile(r"Generation \d+"), timeout=60_000
+    )
     page.get_by_test_id("pause").click()
     state_is(page, "Paused")
     page.wait_for_timeout(200)
@@ -72,7 +78,9 @@ def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(pa
     assert study.runs("evo+self-taught/A") == [0, 1]
     generations = study.experiment("evo+self-taught/A").evolution.generations
     asked = load("evo+self-taught/A").replace(lifetime={"steps": 300}, world={"start": {"x": 400}})
-    assert study.experiment("evo+self-taught/A") == asked.replace(evolution={"generations": generations})
+    assert study.experiment("evo+self-taught/A") == asked.replace(
+        evolution={"generations": generations}
+    )
 
 
 def test_a_value_out_of_range_shows_the_configs_sentence_beside_its_field(page: Page) -> None:
@@ -81,7 +89,10 @@ def test_a_value_out_of_range_shows_the_configs_sentence_beside_its_field(page: 
     page.get_by_test_id("group-learning").locator("summary").click()
     rate = page.get_by_test_id("field-learning.rate")
     rate.fill("11")
-    sentence, why = "learning.rate = 11: input should be less than or equal to 10", page.get_by_test_id("setup-fault")
+    sentence, why = (
+        "learning.rate = 11: input should be less than or equal to 10",
+        page.get_by_test_id("setup-fault"),
+    )
     expect(page.get_by_test_id("group-learning")).to_contain_text(sentence)
     expect(rate).to_have_attribute("aria-invalid", "true")
     expect(start).to_be_disabled()
@@ -144,7 +155,9 @@ def test_a_name_that_is_taken_can_be_chosen_again(page: Page) -> None:
     expect(other.get_by_test_id("open-kept")).to_be_visible()
 
 
-def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_server: LabServer) -> None:
+def test_every_kind_of_field_changes_the_experiment_that_lives(
+    page: Page, lab_server: LabServer
+) -> None:
     page.goto(address(QUICK))
     for group in ("network", "learning", "evolution", "world"):
         page.get_by_test_id(f"group-{group}").locator("summary").first.click()
@@ -162,7 +175,9 @@ def test_every_kind_of_field_changes_the_experiment_that_lives(page: Page, lab_s
     page.get_by_test_id("remove-world.food.0").click()
     page.get_by_test_id("start").click()
     state_is(page, "Done")
-    found = next(run for run in data(lab_server.address, "live")["runs"] if run["id"] in page.url)["experiment"]
+    found = next(run for run in data(lab_server.address, "live")["runs"] if run["id"] in page.url)[
+        "experiment"
+    ]
     assert found["name"] == "mine"
     assert found["network"] == {"kind": "feed-forward", "hidden": [7], "biases": True}
     assert found["evolution"]["selection"] == "rank"
@@ -228,7 +243,9 @@ def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> No
         box = plot.bounding_box()
         assert box
         plot.click(position={"x": x % box["width"], "y": box["height"] / 2})
-        expect(page.get_by_test_id("live-caption")).to_have_text(f"Generation {generation}", timeout=60_000)
+        expect(page.get_by_test_id("live-caption")).to_have_text(
+            f"Generation {generation}", timeout=60_000
+        )
 
 
 def shown(page: Page) -> int:
@@ -236,7 +253,9 @@ def shown(page: Page) -> int:
     return int(re.sub(r"\D", "", page.get_by_test_id("live-caption").text_content() or "") or -1)
 
 
-def test_the_world_is_that_of_the_newest_generation_until_the_reader_looks_closer(page: Page) -> None:
+def test_the_world_is_that_of_the_newest_generation_until_the_reader_looks_closer(
+    page: Page,
+) -> None:
     """Lives of 2000 steps at 5x take 40 s each, and generations come ten times a second."""
     begin(page, LONG | {"lifetime.steps": 2000}, pace="0.1", speed="5")
     wait_for(page, lambda: shown(page) >= 5)
@@ -270,7 +289,9 @@ def test_an_agent_of_a_live_world_is_opened_and_the_address_opens_it_again(page:
     inside = page.get_by_test_id("agent")
     expect(inside).to_have_text("Agent 7")
     expect(page.get_by_test_id("responses").get_by_role("row")).to_have_count(1 + 2**3)
-    expect(page.get_by_role("row", name="left, front, right")).to_have_text(re.compile("(left|forward|right){2}$"))
+    expect(page.get_by_role("row", name="left, front, right")).to_have_text(
+        re.compile("(left|forward|right){2}$")
+    )
     expect(page.get_by_test_id("live-newest")).to_have_attribute("aria-pressed", "false")
     page.get_by_test_id("live-play").click()
     page.get_by_test_id("timeline").fill("40")
@@ -287,7 +308,9 @@ def test_an_agent_of_a_live_world_is_opened_and_the_address_opens_it_again(page:
     expect(inside).to_be_hidden()
 
 
-def test_a_run_is_changed_and_run_again_from_its_own_values(page: Page, lab_server: LabServer) -> None:
+def test_a_run_is_changed_and_run_again_from_its_own_values(
+    page: Page, lab_server: LabServer
+) -> None:
     begin(page, QUICK | {"evolution.selection": "rank", "name": "mine"}, pace="0", runs=3, seed=8)
     state_is(page, "Done")
     first = page.url.split("id=")[1].split("&")[0]
@@ -307,7 +330,10 @@ def test_a_run_is_changed_and_run_again_from_its_own_values(page: Page, lab_serv
     assert again["experiment"] == data(lab_server.address, "preset", name="evo+self-taught/A") | {
         name: again["experiment"][name] for name in ("name", "evolution", "lifetime", "world")
     }
-    assert (again["experiment"]["evolution"]["selection"], again["experiment"]["lifetime"]["steps"]) == ("rank", 300)
+    assert (
+        again["experiment"]["evolution"]["selection"],
+        again["experiment"]["lifetime"]["steps"],
+    ) == ("rank", 300)
     assert (again["runs"], again["seed"]) == (3, 9)
 
 

@@ -26,14 +26,18 @@ def opened(page: Page, looks_server: LabServer) -> Page:
 
 def told(server: LabServer, step: int, **asked: int) -> str:
     """What the page says of a step of a life of twenty moves in each of six environments."""
-    _, found = arrays(server.address, "view", study="looks", condition="cells", run=1, view="life", **asked)
+    _, found = arrays(
+        server.address, "view", study="looks", condition="cells", run=1, view="life", **asked
+    )
     row, column = found["place"][step] + 1
     looks = ("right", "down", "left", "up")[found["heading"][step]]
     where = f"environment {step // 20 + 1} of 6, step {step % 20 + 1} of 20: row {row}, column {column}, looks {looks}"
     return f"{where}; gained {found['gained'][step]:g} in this environment so far"
 
 
-def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(opened: Page, looks_server: LabServer) -> None:
+def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(
+    opened: Page, looks_server: LabServer
+) -> None:
     words = opened.get_by_test_id("cells-told")
     expect(words).to_have_text(told(looks_server, 0, generation=2))
     opened.keyboard.press("ArrowRight")
@@ -53,8 +57,13 @@ def test_a_life_is_gone_through_step_by_step_by_keys_and_by_its_slider(opened: P
     expect(play).to_have_attribute("aria-label", "Play")
 
 
-def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(opened: Page, looks_server: LabServer) -> None:
-    fittest = [int(one.argmax()) for one in Study(looks_server.root / "looks").read("cells", 1).energy.values]
+def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(
+    opened: Page, looks_server: LabServer
+) -> None:
+    fittest = [
+        int(one.argmax())
+        for one in Study(looks_server.root / "looks").read("cells", 1).energy.values
+    ]
     opened.keyboard.press("Shift+ArrowRight")
     heading, words = opened.get_by_test_id("view-heading"), opened.get_by_test_id("cells-told")
     expect(heading).to_have_text(f"Life, agent {fittest[2]}, the fittest, generation 2")
@@ -66,7 +75,9 @@ def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(opened: 
     expect(words).to_have_text(told(looks_server, 10, generation=1, agent=7))
     opened.get_by_role("slider", name="Generation").press("End")
     expect(words).to_have_text(told(looks_server, 10, generation=3, agent=7))
-    expect(opened).to_have_url(re.compile("generation=3&step=10&agent=7|generation=3&.*agent=7.*step=10"))
+    expect(opened).to_have_url(
+        re.compile("generation=3&step=10&agent=7|generation=3&.*agent=7.*step=10")
+    )
     opened.reload()
     expect(heading).to_have_text("Life, agent 7, generation 3")
     expect(words).to_have_text(told(looks_server, 10, generation=3, agent=7))
@@ -104,7 +115,9 @@ def test_where_nothing_follows_birth_a_walk_is_a_sentence_and_not_a_chart(opened
     walk = opened.get_by_test_id("walk")
     expect(walk.locator(".uplot")).to_be_visible()
     opened.get_by_test_id("condition-a").select_option("still")
-    expect(walk).to_contain_text("These lives have no trial, so what is there at birth stays: fitness of the string")
+    expect(walk).to_contain_text(
+        "These lives have no trial, so what is there at birth stays: fitness of the string"
+    )
     expect(walk.locator("li")).to_have_text(
         [re.compile(rf"^{who}.*: 0\.\d+$") for who in ("agent", "average of all", "best of all")]
     )
@@ -116,9 +129,13 @@ def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
     table = opened.get_by_test_id("matrix")
     expect(opened.get_by_test_id("view-heading")).to_have_text("Payoffs, generation 2")
     expect(table.locator("thead th")).to_have_text(["hawk", "dove"])
-    expect(table.locator("tbody tr")).to_have_text([re.compile(r"^hawk \(\d+%\)04$"), re.compile(r"^dove \(\d+%\)12$")])
+    expect(table.locator("tbody tr")).to_have_text(
+        [re.compile(r"^hawk \(\d+%\)04$"), re.compile(r"^dove \(\d+%\)12$")]
+    )
     opened.get_by_test_id("about").click()
-    expect(opened.get_by_test_id("guide")).to_contain_text("What strategies get against each other.")
+    expect(opened.get_by_test_id("guide")).to_contain_text(
+        "What strategies get against each other."
+    )
 
 
 @pytest.mark.parametrize(
@@ -126,7 +143,10 @@ def test_a_matrix_is_a_table_of_its_generation(opened: Page) -> None:
     [
         (f"{CELLS}&look=live", "cells has no view live. There are: life."),
         (f"{CELLS}&agent=20", "cells has no agent 20: its agents are 0 to 19."),
-        (CELLS.replace("generation=2", "generation=9"), "cells has no generation 9: its generations are 0 to 3."),
+        (
+            CELLS.replace("generation=2", "generation=9"),
+            "cells has no generation 9: its generations are 0 to 3.",
+        ),
     ],
 )
 def test_what_is_not_there_is_said_and_something_else_is_shown(
@@ -139,7 +159,9 @@ def test_what_is_not_there_is_said_and_something_else_is_shown(
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_no_barrier(browser: Browser, looks_server: LabServer, scheme: str) -> None:
-    with looks_server.context(browser, color_scheme="dark" if scheme == "dark" else "light") as context:
+    with looks_server.context(
+        browser, color_scheme="dark" if scheme == "dark" else "light"
+    ) as context:
         page = context.new_page()
         for asked in (f"{CELLS}&step=9&guide=open", f"{WALK}&look=climb", MATRIX):
             page.goto(f"/#/world?{asked}")
@@ -149,7 +171,9 @@ def test_axe_finds_no_barrier(browser: Browser, looks_server: LabServer, scheme:
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
-def test_views_have_room_in_every_window(browser: Browser, looks_server: LabServer, width: int, height: int, dots: int) -> None:
+def test_views_have_room_in_every_window(
+    browser: Browser, looks_server: LabServer, width: int, height: int, dots: int
+) -> None:
     with window(browser, width, height, dots, looks_server) as page:
         for asked in (f"{CELLS}&step=9", f"{WALK}&look=climb", MATRIX):
             page.goto(f"/#/world?{asked}")
@@ -158,7 +182,11 @@ def test_views_have_room_in_every_window(browser: Browser, looks_server: LabServ
             expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
             found = page.evaluate(MEASURE, "/world.js")
             assert max(found["wide"]) <= 0 and found["lost"] == [] and found["controls"] > 5, found
-            for chooser in page.locator("[data-testid=condition-a]:visible, [data-testid=agent-a]:visible").all():
-                assert chooser.evaluate("chooser => chooser.clientWidth") > 80, "its choice can be read"
+            for chooser in page.locator(
+                "[data-testid=condition-a]:visible, [data-testid=agent-a]:visible"
+            ).all():
+                assert chooser.evaluate("chooser => chooser.clientWidth") > 80, (
+                    "its choice can be read"
+                )
         page.goto(f"/#/world?{CELLS}&step=9")
         assert page.get_by_test_id("cells").evaluate("cells => cells.clientWidth") >= 236

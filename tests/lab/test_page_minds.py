@@ -15,7 +15,9 @@ from tests.library.plain import compile_nothing
 from tests.small import small_study
 from tests.worlds import small
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")  # plain numbers that wrap around
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:.*encountered in:RuntimeWarning"
+)  # plain numbers that wrap around
 DRAWN = """async ({ net }) => {
     const { drawNetwork } = await import("/network.js");
     const pen = document.createElement("canvas").getContext("2d");
@@ -45,15 +47,24 @@ def minds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     kinds: dict[str, dict[str, Any]] = {
         "follower": {"learning": {"rule": "imitation"}},
         "gated": {"learning": {"rule": "modulated"}},
-        "heir": {"learning": {"rule": "self-taught"}, "evolution": {"inheritance": "social-heredity"}},
+        "heir": {
+            "learning": {"rule": "self-taught"},
+            "evolution": {"inheritance": "social-heredity"},
+        },
         "grown": {
             "network": {"kind": "growing", "hidden": [40]},
             "evolution": {"variation": "neat", "selection": "species", "neat": {"add_node": 1.0}},
         },
     }
-    with pytest.MonkeyPatch.context() as patched:  # in plain Python, as two combinations of parts take longer to compile
+    with (
+        pytest.MonkeyPatch.context() as patched
+    ):  # in plain Python, as two combinations of parts take longer to compile
         compile_nothing(patched)
-        small_study(root / "small", [small("evo").replace(name=name, **changes) for name, changes in kinds.items()], runs=1)
+        small_study(
+            root / "small",
+            [small("evo").replace(name=name, **changes) for name, changes in kinds.items()],
+            runs=1,
+        )
         with serving(root) as server:
             yield server
 
@@ -71,7 +82,13 @@ def guest(browser: Browser, minds: LabServer, request: pytest.FixtureRequest) ->
 
 def test_units_that_remember_are_named_and_an_arc_leads_back_to_each(page: Page) -> None:
     page.goto("/")
-    net = {"sizes": [3, 2, 1], "biases": False, "weights": None, "activations": [0] * 6, "action": 0}
+    net = {
+        "sizes": [3, 2, 1],
+        "biases": False,
+        "weights": None,
+        "activations": [0] * 6,
+        "action": 0,
+    }
     named = {"inputs": ["front"], "actions": ["forward"], "memory": [[3, 1], [4, 2]]}
     found = page.evaluate(DRAWN, {"net": net | named})
     assert found["words"] == ["front", "memory 1", "memory 2", "forward"]
@@ -81,7 +98,9 @@ def test_units_that_remember_are_named_and_an_arc_leads_back_to_each(page: Page)
 
 
 @pytest.mark.parametrize("guest", [(1280, 800), (390, 844)], indirect=True)
-def test_the_legend_says_what_a_line_to_a_teacher_is_only_where_there_are_lessons(guest: Page) -> None:
+def test_the_legend_says_what_a_line_to_a_teacher_is_only_where_there_are_lessons(
+    guest: Page,
+) -> None:
     guest.goto("/#/world?study=small&condition=follower&run=0&generation=2&step=70")
     lesson = guest.get_by_test_id("legend").first.get_by_text("learns from")
     expect(lesson).to_have_count(1)
@@ -89,11 +108,15 @@ def test_the_legend_says_what_a_line_to_a_teacher_is_only_where_there_are_lesson
     assert lesson.evaluate("entry => !entry.hidden")
     guest.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70")
     expect(guest.get_by_text("gated").first).to_be_visible()
-    guest.wait_for_function("document.querySelector('[data-testid=legend] .lesson').parentElement.hidden")
+    guest.wait_for_function(
+        "document.querySelector('[data-testid=legend] .lesson').parentElement.hidden"
+    )
 
 
 @pytest.mark.parametrize("guest", [(1280, 800), (390, 844)], indirect=True)
-def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(guest: Page, minds: LabServer) -> None:
+def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
+    guest: Page, minds: LabServer
+) -> None:
     guest.goto("/#/world?study=small&condition=heir&run=0&generation=2&agent=3")
     fitter, other = Study(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
     assert fitter != other
@@ -120,7 +143,9 @@ def test_a_network_whose_links_evolved_is_drawn_by_depth(page: Page) -> None:
     page.goto("/")
     links = [[0, 2, 1.0], [2, 3, -1.0], [-1, 3, 0.5], [3, 5, 2.0], [0, 5, 0.5]]
     net = {"inputs": ["front", "left"], "actions": ["forward"], "activations": [0] * 6, "action": 0}
-    found = page.evaluate(GRAPH, {"net": net | {"links": [each for link in links for each in link]}})
+    found = page.evaluate(
+        GRAPH, {"net": net | {"links": [each for link in links for each in link]}}
+    )
     assert found["words"] == ["front", "left", "bias", "forward"]
     assert (found["lines"], len(found["columns"]), found["dots"]) == (len(links), 4, 6)
 

@@ -16,7 +16,12 @@ from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
 
 PART = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
-CHANGES = {"bit_strings.guesses": 40, "bit_strings.loci": 6, "population.size": 40, "evolution.generations": 5}
+CHANGES = {
+    "bit_strings.guesses": 40,
+    "bit_strings.loci": 6,
+    "population.size": 40,
+    "evolution.generations": 5,
+}
 
 
 @pytest.fixture(scope="module")
@@ -30,21 +35,34 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 def test_a_model_of_ones_own_is_lived_kept_and_shown(page: Page, server: LabServer) -> None:
     presets = {preset["name"]: preset for preset in data(server.address, "presets")["presets"]}
-    assert presets["bit-strings"]["description"] == "Strings of 0, 1 and ?, which guess what a ? should be."
-    page.goto(f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={quote(json.dumps(CHANGES), safe='')}")
+    assert (
+        presets["bit-strings"]["description"]
+        == "Strings of 0, 1 and ?, which guess what a ? should be."
+    )
+    page.goto(
+        f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={quote(json.dumps(CHANGES), safe='')}"
+    )
     expect(page.get_by_test_id("field-bit_strings.guesses")).to_have_value("40")
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
-    expect(page.get_by_test_id("live-no-world")).to_have_text("Lives of the model bit-strings have no world to watch.")
+    expect(page.get_by_test_id("live-no-world")).to_have_text(
+        "Lives of the model bit-strings have no world to watch."
+    )
     expect(page.get_by_test_id("live-fitness")).to_contain_text("Fitness, mean of 2 runs")
     page.get_by_test_id("keep").click()
     page.get_by_test_id("keep-name").fill("bits")
     page.keyboard.press("Enter")
     page.get_by_test_id("open-kept").click()
-    expect(page.get_by_test_id("curves")).to_contain_text("Fitness of the best agent, generation by generation")
-    assert (server.root / "bits" / "parts" / "model-bit-strings.py").read_bytes() == PART.read_bytes()
+    expect(page.get_by_test_id("curves")).to_contain_text(
+        "Fitness of the best agent, generation by generation"
+    )
+    assert (
+        server.root / "bits" / "parts" / "model-bit-strings.py"
+    ).read_bytes() == PART.read_bytes()
     page.goto(f"{server.entry}#/world?study=bits&condition=bit-strings&run=0&generation=0")
-    expect(page.get_by_test_id("message-error")).to_contain_text("is of a model whose lives have no world to watch")
+    expect(page.get_by_test_id("message-error")).to_contain_text(
+        "is of a model whose lives have no world to watch"
+    )
 
 
 def test_what_is_stored_is_shown_without_the_part_and_not_lived(server: LabServer) -> None:
@@ -53,7 +71,10 @@ def test_what_is_stored_is_shown_without_the_part_and_not_lived(server: LabServe
     (study,) = data(server.address, "studies")["studies"]
     assert [(one["name"], one["steps"]) for one in study["conditions"]] == [("bit-strings", None)]
     results = data(server.address, "results", study="bits")
-    assert data(server.address, "run", study="bits", condition="bit-strings", run=0)["measure"] == "fitness"
+    assert (
+        data(server.address, "run", study="bits", condition="bit-strings", run=0)["measure"]
+        == "fitness"
+    )
     assert not results["food"] and len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
     asked = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
     assert "give its file by --part FILE" in refusal(server.address, "recording", 400, **asked)

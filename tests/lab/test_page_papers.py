@@ -26,7 +26,9 @@ NAME = "hinton-nowlan-1987"
 def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     """A server over a study of a paper, with a report."""
     root = tmp_path_factory.mktemp("shelf")
-    guessing = load("guessing").replace(population={"size": 40}, evolution={"generations": 3}, hinton_nowlan={"loci": 6})
+    guessing = load("guessing").replace(
+        population={"size": 40}, evolution={"generations": 3}, hinton_nowlan={"loci": 6}
+    )
     changes = ["hinton_nowlan.loci=6"]
     create(root / "needle", [guessing], 5, factors=factors(), paper=NAME, changes=changes)
     small_study(root / "needle", [guessing], runs=2)
@@ -53,7 +55,9 @@ def test_the_sign_of_the_house_leads_to_the_papers(page: Page, shelf: LabServer)
     expect(card).to_contain_text("5 conditions, 20 runs of each, 8 claims")
     expect(page).to_have_url(re.compile("#/papers$"))
     card.scroll_into_view_if_needed()
-    page.wait_for_function("document.querySelector('[data-paper=hinton-nowlan-1987] img').naturalWidth === 640")
+    page.wait_for_function(
+        "document.querySelector('[data-paper=hinton-nowlan-1987] img').naturalWidth === 640"
+    )
 
 
 def test_a_card_says_what_came_of_a_study_and_leads_into_it(shown: Page) -> None:
@@ -76,7 +80,9 @@ def test_a_paper_is_run_live_and_its_command_copied(shown: Page) -> None:
     expect(shown.get_by_test_id("preset")).to_have_value("guessing")
 
 
-def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there_are(shown: Page) -> None:
+def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there_are(
+    shown: Page,
+) -> None:
     shown.goto(re.sub("#.*", "#/papers?paper=worlds-and-minds", shown.url))
     expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_focused()
     expect(shown.get_by_test_id("paper-worlds-and-minds")).to_be_in_viewport()
@@ -86,7 +92,9 @@ def test_an_address_leads_to_a_card_and_one_of_an_unknown_paper_says_which_there
 
 
 @pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
-def test_cards_have_room_in_every_window(browser: Browser, shelf: LabServer, width: int, height: int, dots: int) -> None:
+def test_cards_have_room_in_every_window(
+    browser: Browser, shelf: LabServer, width: int, height: int, dots: int
+) -> None:
     with window(browser, width, height, dots, shelf) as page:
         page.goto("/#/papers")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
@@ -105,7 +113,13 @@ def test_axe_finds_no_barrier(browser: Browser, shelf: LabServer, scheme: str) -
 
 def test_a_link_that_is_no_web_address_is_not_shown(shown: Page) -> None:
     """Whatever a server says: the page of a paper that somebody else wrote runs no script of theirs."""
-    links = ["javascript:alert(1)", " javascript:alert(1)", "data:text/html,x", "//evil.org", "HTTPS://example.org/a"]
+    links = [
+        "javascript:alert(1)",
+        " javascript:alert(1)",
+        "data:text/html,x",
+        "//evil.org",
+        "HTTPS://example.org/a",
+    ]
 
     def answer(route: Route) -> None:
         found = route.fetch().json()
@@ -116,6 +130,8 @@ def test_a_link_that_is_no_web_address_is_not_shown(shown: Page) -> None:
     shown.route("**/api/papers*", answer)
     shown.reload()
     cards = shown.locator(".paper-card")
-    expect(cards.nth(4).get_by_role("link", name="the paper")).to_have_attribute("href", "HTTPS://example.org/a")
+    expect(cards.nth(4).get_by_role("link", name="the paper")).to_have_attribute(
+        "href", "HTTPS://example.org/a"
+    )
     for number in range(4):
         expect(cards.nth(number).get_by_role("link", name="the paper")).to_have_count(0)

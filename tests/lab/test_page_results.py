@@ -55,14 +55,20 @@ def open_results(page: Page, query: str = "study=small") -> None:
     page.get_by_test_id("curves").locator("canvas").wait_for()
 
 
-def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(page: Page, lab_server: LabServer) -> None:
+def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
+    page: Page, lab_server: LabServer
+) -> None:
     results = data(lab_server.address, "results", study="small")
-    name = max(results["conditions"], key=lambda condition: results["curves"][condition]["best"]["mean"][1])
+    name = max(
+        results["conditions"], key=lambda condition: results["curves"][condition]["best"]["mean"][1]
+    )
     open_results(page)
     plot = page.get_by_test_id("curves").locator(".u-over")
     box = plot.bounding_box()
     assert box is not None
-    plot.click(position={"x": box["width"] / 2, "y": 1})  # generation 1 of 0 to 2; the highest curve is nearest
+    plot.click(
+        position={"x": box["width"] / 2, "y": 1}
+    )  # generation 1 of 0 to 2; the highest curve is nearest
     expect(page.get_by_test_id("share")).to_be_visible()
     found = hash_of(page)
     assert found["condition"] == name
@@ -79,12 +85,16 @@ def test_the_keyboard_reaches_the_same_place(page: Page) -> None:
     expect(page).to_have_url(re.compile(r"#/world\?.*generation=1"))
 
 
-def test_each_run_is_a_point_that_leads_to_its_last_generation(page: Page, lab_server: LabServer) -> None:
+def test_each_run_is_a_point_that_leads_to_its_last_generation(
+    page: Page, lab_server: LabServer
+) -> None:
     open_results(page)
     points = page.get_by_test_id("final-best").locator("a.chart-point")
     expect(points).to_have_count(4)
     names = [points.nth(number).get_attribute("aria-label") for number in range(4)]
-    final = data(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"]["best"][1]
+    final = data(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"][
+        "best"
+    ][1]
     assert f"evo+self-taught/A, run 1: {final:.1f} energy. See its last generation." in names
     points.nth(3).focus()
     page.keyboard.press("Enter")
@@ -107,7 +117,9 @@ def test_measures_and_conditions_are_switched_and_the_address_keeps_them(page: P
 def many(lab_server: LabServer) -> Iterator[str]:
     """A study of nine conditions: three learners with three numbers of items, called maps."""
     learners, maps = ("evo", "self-taught", "evo+self-taught"), (5, 50, 90)
-    named = {f"{learner}/{count}": Factors(learner, str(count)) for learner in learners for count in maps}
+    named = {
+        f"{learner}/{count}": Factors(learner, str(count)) for learner in learners for count in maps
+    }
     made = {name: small().replace(name=name, lifetime={"steps": 20}) for name in named}
     life = simulate(made["evo/5"], seed=5)
     study = create(lab_server.root / "many", list(made.values()), 5, factors=named)
@@ -158,7 +170,9 @@ def test_runs_stand_in_a_table_that_sorts_and_can_be_saved(page: Page, many: str
     assert text.splitlines()[:2] == ["condition,run,best,mean,share", "evo/5,0,0,0,0"]
 
 
-def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_both_worlds(page: Page, claims: None) -> None:
+def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_both_worlds(
+    page: Page, claims: None
+) -> None:
     open_results(page)
     expect(page.get_by_test_id("claims")).to_contain_text("1 holds, 1 is undecided.")
     expect(page.get_by_test_id("claims").get_by_role("heading")).to_have_text("The paper's claims")
@@ -169,7 +183,9 @@ def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_b
     expect(page.get_by_test_id("world-b")).to_be_visible()
 
 
-def test_questions_of_a_study_s_own_are_held_against_no_paper(page: Page, lab_server: LabServer, claims: None) -> None:
+def test_questions_of_a_study_s_own_are_held_against_no_paper(
+    page: Page, lab_server: LabServer, claims: None
+) -> None:
     write_claims(Study(lab_server.root / "small"), [CLAIM | {"paper": "", "figure": None}])
     open_results(page)
     shown = page.get_by_test_id("claims")
@@ -178,12 +194,16 @@ def test_questions_of_a_study_s_own_are_held_against_no_paper(page: Page, lab_se
     expect(shown).not_to_contain_text("The paper")
 
 
-def test_claims_that_were_changed_by_hand_are_not_shown(page: Page, lab_server: LabServer, claims: None) -> None:
+def test_claims_that_were_changed_by_hand_are_not_shown(
+    page: Page, lab_server: LabServer, claims: None
+) -> None:
     path = lab_server.root / "small" / CLAIMS
     path.write_text(path.read_text().replace('"undecided"', '"holds"'))
     open_results(page)
     shown = page.get_by_test_id("claims")
-    expect(shown.get_by_test_id("claims-problem")).to_contain_text("claims.json is not what a report has written")
+    expect(shown.get_by_test_id("claims-problem")).to_contain_text(
+        "claims.json is not what a report has written"
+    )
     expect(shown).not_to_contain_text("holds")
 
 
@@ -197,7 +217,9 @@ def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: La
     open_results(page)
     shown = page.get_by_test_id("comparison")
     expect(shown.locator("tbody tr")).to_have_count(2)
-    expect(shown).to_contain_text("With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed.")
+    expect(shown).to_contain_text(
+        "With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed."
+    )
     expect(shown.locator("tbody .badge").first).to_have_text("too few runs")
     rows = data(lab_server.address, "results", study="small")["comparison"]["rows"]
     expected = bl.open(lab_server.root / "small").compare()

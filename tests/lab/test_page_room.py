@@ -40,7 +40,9 @@ MEASURE = """async module => {
 
 
 @contextmanager
-def window(browser: Browser, width: int, height: int, dots: int, lab: LabServer | None = None) -> Iterator[Page]:
+def window(
+    browser: Browser, width: int, height: int, dots: int, lab: LabServer | None = None
+) -> Iterator[Page]:
     """A page in a window of this size, which may ask a lab."""
     options: dict[str, Any] = {
         "viewport": {"width": width, "height": height},
@@ -69,7 +71,14 @@ def test_maps_have_room_alone_in_comparison_and_beside_an_agent_and_its_ancestor
     with window(browser, width, height, dots, lab_server) as page:
         page.goto(f"/#/world?{LIFE}")
         expect(page.locator("[data-ready]")).to_have_count(1)
-        steps = ((None, 1), ("close-guide", 1), ("compare", 2), ("agents", 2), ("agent-3", 2), ("ancestors-of", 2))
+        steps = (
+            (None, 1),
+            ("close-guide", 1),
+            ("compare", 2),
+            ("agents", 2),
+            ("agent-3", 2),
+            ("ancestors-of", 2),
+        )
         for more, worlds in steps:
             if more is not None:
                 page.get_by_test_id(more).click()
@@ -83,10 +92,14 @@ def test_maps_have_room_alone_in_comparison_and_beside_an_agent_and_its_ancestor
 
 
 @pytest.mark.parametrize("beside", [False, True], ids=["alone", "in comparison"])
-def test_a_shared_page_has_room_for_its_maps(browser: Browser, lab_server: LabServer, tmp_path: Path, beside: bool) -> None:
+def test_a_shared_page_has_room_for_its_maps(
+    browser: Browser, lab_server: LabServer, tmp_path: Path, beside: bool
+) -> None:
     one, other = LIFE, LIFE.replace("%2Bself-taught", "")
     path = tmp_path / "shared.html"
-    path.write_bytes(ask(lab_server.address, "share", a=one, step=40, **({"b": other} if beside else {})).content)
+    path.write_bytes(
+        ask(lab_server.address, "share", a=one, step=40, **({"b": other} if beside else {})).content
+    )
     for width, height, dots in LOW:
         with window(browser, width, height, dots) as page:
             page.goto(path.as_uri())
@@ -98,7 +111,9 @@ def test_a_shared_page_has_room_for_its_maps(browser: Browser, lab_server: LabSe
             require_room(page, 1 + beside, "lab/world.js")
 
 
-def test_a_live_run_has_room_for_its_world_and_for_an_agent_of_it(browser: Browser, lab_server: LabServer) -> None:
+def test_a_live_run_has_room_for_its_world_and_for_an_agent_of_it(
+    browser: Browser, lab_server: LabServer
+) -> None:
     changes = quote(json.dumps({"lifetime.steps": 300, "evolution.generations": 2}), safe="")
     with window(browser, 1280, 800, 1, lab_server) as page:
         page.goto(f"/#/live?preset=evo%2Bself-taught/A&runs=1&pace=0&set={changes}")
@@ -115,7 +130,10 @@ def test_a_live_run_has_room_for_its_world_and_for_an_agent_of_it(browser: Brows
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             page.get_by_test_id("live-canvas-agent").select_option("3")
             expect(page.get_by_test_id("kin")).to_contain_text("parents")
-            for part in ("networks", "kin"):  # the bar of time stays in sight beside whatever is looked at
+            for part in (
+                "networks",
+                "kin",
+            ):  # the bar of time stays in sight beside whatever is looked at
                 page.get_by_test_id(part).evaluate("part => part.scrollIntoView()")
                 expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
             require_room(page, 1)

@@ -36,7 +36,9 @@ SPY = """async () => {
 def trace_of(server: LabServer, condition: str) -> xr.Dataset:
     study = Study(server.root / "small")
     energy = study.read(condition, 1).energy
-    return replay(study.experiment(condition), seed=study.seed, run=1, generation=2, energy=energy)  # the life that SMALL names
+    return replay(
+        study.experiment(condition), seed=study.seed, run=1, generation=2, energy=energy
+    )  # the life that SMALL names
 
 
 @pytest.fixture
@@ -44,7 +46,9 @@ def lonely(browser: Browser) -> Iterator[Page]:
     """A page with no network; its test fails if it asks for anything but the file itself, or has a fault."""
     with offline(browser, 800) as (page, asked):
         yield page
-    assert [url for url in asked if not url.startswith("data:")] == [f for f in asked if f.startswith("file:")][:1]
+    assert [url for url in asked if not url.startswith("data:")] == [
+        f for f in asked if f.startswith("file:")
+    ][:1]
 
 
 def open_shared(page: Page, server: LabServer, folder: Path, **query: Any) -> None:
@@ -58,10 +62,14 @@ def last_drawn(page: Page, time: int) -> list[dict[str, Any]]:
     """The worlds as they were drawn last at a step, in the order of their panels."""
     page.wait_for_function("time => globalThis.drawn.at(-1)?.time === time", arg=time)
     drawn = page.evaluate("globalThis.drawn")
-    return [world for world in drawn if world["time"] == time][-page.get_by_test_id("replay-canvas").count() :]
+    return [world for world in drawn if world["time"] == time][
+        -page.get_by_test_id("replay-canvas").count() :
+    ]
 
 
-def test_a_shared_page_plays_from_a_file(lonely: Page, lab_server: LabServer, tmp_path: Path) -> None:
+def test_a_shared_page_plays_from_a_file(
+    lonely: Page, lab_server: LabServer, tmp_path: Path
+) -> None:
     open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL))
     step = lonely.get_by_test_id("replay-step")
     expect(step).to_have_text("step 0 of 300")
@@ -74,8 +82,17 @@ def test_a_shared_page_plays_from_a_file(lonely: Page, lab_server: LabServer, tm
     expect(step).to_have_text("step 298 of 300")
 
 
-def test_a_shared_page_shows_the_agents_where_the_replay_has_them(lonely: Page, lab_server: LabServer, tmp_path: Path) -> None:
-    open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL), b=urlencode(SMALL | {"condition": "evo/A"}), step=40)
+def test_a_shared_page_shows_the_agents_where_the_replay_has_them(
+    lonely: Page, lab_server: LabServer, tmp_path: Path
+) -> None:
+    open_shared(
+        lonely,
+        lab_server,
+        tmp_path,
+        a=urlencode(SMALL),
+        b=urlencode(SMALL | {"condition": "evo/A"}),
+        step=40,
+    )
     expect(lonely.get_by_test_id("replay-step")).to_have_text("step 40 of 300")
     lonely.evaluate(SPY)
     for step in (210, 17):
@@ -94,8 +111,13 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL), step=250)
     trace = trace_of(lab_server, "evo+self-taught/A")
     eaten = trace.eaten.values[:251].sum(axis=0)
-    canvas, facts = lonely.get_by_test_id("replay-canvas"), lonely.get_by_test_id("replay-canvas-facts")
-    expect(lonely.get_by_test_id("replay-canvas-count")).to_have_text(f"{eaten.sum()} eaten · {(eaten > 0).sum()} of 20 ate")
+    canvas, facts = (
+        lonely.get_by_test_id("replay-canvas"),
+        lonely.get_by_test_id("replay-canvas-facts"),
+    )
+    expect(lonely.get_by_test_id("replay-canvas-count")).to_have_text(
+        f"{eaten.sum()} eaten · {(eaten > 0).sum()} of 20 ate"
+    )
     for meaning in ("food", "has eaten", "never ate", "sensor fires", "eats now"):
         expect(lonely.get_by_test_id("legend")).to_contain_text(meaning)
     assert lonely.evaluate(
@@ -111,7 +133,9 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     margin = min(28, box["width"] * 0.03)
     scale = (min(box["width"], box["height"]) - 2 * margin) / 640
     left, top = ((box[side] - 640 * scale) / 2 for side in ("width", "height"))
-    canvas.click(position={"x": left + world["x"][agent] * scale, "y": top + world["y"][agent] * scale})
+    canvas.click(
+        position={"x": left + world["x"][agent] * scale, "y": top + world["y"][agent] * scale}
+    )
     action = ("left", "forward", "right")[int(trace.action.values[250, agent])]
     expect(facts).to_contain_text(f"Agent {agent}: {eaten[agent]} eaten")
     expect(facts).to_contain_text(f"does: {action}")
@@ -120,9 +144,13 @@ def test_a_shared_page_tells_what_was_eaten_and_can_be_zoomed_and_asked_for_an_a
     assert lonely.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def test_a_shared_page_says_what_it_is_and_how_to_have_it_again(lonely: Page, lab_server: LabServer, tmp_path: Path) -> None:
+def test_a_shared_page_says_what_it_is_and_how_to_have_it_again(
+    lonely: Page, lab_server: LabServer, tmp_path: Path
+) -> None:
     open_shared(lonely, lab_server, tmp_path, a=urlencode(SMALL))
-    expect(lonely.locator("figcaption")).to_have_text("evo+self-taught/A, run 1, generation 2seed 5, 20 agents, 50 items of food")
+    expect(lonely.locator("figcaption")).to_have_text(
+        "evo+self-taught/A, run 1, generation 2seed 5, 20 agents, 50 items of food"
+    )
     lonely.locator("summary").click()
     expect(lonely.get_by_test_id("replay-commands")).to_contain_text(
         "baldwinlab run experiment.toml --seed 5 --runs 2 --out study"
@@ -134,7 +162,9 @@ def test_the_link_opens_exactly_what_was_shown(page: Page, lab_server: LabServer
     page.goto(f"/#/world?{urlencode(SHOWN | BESIDE)}")
     page.get_by_test_id("share").click()
     link = page.get_by_test_id("share-link").input_value()
-    assert (SHOWN | BESIDE).items() <= {k: int(v) if v.isdigit() else v for k, v in parse_qsl(link.partition("?")[2])}.items()
+    assert (SHOWN | BESIDE).items() <= {
+        k: int(v) if v.isdigit() else v for k, v in parse_qsl(link.partition("?")[2])
+    }.items()
     page.goto("about:blank")
     page.goto(link)
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
@@ -143,7 +173,9 @@ def test_the_link_opens_exactly_what_was_shown(page: Page, lab_server: LabServer
     expect(page.get_by_test_id("share-link")).to_have_value(link)
 
 
-def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(page: Page, lonely: Page, tmp_path: Path) -> None:
+def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(
+    page: Page, lonely: Page, tmp_path: Path
+) -> None:
     page.goto(f"/#/world?{urlencode(SHOWN | BESIDE)}")
     expect(page.get_by_test_id("step")).to_have_text("120 / 299")
     page.get_by_test_id("share").click()
@@ -158,11 +190,20 @@ def test_the_menu_saves_both_worlds_as_a_page_and_as_a_picture(page: Page, lonel
     expect(lonely.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
 
 
-def test_what_the_server_refuses_is_a_sentence_on_the_page(browser: Browser, lab_server: LabServer) -> None:
+def test_what_the_server_refuses_is_a_sentence_on_the_page(
+    browser: Browser, lab_server: LabServer
+) -> None:
     page = lab_server.context(browser).new_page()
-    page.route("**/api/movie**", lambda route: route.fulfill(status=400, json={"error": "writing .mp4 needs the extra 'video'"}))
+    page.route(
+        "**/api/movie**",
+        lambda route: route.fulfill(
+            status=400, json={"error": "writing .mp4 needs the extra 'video'"}
+        ),
+    )
     page.goto(f"/#/world?{urlencode(SHOWN)}")
     page.get_by_test_id("share").click()
     page.get_by_test_id("share-mp4").click()
-    expect(page.get_by_test_id("message-error")).to_contain_text("writing .mp4 needs the extra 'video'")
+    expect(page.get_by_test_id("message-error")).to_contain_text(
+        "writing .mp4 needs the extra 'video'"
+    )
     page.close()

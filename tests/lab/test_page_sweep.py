@@ -16,8 +16,12 @@ from tests.lab.asking import LabServer
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
 
 
-def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(page: Page, lab_server: LabServer) -> None:
-    page.goto(f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'set': json.dumps(CHANGES)})}")
+def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(
+    page: Page, lab_server: LabServer
+) -> None:
+    page.goto(
+        f"/#/live?{urlencode({'preset': 'evo+self-taught/A', 'runs': 2, 'set': json.dumps(CHANGES)})}"
+    )
     page.get_by_test_id("sweep").click()
     field, values = page.get_by_test_id("sweep-field-0"), page.get_by_test_id("sweep-values-0")
     start, size = page.get_by_test_id("sweep-start"), page.get_by_test_id("sweep-size")
@@ -30,7 +34,9 @@ def test_a_sweep_is_planned_saved_started_and_opened_in_results_by_its_field(pag
     expect(start).to_be_disabled()
     values.fill("0.01, 0.1")
     expect(size).to_contain_text("2 points, 4 runs in all: ")
-    expect(size).to_contain_text("With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed.")
+    expect(size).to_contain_text(
+        "With 2 runs and 2 tests, the smallest corrected p-value is 0.67. At least 5 runs are needed."
+    )
     expect(page).to_have_url(re.compile(r"fields=.*learning\.rate.*0\.01,0\.1"))
     page.reload()  # the address holds what is planned
     expect(values).to_have_value("0.01, 0.1")

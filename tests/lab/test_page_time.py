@@ -30,7 +30,9 @@ def test_where_the_address_names_no_run_the_typical_one_plays_at_a_speed_that_sh
 
 
 @pytest.mark.parametrize("agent", [None, 4], ids=["of anybody", "of the open agent"])
-def test_the_next_and_the_previous_meal_are_those_of_the_replay(page: Page, agent: int | None) -> None:
+def test_the_next_and_the_previous_meal_are_those_of_the_replay(
+    page: Page, agent: int | None
+) -> None:
     eaten = replay(small(), seed=5, run=1, generation=2).eaten
     one = eaten.sum("agent") if agent is None else eaten.isel(agent=agent)
     meals = [int(step) for step in (one.values > 0).nonzero()[0]]
@@ -51,7 +53,10 @@ def test_generations_play_one_after_the_other_and_stop_at_the_last(page: Page) -
     page.goto(f"/#/world?{LIFE}&step=200&speed=1000")
     expect(page.locator("[data-ready]")).to_have_count(1)
     tour = page.get_by_test_id("tour-a")
-    with page.expect_response(re.compile("recording.*generation=0")), page.expect_response(re.compile("recording.*generation=2")):
+    with (
+        page.expect_response(re.compile("recording.*generation=0")),
+        page.expect_response(re.compile("recording.*generation=2")),
+    ):
         tour.click()
     expect(tour).to_have_attribute("aria-pressed", "false")
     expect(page.get_by_test_id("generation-a")).to_have_value("2")

@@ -32,7 +32,9 @@ def part(page: Page, name: str) -> Locator:
 
 
 def state_of(page: Page) -> dict[str, Any]:
-    found: dict[str, Any] = page.evaluate("Object.fromEntries(new URLSearchParams(location.hash.split('?')[1]))")
+    found: dict[str, Any] = page.evaluate(
+        "Object.fromEntries(new URLSearchParams(location.hash.split('?')[1]))"
+    )
     return found
 
 
@@ -59,7 +61,13 @@ def test_a_world_plays_by_itself_within_a_second_and_pauses_where_it_is(page: Pa
 
 def test_the_keyboard_steers_time_speed_and_generation(page: Page) -> None:
     open_world(page)
-    for key, step in (("ArrowRight", 1), ("Shift+ArrowRight", 101), ("ArrowLeft", 100), ("End", 299), ("Home", 0)):
+    for key, step in (
+        ("ArrowRight", 1),
+        ("Shift+ArrowRight", 101),
+        ("ArrowLeft", 100),
+        ("End", 299),
+        ("Home", 0),
+    ):
         page.keyboard.press(key)
         expect_step(page, step)
     expect(part(page, "speed")).to_have_value("5")  # of so short a life
@@ -84,7 +92,9 @@ def test_what_is_shown_as_eaten_is_what_the_replay_says(page: Page) -> None:
     for step in (120, 299, 3):
         open_world(page, f"{TAUGHT}&step={step}")
         so_far = eaten.isel(step=step)
-        expect(part(page, "eaten-a")).to_have_text(f"{int(so_far.sum())} eaten · {int((so_far > 0).sum())} of 20 ate")
+        expect(part(page, "eaten-a")).to_have_text(
+            f"{int(so_far.sum())} eaten · {int((so_far > 0).sum())} of 20 ate"
+        )
 
 
 def test_scrubbing_goes_to_any_step_and_the_picture_follows(page: Page) -> None:
@@ -99,7 +109,9 @@ def test_scrubbing_goes_to_any_step_and_the_picture_follows(page: Page) -> None:
     assert part(page, "world-a").screenshot() == before
 
 
-def test_an_agent_opens_with_its_networks_and_kin_and_a_parent_opens_its_own_life(page: Page) -> None:
+def test_an_agent_opens_with_its_networks_and_kin_and_a_parent_opens_its_own_life(
+    page: Page,
+) -> None:
     open_world(page)
     trace = replay(small(), seed=5, run=1, generation=2)
     box = part(page, "world-a").bounding_box()
@@ -125,8 +137,13 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
     trace = replay(noisy, seed=5, run=1, generation=2)
     done, largest = trace.action.values[:, 3], trace.output.values[:, 3].argmax(axis=1)
     moment, whole = Moment(5, 1, 2), Span(0, 300)
-    life = Life(noisy, moment, lambda: Past(genome_at(noisy, moment, None), energy_before(noisy, moment)))
-    for path, raw in (("inside", look_inside(life, whole, 3)), ("recording", record(life, whole, {}))):
+    life = Life(
+        noisy, moment, lambda: Past(genome_at(noisy, moment, None), energy_before(noisy, moment))
+    )
+    for path, raw in (
+        ("inside", look_inside(life, whole, 3)),
+        ("recording", record(life, whole, {})),
+    ):
         page.route(f"**/api/{path}?*", partial(fulfil, raw))
     names = ("left", "forward", "right")
     for step in (int((done == largest).argmax()), int((done != largest).argmax())):
@@ -136,19 +153,33 @@ def test_an_agent_s_action_is_shown_as_done_and_marked_where_it_was_noise(page: 
         page.goto("about:blank")
 
 
-def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_the_more(page: Page) -> None:
+def test_real_valued_inputs_are_shown_as_numbers_and_their_sectors_the_brighter_the_more(
+    page: Page,
+) -> None:
     experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]})
     moment, whole = Moment(5, 1, 2), Span(0, 300)
-    life = Life(experiment, moment, lambda: Past(genome_at(experiment, moment, None), energy_before(experiment, moment)))
-    for path, raw in (("inside", look_inside(life, whole, 3)), ("recording", record(life, whole, {}))):
+    life = Life(
+        experiment,
+        moment,
+        lambda: Past(genome_at(experiment, moment, None), energy_before(experiment, moment)),
+    )
+    for path, raw in (
+        ("inside", look_inside(life, whole, 3)),
+        ("recording", record(life, whole, {})),
+    ):
         page.route(f"**/api/{path}?*", partial(fulfil, raw))
     sensor = replay(experiment, seed=5, run=1, generation=2).sensor.values[:, 3]
     step = int((sensor[:, 5] > 0.1).argmax())
     assert sensor[step, 5] > 0.1
     open_world(page, f"{TAUGHT}&step={step}&agent=3")
     lights = page.locator(".sensor")
-    numbers = [f"{name} {value:.2f}" for name, value in zip(("angle", "distance", "smell left"), sensor[step, 3:6], strict=True)]
-    expect(lights).to_have_text(["left", "front", "right", *numbers, f"smell right {sensor[step, 6]:.2f}"])
+    numbers = [
+        f"{name} {value:.2f}"
+        for name, value in zip(("angle", "distance", "smell left"), sensor[step, 3:6], strict=True)
+    ]
+    expect(lights).to_have_text(
+        ["left", "front", "right", *numbers, f"smell right {sensor[step, 6]:.2f}"]
+    )
     expect(lights.nth(5)).to_have_class("sensor lit")
     expect(part(page, "responses")).to_be_hidden()
 
@@ -177,7 +208,13 @@ def test_the_address_reopens_exactly_what_is_seen(page: Page) -> None:
     expect(page).to_have_url(re.compile("zoom="))
     page.wait_for_timeout(600)  # the address follows a moment later
     seen = state_of(page)
-    assert (seen["step"], seen["speed"], seen["agent"], seen["trails"], seen["sight"]) == ("140", "50", "4", "life", "off")
+    assert (seen["step"], seen["speed"], seen["agent"], seen["trails"], seen["sight"]) == (
+        "140",
+        "50",
+        "4",
+        "life",
+        "off",
+    )
     picture = part(page, "world-a").screenshot()
     page.reload()
     expect(page.locator("[data-ready]")).to_have_count(2)
@@ -196,7 +233,9 @@ def test_back_returns_to_the_generation_before(page: Page) -> None:
     expect(part(page, "generation-a")).to_have_value("2")
 
 
-def test_the_address_that_follows_never_takes_a_reader_back_who_is_on_the_way_to_another_view(page: Page) -> None:
+def test_the_address_that_follows_never_takes_a_reader_back_who_is_on_the_way_to_another_view(
+    page: Page,
+) -> None:
     open_world(page)
     page.evaluate("""async () => {
         const { navigate } = await import("/address.js");
@@ -218,12 +257,16 @@ def test_the_address_that_follows_never_takes_a_reader_back_who_is_on_the_way_to
         ("study=small&condition=evo/A&run=7", "no run 7 of evo/A"),
     ],
 )
-def test_an_address_of_what_is_not_there_gets_a_sentence_and_a_world(page: Page, state: str, sentence: str) -> None:
+def test_an_address_of_what_is_not_there_gets_a_sentence_and_a_world(
+    page: Page, state: str, sentence: str
+) -> None:
     open_world(page, state)
     expect(part(page, "message-error")).to_contain_text(sentence)
 
 
-def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Browser, lab_server: LabServer) -> None:
+def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(
+    browser: Browser, lab_server: LabServer
+) -> None:
     context = lab_server.context(browser)
     page = context.new_page()
     open_world(page)
@@ -236,7 +279,9 @@ def test_a_lost_connection_is_told_and_work_goes_on_when_it_is_back(browser: Bro
     context.close()
 
 
-def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(browser: Browser, tmp_path: Path) -> None:
+def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(
+    browser: Browser, tmp_path: Path
+) -> None:
     study = small_study(tmp_path / "small", runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-9] + b"something")
@@ -244,7 +289,9 @@ def test_a_damaged_record_gets_a_sentence_and_no_other_life_in_its_place(browser
         page = context.new_page()
         open_world(page, "study=small&condition=evo/A&run=0&generation=1&step=0")
         page.goto("/#/world?study=small&condition=evo/A&run=1&generation=1&step=0")
-        expect(part(page, "messages")).to_contain_text("0001.nc is damaged: its checksum does not fit its content")
+        expect(part(page, "messages")).to_contain_text(
+            "0001.nc is damaged: its checksum does not fit its content"
+        )
         expect(page.locator("[data-ready]")).to_have_count(0)
         expect(page.locator(".run-curve.plain")).to_have_count(1)
         page.goto("/#/world?study=small&condition=evo/A&run=0&generation=2&step=0")
@@ -274,10 +321,16 @@ def test_a_long_session_holds_no_more_than_a_short_one(page: Page) -> None:
     assert held() < before + 1e6  # thirty recordings are 3 MB
 
 
-def test_on_a_phone_everything_fits_and_fingers_pick(browser: Browser, lab_server: LabServer) -> None:
+def test_on_a_phone_everything_fits_and_fingers_pick(
+    browser: Browser, lab_server: LabServer
+) -> None:
     context = lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True)
     page = context.new_page()
-    for state, panels in ((f"{TAUGHT}&step=0", 1), (f"{TAUGHT}&step=0&b.condition=evo/A", 2), (f"{TAUGHT}&step=0&agent=2", 1)):
+    for state, panels in (
+        (f"{TAUGHT}&step=0", 1),
+        (f"{TAUGHT}&step=0&b.condition=evo/A", 2),
+        (f"{TAUGHT}&step=0&agent=2", 1),
+    ):
         page.goto("about:blank")
         open_world(page, state, panels)
         assert page.evaluate("document.documentElement.scrollWidth") == 390

@@ -44,20 +44,26 @@ def items(found: dict[str, npt.NDArray[Any]], first: int, last: int) -> npt.NDAr
     return np.array(places)
 
 
-def require_same(found: dict[str, npt.NDArray[Any]], trace: xr.Dataset, first: int, last: int) -> None:
+def require_same(
+    found: dict[str, npt.NDArray[Any]], trace: xr.Dataset, first: int, last: int
+) -> None:
     part = trace.isel(step=slice(first, last))
     assert np.array_equal(found["x"], part.x)
     assert np.array_equal(found["y"], part.y)
     assert np.array_equal(found["heading"] * np.float32(9), part.heading)
     assert np.array_equal(found["action"], part.action)
     assert np.array_equal(found["sensor"], (part.sensor.values * [1, 2, 4]).sum(axis=-1))
-    assert np.array_equal(found["eaten_in_life"], trace.eaten.cumsum("step").isel(step=slice(first, last)))
+    assert np.array_equal(
+        found["eaten_in_life"], trace.eaten.cumsum("step").isel(step=slice(first, last))
+    )
     assert np.array_equal(items(found, first, last), np.stack([part.item_x, part.item_y], axis=1))
 
 
 @pytest.mark.parametrize("condition", ["evo/A", "evo+self-taught/A"])
 @pytest.mark.parametrize("generation", [0, 2])
-def test_a_recording_of_a_stored_run_is_its_replay(lab_server: LabServer, condition: str, generation: int) -> None:
+def test_a_recording_of_a_stored_run_is_its_replay(
+    lab_server: LabServer, condition: str, generation: int
+) -> None:
     trace = trace_of(lab_server, condition, 1, generation)
     query = {"study": "small", "condition": condition, "run": 1, "generation": generation}
     header, found = arrays(lab_server.address, "recording", **query)
@@ -65,12 +71,25 @@ def test_a_recording_of_a_stored_run_is_its_replay(lab_server: LabServer, condit
     assert trace.eaten.sum() > 0
     assert found["move_step"].size == trace.eaten[:-1].sum()
     assert header["source"] == {name: str(value) for name, value in query.items()}
-    assert (header["condition"], header["run"], header["generation"], header["seed"]) == (condition, 1, generation, 5)
-    assert (header["first"], header["last"], header["steps"], header["agents"], header["items"]) == (0, 300, 300, 20, 50)
+    assert (header["condition"], header["run"], header["generation"], header["seed"]) == (
+        condition,
+        1,
+        generation,
+        5,
+    )
+    assert (
+        header["first"],
+        header["last"],
+        header["steps"],
+        header["agents"],
+        header["items"],
+    ) == (0, 300, 300, 20, 50)
     assert header["learns"] == (condition != "evo/A")
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
-    assert header["look"] == json.loads(as_text(Study(lab_server.root / "small").experiment(condition)))
+    assert header["look"] == json.loads(
+        as_text(Study(lab_server.root / "small").experiment(condition))
+    )
 
 
 def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
@@ -80,7 +99,15 @@ def test_a_part_of_a_life_is_that_part(lab_server: LabServer) -> None:
 
 
 def test_a_preset_is_lived_without_a_study(lab_server: LabServer) -> None:
-    _, found = arrays(lab_server.address, "recording", preset="evo+self-taught/A", seed=3, run=1, generation=1, last=400)
+    _, found = arrays(
+        lab_server.address,
+        "recording",
+        preset="evo+self-taught/A",
+        seed=3,
+        run=1,
+        generation=1,
+        last=400,
+    )
     require_same(found, replay(load("evo+self-taught/A"), seed=3, run=1, generation=1), 0, 400)
 
 
@@ -88,7 +115,9 @@ def test_genomes_that_are_not_kept_are_bred_again(tmp_path: Path) -> None:
     sparse = small().replace(record={"genome_every": 100})
     study = small_study(tmp_path / "small", [sparse], runs=1)
     with serving(tmp_path) as server:
-        _, found = arrays(server.address, "recording", study="small", condition=sparse.name, run=0, generation=1)
+        _, found = arrays(
+            server.address, "recording", study="small", condition=sparse.name, run=0, generation=1
+        )
     require_same(found, replay(sparse, seed=study.seed, generation=1), 0, 300)
 
 
@@ -101,7 +130,9 @@ def test_a_world_without_food_is_recorded() -> None:
 
 
 def test_real_valued_inputs_are_recorded_as_they_are(in_plain_python: None) -> None:
-    experiment = small("evo/A").replace(senses={"kinds": ["food", "nearest", "smell"]}, lifetime={"steps": 50})
+    experiment = small("evo/A").replace(
+        senses={"kinds": ["food", "nearest", "smell"]}, lifetime={"steps": 50}
+    )
     header, found = frames.unpack(recording.record(life_of(experiment), Span(0, 50), {}))
     assert header["look"]["real"] == [False] * 3 + [True] * 4
     sensor, trace = found["sensor"].reshape(50, 20, 7), replay(experiment)
@@ -115,7 +146,9 @@ def life_of(experiment: Any) -> Life:
     return Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
 
 
-def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_world_comes_in_parts_of_bounded_size(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert lives.span({}, 5000, recording.bytes_of_step(small())) == Span(0, 5000)
     large = recording.bytes_of_step(small().replace(population={"size": 1000}))
     parts = [lives.span({}, 5000, large)]
@@ -139,33 +172,63 @@ def test_a_large_world_comes_in_parts_of_bounded_size(lab_server: LabServer, mon
             404,
             "{root}/small has no condition 'evo/C' (did you mean 'evo/A'?); there are evo/A, evo+self-taught/A",
         ),
-        ({"run": 2}, 404, "{root}/small has no run 2 of evo+self-taught/A; stored are 2, from 0 to 1"),
-        ({"generation": 3}, 404, "evo+self-taught/A has no generation 3: its generations are 0 to 2"),
+        (
+            {"run": 2},
+            404,
+            "{root}/small has no run 2 of evo+self-taught/A; stored are 2, from 0 to 1",
+        ),
+        (
+            {"generation": 3},
+            404,
+            "evo+self-taught/A has no generation 3: its generations are 0 to 2",
+        ),
         ({"run": "-1"}, 400, "run = '-1' must be a whole number of at least 0"),
-        ({"first": 20, "last": 10}, 400, "first = 20 and last = 10 must be in order and at most 300, the steps of a life"),
-        ({"last": 301}, 400, "first = 0 and last = 301 must be in order and at most 300, the steps of a life"),
+        (
+            {"first": 20, "last": 10},
+            400,
+            "first = 20 and last = 10 must be in order and at most 300, the steps of a life",
+        ),
+        (
+            {"last": 301},
+            400,
+            "first = 0 and last = 301 must be in order and at most 300, the steps of a life",
+        ),
     ],
 )
 def test_what_is_not_there_is_said_in_a_sentence(
     lab_server: LabServer, change: dict[str, Any], status: int, sentence: str
 ) -> None:
-    assert refusal(lab_server.address, "recording", status, **(SMALL | change)) == sentence.format(root=lab_server.root)
+    assert refusal(lab_server.address, "recording", status, **(SMALL | change)) == sentence.format(
+        root=lab_server.root
+    )
 
 
 def test_a_request_that_lacks_something_is_told_what(lab_server: LabServer) -> None:
     for missing in ("generation", "run", "condition"):
         query = {name: value for name, value in SMALL.items() if name != missing}
-        assert refusal(lab_server.address, "recording", 400, **query) == f"{missing} is missing from the request"
-    assert refusal(lab_server.address, "recording", 400, generation=0) == "preset is missing from the request"
-    sentence = refusal(lab_server.address, "recording", 400, preset="evo/A", seed=2**31, generation=0)
+        assert (
+            refusal(lab_server.address, "recording", 400, **query)
+            == f"{missing} is missing from the request"
+        )
+    assert (
+        refusal(lab_server.address, "recording", 400, generation=0)
+        == "preset is missing from the request"
+    )
+    sentence = refusal(
+        lab_server.address, "recording", 400, preset="evo/A", seed=2**31, generation=0
+    )
     assert sentence == "seed = 2147483648 must be at least 0 and less than 2147483648"
 
 
 def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "runs" / "evo" / "A" / "experiment.toml"
     assert path.exists()
-    assert refusal(lab_server.address, "recording", 404, preset=str(path), generation=0).startswith("there is no preset")
-    assert refusal(lab_server.address, "preset", 404, name=str(path)).startswith("there is no preset")
+    assert refusal(lab_server.address, "recording", 404, preset=str(path), generation=0).startswith(
+        "there is no preset"
+    )
+    assert refusal(lab_server.address, "preset", 404, name=str(path)).startswith(
+        "there is no preset"
+    )
 
 
 def test_a_damaged_record_is_named(tmp_path: Path) -> None:
@@ -183,7 +246,9 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("whom", ["best", "nearest"])
 def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> None:
-    experiment = small("evo/A").replace(learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}})
+    experiment = small("evo/A").replace(
+        learning={"rule": "imitation", "imitation": {"whom": whom, "least": 1}}
+    )
     moment = Moment(1, 0, 0)
     life = Life(experiment, moment, lambda: Past(draw_genome(experiment, moment), None))
     _, found = frames.unpack(recording.record(life, Span(0, 300), {}))
@@ -191,11 +256,17 @@ def test_it_tells_from_whom_each_learns(whom: str, in_plain_python: None) -> Non
     assert eaten[-1].any(), "nobody ever ate"
     for step, teacher in enumerate(found["teacher"]):
         learns = teacher != themselves
-        assert (eaten[step + 1][teacher[learns]] > 0).all(), "somebody learns from who has eaten nothing"
+        assert (eaten[step + 1][teacher[learns]] > 0).all(), (
+            "somebody learns from who has eaten nothing"
+        )
         if whom == "best" and eaten[step].any():
-            assert set(teacher) == {eaten[step].argmax()} or set(teacher) == {eaten[step + 1].argmax()}
+            assert set(teacher) == {eaten[step].argmax()} or set(teacher) == {
+                eaten[step + 1].argmax()
+            }
     assert (found["teacher"] != themselves).any()
 
 
-def test_it_tells_nothing_of_teachers_where_nobody_learns_from_another(lab_server: LabServer) -> None:
+def test_it_tells_nothing_of_teachers_where_nobody_learns_from_another(
+    lab_server: LabServer,
+) -> None:
     assert "teacher" not in arrays(lab_server.address, "recording", **SMALL)[1]

@@ -21,7 +21,9 @@ from tests.small import small
 def raw(server: LabServer, lines: str) -> tuple[int, str]:
     """What a server answers to its owner's request of these lines: status and all that follows. PORT stands for its port."""
     with socket.create_connection(("127.0.0.1", server.port), timeout=10) as connection:
-        connection.sendall(server.request(f"{lines.strip()}\nCookie: COOKIE\nConnection: close\n\n"))
+        connection.sendall(
+            server.request(f"{lines.strip()}\nCookie: COOKIE\nConnection: close\n\n")
+        )
         answer = b"".join(iter(lambda: connection.recv(65536), b"")).decode("utf-8", "replace")
     return int(answer.split(" ")[1]), answer
 
@@ -31,7 +33,9 @@ def test_the_page_is_served_and_may_load_nothing_from_elsewhere(lab_server: LabS
     assert answer.status_code == 200
     assert answer.headers["content-type"].startswith("text/html")
     policy = answer.headers["content-security-policy"]
-    assert policy.startswith("default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'")
+    assert policy.startswith(
+        "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'"
+    )
     assert answer.headers["cross-origin-resource-policy"] == "same-origin"
     assert ask(lab_server.address, "studies").headers["cache-control"] == "no-store"
 
@@ -39,10 +43,14 @@ def test_the_page_is_served_and_may_load_nothing_from_elsewhere(lab_server: LabS
 @pytest.mark.parametrize("host", ["127.0.0.1:PORT", "localhost:PORT", "[::1]:PORT"])
 def test_it_answers_to_the_names_of_loopback(lab_server: LabServer, host: str) -> None:
     assert raw(lab_server, f"GET /api/studies HTTP/1.1\nHost: {host}")[0] == 200
-    assert raw(lab_server, f"GET /api/studies HTTP/1.1\nHost: {host}\nOrigin: http://{host}")[0] == 200
+    assert (
+        raw(lab_server, f"GET /api/studies HTTP/1.1\nHost: {host}\nOrigin: http://{host}")[0] == 200
+    )
 
 
-@pytest.mark.parametrize("host", ["evil.org", "evil.org:PORT", "127.0.0.1", "127.0.0.1:1", "localhost.evil.org:PORT", ""])
+@pytest.mark.parametrize(
+    "host", ["evil.org", "evil.org:PORT", "127.0.0.1", "127.0.0.1:1", "localhost.evil.org:PORT", ""]
+)
 def test_a_name_that_was_made_to_point_here_is_refused(lab_server: LabServer, host: str) -> None:
     for path in ("/", "/api/studies"):
         status, answer = raw(lab_server, f"GET {path} HTTP/1.1\nHost: {host}")
@@ -51,29 +59,51 @@ def test_a_name_that_was_made_to_point_here_is_refused(lab_server: LabServer, ho
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.org", "null", "https://127.0.0.1:PORT", "http://127.0.0.1:1", "http://localhost:PORT"]
+    "origin",
+    [
+        "http://evil.org",
+        "null",
+        "https://127.0.0.1:PORT",
+        "http://127.0.0.1:1",
+        "http://localhost:PORT",
+    ],
 )
 def test_another_origin_is_refused(lab_server: LabServer, origin: str) -> None:
     for method in ("GET", "POST"):
-        status, answer = raw(lab_server, f"{method} /api/studies HTTP/1.1\nHost: 127.0.0.1:PORT\nOrigin: {origin}")
+        status, answer = raw(
+            lab_server, f"{method} /api/studies HTTP/1.1\nHost: 127.0.0.1:PORT\nOrigin: {origin}"
+        )
         assert status == 403
         assert "may not ask this server" in answer
 
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])
-def test_a_picture_in_another_page_is_refused_but_a_link_to_the_page_is_not(lab_server: LabServer, site: str) -> None:
+def test_a_picture_in_another_page_is_refused_but_a_link_to_the_page_is_not(
+    lab_server: LabServer, site: str
+) -> None:
     lines = f"HTTP/1.1\nHost: 127.0.0.1:PORT\nSec-Fetch-Site: {site}"
     assert raw(lab_server, f"GET /api/studies {lines}")[0] == 403
     assert raw(lab_server, f"GET / {lines}")[0] == 200
-    assert raw(lab_server, "GET /api/studies HTTP/1.1\nHost: 127.0.0.1:PORT\nSec-Fetch-Site: same-origin")[0] == 200
+    assert (
+        raw(
+            lab_server,
+            "GET /api/studies HTTP/1.1\nHost: 127.0.0.1:PORT\nSec-Fetch-Site: same-origin",
+        )[0]
+        == 200
+    )
 
 
 @pytest.mark.parametrize("path", ["/api/live/1", "/nowhere"])
 def test_a_websocket_of_another_origin_or_name_is_refused(lab_server: LabServer, path: str) -> None:
-    with pytest.raises(InvalidStatus) as refused, lab_server.websocket(path, origin=Origin("http://evil.org")):
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        lab_server.websocket(path, origin=Origin("http://evil.org")),
+    ):
         pass
     assert refused.value.response.status_code == 403
-    upgrade = "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
+    upgrade = (
+        "Upgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
+    )
     lines = f"GET {path} HTTP/1.1\nHost: evil.org:PORT\n{upgrade}\nConnection: Upgrade"
     assert raw(lab_server, lines)[0] == 403
 
@@ -120,7 +150,16 @@ def walled(lab_server: LabServer, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    "study", ["../outside", "own/../../outside", "{outside}", "link", "runs-elsewhere", "../inside/link", "own/../link"]
+    "study",
+    [
+        "../outside",
+        "own/../../outside",
+        "{outside}",
+        "link",
+        "runs-elsewhere",
+        "../inside/link",
+        "own/../link",
+    ],
 )
 def test_a_study_outside_of_the_folder_is_refused(walled: Path, study: str) -> None:
     named = study.format(outside=walled.parent / "outside")
@@ -138,28 +177,43 @@ def test_a_condition_whose_name_leads_outside_is_refused(walled: Path) -> None:
     with serving(walled) as server:
         query = {"study": "sly", "condition": name, "run": 0, "generation": 0}
         assert "is no name of a condition" in refusal(server.address, "recording", 400, **query)
-        (problem,) = [study["problem"] for study in data(server.address, "studies")["studies"] if study["id"] == "sly"]
+        (problem,) = [
+            study["problem"]
+            for study in data(server.address, "studies")["studies"]
+            if study["id"] == "sly"
+        ]
         assert "is no name of a condition" in problem
 
 
 def test_a_name_that_no_file_can_have_is_no_study(lab_server: LabServer) -> None:
     for name in ("a" * 5000, "\0", "small/study.toml", "small/runs"):
-        assert refusal(lab_server.address, "results", 404, study=name).startswith("there is no study")
+        assert refusal(lab_server.address, "results", 404, study=name).startswith(
+            "there is no study"
+        )
 
 
 def test_a_record_outside_of_the_folder_is_refused_and_the_others_served(walled: Path) -> None:
     with serving(walled) as server:
         query = {"study": "own", "condition": "evo/A", "generation": 0}
-        assert "0000.nc lies outside of" in refusal(server.address, "recording", 400, run=0, **query)
+        assert "0000.nc lies outside of" in refusal(
+            server.address, "recording", 400, run=0, **query
+        )
         assert "0000.nc lies outside of" in refusal(server.address, "results", 400, study="own")
         assert ask(server.address, "recording", run=1, **query).status_code == 200
-        assert [study["id"] for study in data(server.address, "studies")["studies"]] == ["own", "runs-elsewhere"]
+        assert [study["id"] for study in data(server.address, "studies")["studies"]] == [
+            "own",
+            "runs-elsewhere",
+        ]
 
 
 def test_two_who_ask_at_once_get_the_same(lab_server: LabServer) -> None:
     with ThreadPoolExecutor(8) as pool:
-        wanted = [dict(SMALL, generation=generation, last=250 + generation) for generation in range(3)] * 4
-        answers = list(pool.map(lambda query: ask(lab_server.address, "recording", **query), wanted))
+        wanted = [
+            dict(SMALL, generation=generation, last=250 + generation) for generation in range(3)
+        ] * 4
+        answers = list(
+            pool.map(lambda query: ask(lab_server.address, "recording", **query), wanted)
+        )
     for answer, query in zip(answers, wanted, strict=True):
         assert answer.status_code == 200
         assert answer.content == ask(lab_server.address, "recording", **query).content

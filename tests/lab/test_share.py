@@ -47,8 +47,13 @@ def shared(server: LabServer, **query: Any) -> str:
     return answer.text
 
 
-def test_a_lifetime_of_the_paper_is_far_below_three_megabytes_and_two_side_by_side_are_as_well(lab_server: LabServer) -> None:
-    one, other = ({"preset": name, "seed": 0, "run": 0, "generation": 0} for name in ("evo+self-taught/A", "evo/A"))
+def test_a_lifetime_of_the_paper_is_far_below_three_megabytes_and_two_side_by_side_are_as_well(
+    lab_server: LabServer,
+) -> None:
+    one, other = (
+        {"preset": name, "seed": 0, "run": 0, "generation": 0}
+        for name in ("evo+self-taught/A", "evo/A")
+    )
     page = shared(lab_server, a=urlencode(one))
     header, arrays = recording_in(replay_in(page)["panels"][0])
     assert arrays["x"].size == header["steps"] * header["agents"] == 5000 * 20
@@ -56,7 +61,9 @@ def test_a_lifetime_of_the_paper_is_far_below_three_megabytes_and_two_side_by_si
     assert len(shared(lab_server, a=urlencode(one), b=urlencode(other))) < 3 * MEGABYTE
 
 
-def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(lab_server: LabServer) -> None:
+def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(
+    lab_server: LabServer,
+) -> None:
     found = replay_in(shared(lab_server, a=LIFE, step=70))
     study = Study(lab_server.root / "small")
     trace = replay(
@@ -85,7 +92,9 @@ def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
         imported = re.findall(r'^import [^;]*?"([^"]+)";', code, re.MULTILINE)
         assert set(imported) <= set(found), name
         spoken = [line for line in code.splitlines() if not line.lstrip().startswith(("*", "/*"))]
-        assert not any("import(" in line for line in spoken), f"{name} imports in a way that share.py does not follow"
+        assert not any("import(" in line for line in spoken), (
+            f"{name} imports in a way that share.py does not follow"
+        )
 
 
 def test_the_commands_on_a_shared_page_bring_the_same_life_about_again(
@@ -113,8 +122,16 @@ def test_a_preset_is_named_and_not_written_out(lab_server: LabServer) -> None:
 def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.movie.LONGEST", 1)  # second, for a picture is as large after a few
-    answer = ask(lab_server.address, "movie", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"}), format="gif")
+    monkeypatch.setattr(
+        "baldwinlab.movie.LONGEST", 1
+    )  # second, for a picture is as large after a few
+    answer = ask(
+        lab_server.address,
+        "movie",
+        a=LIFE,
+        b=urlencode(SMALL | {"condition": "evo/A"}),
+        format="gif",
+    )
     name = "evo%2Bself-taught-A-run1-generation2-beside-evo-A-run1-generation2.gif"
     assert answer.headers["content-disposition"].endswith(f"''{name}")
     (tmp_path / "life.gif").write_bytes(answer.content)
@@ -122,7 +139,9 @@ def test_two_lifetimes_become_one_movie_with_a_name_that_says_which(
         assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
 
 
-def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_how_far_a_movie_is_can_be_asked_while_it_is_made(
+    lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     told: list[float] = []
 
     def write(scenes: list[Scene], path: Path, drawn: Callable[[float], object]) -> None:
@@ -134,40 +153,62 @@ def test_how_far_a_movie_is_can_be_asked_while_it_is_made(lab_server: LabServer,
     monkeypatch.setattr(share, "write_movie_of", write)
     assert ask(lab_server.address, "movie", a=LIFE, format="gif", ticket="mine").content == b"GIF"
     assert told == [0.25, 0.75]
-    assert data(lab_server.address, "movie/made", ticket="mine") == {"share": 0}  # nothing is kept of it
+    assert data(lab_server.address, "movie/made", ticket="mine") == {
+        "share": 0
+    }  # nothing is kept of it
 
 
-def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_live(lab_server: LabServer) -> None:
-    answer = ask(lab_server.address, "laboratory", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"}))
+def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_live(
+    lab_server: LabServer,
+) -> None:
+    answer = ask(
+        lab_server.address, "laboratory", a=LIFE, b=urlencode(SMALL | {"condition": "evo/A"})
+    )
     assert answer.status_code == 200, answer.text
     told = re.search(r'id="laboratory">(.*?)</script>', answer.text, re.DOTALL)
     assert told is not None
     names = [preset["name"] for preset in json.loads(told[1])["presets"]]
-    assert (names, json.loads(told[1])["seed"]) == (["evo+self-taught/A", "evo/A"], Study(lab_server.root / "small").seed)
+    assert (names, json.loads(told[1])["seed"]) == (
+        ["evo+self-taught/A", "evo/A"],
+        Study(lab_server.root / "small").seed,
+    )
 
 
-def test_without_the_video_extra_the_page_gets_the_sentence(lab_server: LabServer, no_video_extra: None) -> None:
-    assert installation_command("video") in refusal(lab_server.address, "movie", 400, a=LIFE, format="mp4")
+def test_without_the_video_extra_the_page_gets_the_sentence(
+    lab_server: LabServer, no_video_extra: None
+) -> None:
+    assert installation_command("video") in refusal(
+        lab_server.address, "movie", 400, a=LIFE, format="mp4"
+    )
 
 
 def test_a_movie_that_would_take_the_machine_is_left_to_the_command_line(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(share, "MOST_OF_A_MOVIE", 100)
-    assert "`baldwinlab replay` makes it" in refusal(lab_server.address, "movie", 400, a=LIFE, format="gif")
+    assert "`baldwinlab replay` makes it" in refusal(
+        lab_server.address, "movie", 400, a=LIFE, format="gif"
+    )
 
 
 def test_what_cannot_be_shared_is_refused_in_a_sentence(lab_server: LabServer) -> None:
     address = lab_server.address
     assert refusal(address, "share", 400) == "a is missing from the request"
-    assert refusal(address, "movie", 400, a=LIFE, format="avi") == "format = 'avi' must be one of mp4, gif"
+    assert (
+        refusal(address, "movie", 400, a=LIFE, format="avi")
+        == "format = 'avi' must be one of mp4, gif"
+    )
     assert "no run 9" in refusal(address, "share", 404, a=urlencode(SMALL | {"run": 9}))
-    assert "no study 'gone'" in refusal(address, "share", 404, a=LIFE, b=urlencode(SMALL | {"study": "gone"}))
+    assert "no study 'gone'" in refusal(
+        address, "share", 404, a=LIFE, b=urlencode(SMALL | {"study": "gone"})
+    )
 
 
 def test_a_report_is_served_as_a_page_that_can_do_nothing(lab_server: LabServer) -> None:
     path = lab_server.root / "small" / "report.html"
-    assert "`baldwinlab report` makes it" in refusal(lab_server.address, "report/small/report.html", 404)
+    assert "`baldwinlab report` makes it" in refusal(
+        lab_server.address, "report/small/report.html", 404
+    )
     path.write_text("<script>alert(1)</script>")
     try:
         answer = ask(lab_server.address, "report/small/report.html")
@@ -183,14 +224,24 @@ def test_the_files_that_a_report_leads_to_are_served_and_no_others(lab_server: L
     (folder / "fitness.csv").write_text("condition,mean\n")
     try:
         answer = ask(lab_server.address, "report/small/figures/fitness.csv")
-        assert (answer.text, answer.headers["content-type"]) == ("condition,mean\n", "text/plain; charset=utf-8")
-        assert "no figures/other.svg yet" in refusal(lab_server.address, "report/small/figures/other.svg", 404)
-        assert refusal(lab_server.address, "report/small/study.toml", 404) == "there is no small/study.toml here"
+        assert (answer.text, answer.headers["content-type"]) == (
+            "condition,mean\n",
+            "text/plain; charset=utf-8",
+        )
+        assert "no figures/other.svg yet" in refusal(
+            lab_server.address, "report/small/figures/other.svg", 404
+        )
+        assert (
+            refusal(lab_server.address, "report/small/study.toml", 404)
+            == "there is no small/study.toml here"
+        )
     finally:
         shutil.rmtree(folder)
 
 
-def test_a_report_that_is_a_link_out_of_the_folder_is_refused(lab_server: LabServer, tmp_path: Path) -> None:
+def test_a_report_that_is_a_link_out_of_the_folder_is_refused(
+    lab_server: LabServer, tmp_path: Path
+) -> None:
     path, secret = lab_server.root / "small" / "report.html", tmp_path / "secret.html"
     secret.write_text("secret")
     path.symlink_to(secret)

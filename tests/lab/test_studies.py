@@ -28,11 +28,30 @@ from tests.small import small, small_study
 
 
 def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServer) -> None:
-    (found,) = [study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"]
-    sizes = {"runs": [0, 1], "generations": 3, "agents": 20, "steps": 300, "alleles": [], "views": []}
+    (found,) = [
+        study for study in data(lab_server.address, "studies")["studies"] if study["id"] == "small"
+    ]
+    sizes = {
+        "runs": [0, 1],
+        "generations": 3,
+        "agents": 20,
+        "steps": 300,
+        "alleles": [],
+        "views": [],
+    }
     learners = ("evo", "evo+self-taught")
-    conditions = [{"name": f"{name}/A", "learner": name, "map": "A", "reading": "", "shown": False, **sizes} for name in learners]
-    assert found == {"id": "small", "seed": 5, "paper": "", "conditions": conditions, "problem": None, "report": False}
+    conditions = [
+        {"name": f"{name}/A", "learner": name, "map": "A", "reading": "", "shown": False, **sizes}
+        for name in learners
+    ]
+    assert found == {
+        "id": "small",
+        "seed": 5,
+        "paper": "",
+        "conditions": conditions,
+        "problem": None,
+        "report": False,
+    }
 
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
@@ -57,11 +76,15 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
     create(tmp_path / "lacking", [small()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
     with serving(tmp_path) as server:
-        found = {study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]}
+        found = {
+            study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]
+        }
         assert found["sound"] is None
         assert found["torn"].startswith(f"{tmp_path}/torn/study.toml cannot be read: ")
         assert found["odd"].startswith(f"{tmp_path}/odd/study.toml cannot be read: ")
-        assert found["lacking"].startswith(f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: ")
+        assert found["lacking"].startswith(
+            f"{tmp_path}/lacking/runs/evo+self-taught/A/experiment.toml cannot be read: "
+        )
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
         assert refusal(server.address, "recording", 400, **query) == found["torn"]
         assert refusal(server.address, "results", 400, study="torn") == found["torn"]
@@ -71,22 +94,33 @@ def test_a_study_that_cannot_be_read_is_listed_with_the_reason(tmp_path: Path) -
 def test_a_pipe_in_the_place_of_a_file_keeps_nobody_waiting(tmp_path: Path) -> None:
     (tmp_path / "pipe").mkdir()
     os.mkfifo(tmp_path / "pipe" / "study.toml")
-    for name, file in (("record", "runs/evo+self-taught/A/0000.nc"), ("claims", "claims.json"), ("paper", "paper/paper.toml")):
+    for name, file in (
+        ("record", "runs/evo+self-taught/A/0000.nc"),
+        ("claims", "claims.json"),
+        ("paper", "paper/paper.toml"),
+    ):
         study = small_study(tmp_path / name, [small()], runs=1)
         (study.directory / file).unlink(missing_ok=True)
         (study.directory / file).parent.mkdir(exist_ok=True)
         os.mkfifo(study.directory / file)
     with serving(tmp_path) as server:
-        found = {study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]}
+        found = {
+            study["id"]: study["problem"] for study in data(server.address, "studies")["studies"]
+        }
         assert found["pipe"].endswith("study.toml cannot be read: it is no file")
         assert "0000.nc is no file" in found["record"]
         assert (found["claims"], found["paper"]) == (None, None)
         found = data(server.address, "results", study="claims")
-        assert found["claims"] == [] and "claims.json cannot be read: it is no file" in found["problem"]
+        assert (
+            found["claims"] == []
+            and "claims.json cannot be read: it is no file" in found["problem"]
+        )
 
 
 @pytest.mark.parametrize("file", ["study.toml", "runs/evo+self-taught/A/experiment.toml"])
-def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(tmp_path: Path, file: str) -> None:
+def test_a_study_whose_files_nest_too_deep_is_listed_with_the_reason(
+    tmp_path: Path, file: str
+) -> None:
     create(tmp_path / "it", [small()], 1)
     (tmp_path / "it" / file).write_text("deep = " + "[" * 5000 + "]" * 5000)
     with serving(tmp_path) as server:
@@ -106,7 +140,9 @@ def test_a_study_that_was_made_anew_is_read_anew(tmp_path: Path) -> None:
 def test_the_experiment_of_a_condition_is_served_whole(lab_server: LabServer) -> None:
     found = data(lab_server.address, "experiment", study="small", condition="evo+self-taught/A")
     assert Experiment.model_validate(found) == small("evo+self-taught/A")
-    assert "has no condition 'evo'" in refusal(lab_server.address, "experiment", 404, study="small", condition="evo")
+    assert "has no condition 'evo'" in refusal(
+        lab_server.address, "experiment", 404, study="small", condition="evo"
+    )
 
 
 def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> None:
@@ -116,24 +152,40 @@ def test_presets_come_with_the_schema_of_their_fields(lab_server: LabServer) -> 
     assert all(preset["description"] for preset in found["presets"])
     assert found["default"] == "evo+self-taught/A"
     (shown,) = (preset for preset in found["presets"] if preset["shown"])
-    assert (shown["name"], shown["world"]) == ("evo+self-taught/B", {"generations": 100, "agents": 20, "steps": 5000})
+    assert (shown["name"], shown["world"]) == (
+        "evo+self-taught/B",
+        {"generations": 100, "agents": 20, "steps": 5000},
+    )
     assert found["schema"]["properties"].keys() == Experiment.model_fields.keys()
     assert data(lab_server.address, "preset", name="evo/B")["name"] == "evo/B"
     refused = refusal(lab_server.address, "preset", 404, name="evo/Z")
-    assert refused.startswith("there is no preset 'evo/Z' (did you mean 'evo/") and len(refused) < 200
+    assert (
+        refused.startswith("there is no preset 'evo/Z' (did you mean 'evo/") and len(refused) < 200
+    )
 
 
 def test_the_page_names_no_preset_of_its_own() -> None:
-    names = {preset for one in built_in().values() for preset in one.experiment_names() if len(preset) > 1}
+    names = {
+        preset
+        for one in built_in().values()
+        for preset in one.experiment_names()
+        if len(preset) > 1
+    }
     for path in STATIC.glob("*.js"):
         assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name
 
 
-def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(lab_server: LabServer) -> None:
-    assert data(lab_server.address, "results", study="small")["factors"] == {"learner": ["evo", "evo+self-taught"]}
+def test_what_tells_conditions_apart_is_a_factor_and_what_they_share_is_not(
+    lab_server: LabServer,
+) -> None:
+    assert data(lab_server.address, "results", study="small")["factors"] == {
+        "learner": ["evo", "evo+self-taught"]
+    }
 
 
-def test_results_are_kept_beside_the_report_and_used_while_they_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_are_kept_beside_the_report_and_used_while_they_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     study = small_study(tmp_path / "it", runs=1)
     read = studies.results_of(Lab(tmp_path, Live()), "it")
     results.keep(study)
@@ -146,7 +198,10 @@ def test_results_are_kept_beside_the_report_and_used_while_they_fit(tmp_path: Pa
         assert studies.results_of(Lab(tmp_path, Live()), "it") == read
     results.keep(study)
     study.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
-    assert len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"]) == 2
+    assert (
+        len(json.loads(studies.results_of(Lab(tmp_path, Live()), "it"))["final"]["evo/A"]["best"])
+        == 2
+    )
 
 
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
@@ -161,12 +216,19 @@ def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) ->
         curve = found["curves"][name][measure]
         for part, values in (("mean", average), ("low", low), ("high", high)):
             assert np.array_equal(curve[part], values.sel(condition=name))
-        assert found["final"][name][measure] == fitness.final(study, measure).sel(condition=name).values.tolist()
+        assert (
+            found["final"][name][measure]
+            == fitness.final(study, measure).sel(condition=name).values.tolist()
+        )
         assert found["typical_run"][name] == fitness.typical_run(study, name)
-        assert data(lab_server.address, "typical", study="small", condition=name) == {"run": fitness.typical_run(study, name)}
+        assert data(lab_server.address, "typical", study="small", condition=name) == {
+            "run": fitness.typical_run(study, name)
+        }
 
 
-def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(tmp_path: Path) -> None:
+def test_numbers_that_do_not_exist_are_null_and_conditions_without_runs_left_out(
+    tmp_path: Path,
+) -> None:
     short = small("evo/A").replace(name="short", evolution={"generations": 2})
     study = create(tmp_path / "it", [small("evo/A"), short, small()], 5)
     for experiment in (small("evo/A"), short):
@@ -191,10 +253,18 @@ def test_a_study_without_runs_has_empty_results(tmp_path: Path) -> None:
     assert sentence == f"{tmp_path}/it has no run 0 of evo+self-taught/A; none is stored yet"
     assert found.pop("swept") is False
     names = ("factors", "curves", "final", "typical_run")
-    assert found == {"conditions": [], "generation": [], "claims": [], "problem": None, **{name: {} for name in names}}
+    assert found == {
+        "conditions": [],
+        "generation": [],
+        "claims": [],
+        "problem": None,
+        **{name: {} for name in names},
+    }
 
 
-def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(lab_server: LabServer, tmp_path: Path) -> None:
+def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(
+    lab_server: LabServer, tmp_path: Path
+) -> None:
     shutil.copytree(lab_server.root / "small", tmp_path / "it")
     study = open_study(tmp_path / "it")
     with serving(tmp_path) as server:

@@ -45,9 +45,15 @@ def wait_until(what: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
-def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(sweeps: Sweeps, tmp_path: Path) -> None:
+def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(
+    sweeps: Sweeps, tmp_path: Path
+) -> None:
     plan = plan_of(order())
-    assert tomllib.loads(plan.toml)["set"] == {"evolution.generations": 3, "lifetime.steps": 300, "world.start.x": 400.0}
+    assert tomllib.loads(plan.toml)["set"] == {
+        "evolution.generations": 3,
+        "lifetime.steps": 300,
+        "world.start.x": 400.0,
+    }
     live = sweeps.start(plan, tmp_path, "live/rates")
     wait_until(lambda: live.ended)
     found = live.about()
@@ -59,7 +65,9 @@ def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(sweeps
     assert (tmp_path / "live/rates/sweep.toml").read_text() == plan.toml
 
 
-def test_one_lives_at_a_time_and_one_that_is_stopped_keeps_what_is_stored(sweeps: Sweeps, tmp_path: Path) -> None:
+def test_one_lives_at_a_time_and_one_that_is_stopped_keeps_what_is_stored(
+    sweeps: Sweeps, tmp_path: Path
+) -> None:
     long = small().replace(evolution={"generations": 5000}).to_dict()
     live = sweeps.start(plan_of(order(experiment=long)), tmp_path, "long")
     wait_until(lambda: live.lived > 0)
@@ -74,7 +82,9 @@ def test_one_lives_at_a_time_and_one_that_is_stopped_keeps_what_is_stored(sweeps
         sweeps.start(plan_of(order()), tmp_path, "long")
 
 
-def test_a_sweep_that_fails_says_why(sweeps: Sweeps, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sweep_that_fails_says_why(
+    sweeps: Sweeps, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def fail(*arguments: Any) -> None:
         raise OSError("the disk is full")
 
@@ -96,20 +106,32 @@ def test_a_sweep_that_fails_says_why(sweeps: Sweeps, tmp_path: Path, monkeypatch
             order(fields={"learning.rate": [n / 1000 for n in range(501)]}),
             "1,000 runs, of all its points, and this would have 1,002",
         ),
-        (order(experiment=HUGE), "a sweep from here may have 1,000,000,000,000 runs x generations x agents x steps x weights"),
+        (
+            order(experiment=HUGE),
+            "a sweep from here may have 1,000,000,000,000 runs x generations x agents x steps x weights",
+        ),
     ],
 )
-def test_what_cannot_be_or_is_too_large_is_refused_in_a_sentence(asked: dict[str, Any], sentence: str) -> None:
+def test_what_cannot_be_or_is_too_large_is_refused_in_a_sentence(
+    asked: dict[str, Any], sentence: str
+) -> None:
     with pytest.raises(ValueError, match=sentence):
         plan_of(asked)
 
 
-def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cannot_say_is_refused() -> None:
+def test_a_field_that_was_changed_and_is_swept_is_said_once_and_what_a_file_cannot_say_is_refused() -> (
+    None
+):
     changed = small().replace(learning={"rate": 0.5})
-    assert "learning.rate" not in tomllib.loads(plan_of(order(experiment=changed.to_dict())).toml)["set"]
+    assert (
+        "learning.rate"
+        not in tomllib.loads(plan_of(order(experiment=changed.to_dict())).toml)["set"]
+    )
     tree = small().to_dict()
     tree["world"]["food"] = tree["world"]["food"] * 2
-    with pytest.raises(ValueError, match=r"world\.food has been changed in a way that a sweep's file cannot say"):
+    with pytest.raises(
+        ValueError, match=r"world\.food has been changed in a way that a sweep's file cannot say"
+    ):
         plan_of(order(experiment=tree))
 
 
@@ -122,7 +144,12 @@ def test_the_page_is_told_how_large_a_sweep_is_and_about_how_long_it_takes(tmp_p
         found = ask("sweep/plan", order()).json()
         assert (found["points"], found["runs"]) == (2, 4)
         assert found["seconds"] > 0 and found["disk"] > 0
-        assert ask("sweep/plan", order(fields={})).json() == {"problem": "sweep.toml: fields: name at least one field to sweep"}
+        assert ask("sweep/plan", order(fields={})).json() == {
+            "problem": "sweep.toml: fields: name at least one field to sweep"
+        }
         refused = ask("sweep", order(name="../out"))
-        assert refused.status_code == 400 and "'../out' cannot be a study's name" in refused.json()["error"]
+        assert (
+            refused.status_code == 400
+            and "'../out' cannot be a study's name" in refused.json()["error"]
+        )
         assert data(server.address, "sweep") == {"sweep": None}

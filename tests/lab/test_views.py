@@ -15,7 +15,9 @@ from tests.lab.asking import LabServer, arrays, data, refusal
 LIFE = {"study": "looks", "condition": "cells", "run": 1, "generation": 2, "view": "life"}
 
 
-def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_asked_for(looks_server: LabServer) -> None:
+def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_asked_for(
+    looks_server: LabServer,
+) -> None:
     record = Study(looks_server.root / "looks").read("cells", 1)
     fittest = int(record.energy.values[2].argmax())
     header, found = arrays(looks_server.address, "view", **LIFE)
@@ -25,7 +27,9 @@ def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_a
         "environment",
         {"food": "green"},
     )
-    assert found["gained"].reshape(6, -1)[:, -1].mean() == pytest.approx(record.energy.values[2, fittest])
+    assert found["gained"].reshape(6, -1)[:, -1].mean() == pytest.approx(
+        record.energy.values[2, fittest]
+    )
     header, other = arrays(looks_server.address, "view", **LIFE, agent=3)
     of = CellForagers(environments=6, moves=20)
     wanted = arrays_of(of.views["life"].of(of, Moment(5, 1, 2), record.genome.values[2], 3))
@@ -40,17 +44,34 @@ def test_genomes_that_are_not_kept_are_bred_again(looks_server: LabServer) -> No
 
 
 def test_a_walk_and_a_matrix_come_with_their_names(looks_server: LabServer) -> None:
-    header, found = arrays(looks_server.address, "view", **LIFE | {"condition": "climbers", "view": "climb"})
-    assert header["names"] == [f"agent {header['agent']}", "average of all", "best of all"] and header["step"] == "trial"
+    header, found = arrays(
+        looks_server.address, "view", **LIFE | {"condition": "climbers", "view": "climb"}
+    )
+    assert (
+        header["names"] == [f"agent {header['agent']}", "average of all", "best of all"]
+        and header["step"] == "trial"
+    )
     assert found["lines"].shape == (3, 6)
-    header, found = arrays(looks_server.address, "view", **LIFE | {"condition": "hawks", "view": "payoffs"})
-    assert (header["kind"], header["agent"], header["columns"]) == ("matrix", None, ["hawk", "dove"])
-    assert found["values"].tolist() == [[0, 4], [1, 2]] and header["about"] == "Hawks and doves, each of whom meets everybody."
+    header, found = arrays(
+        looks_server.address, "view", **LIFE | {"condition": "hawks", "view": "payoffs"}
+    )
+    assert (header["kind"], header["agent"], header["columns"]) == (
+        "matrix",
+        None,
+        ["hawk", "dove"],
+    )
+    assert (
+        found["values"].tolist() == [[0, 4], [1, 2]]
+        and header["about"] == "Hawks and doves, each of whom meets everybody."
+    )
 
 
 def test_the_list_of_studies_says_which_views_there_are(looks_server: LabServer) -> None:
     (study,) = data(looks_server.address, "studies")["studies"]
-    views = {one["name"]: [(view["name"], view["of_an_agent"]) for view in one["views"]] for one in study["conditions"]}
+    views = {
+        one["name"]: [(view["name"], view["of_an_agent"]) for view in one["views"]]
+        for one in study["conditions"]
+    }
     life = [("life", True)]
     assert views == {
         "cells": life,
@@ -61,15 +82,22 @@ def test_the_list_of_studies_says_which_views_there_are(looks_server: LabServer)
     }
 
 
-def test_what_is_not_there_is_refused(looks_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_not_there_is_refused(
+    looks_server: LabServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     address = looks_server.address
     assert refusal(address, "view", 404, **LIFE | {"view": "live"}) == (
         "cells is of the model cell-foragers, which declares no view 'live' (did you mean 'life'?); it declares life"
     )
-    assert refusal(address, "view", 404, **LIFE, agent=20) == "cells has no agent 20: its agents are 0 to 19"
+    assert (
+        refusal(address, "view", 404, **LIFE, agent=20)
+        == "cells has no agent 20: its agents are 0 to 19"
+    )
     assert "cells has no generation 4" in refusal(address, "view", 404, **LIFE | {"generation": 4})
     assert "has no run 7 of cells" in refusal(address, "view", 404, **LIFE | {"run": 7})
     assert "must be a whole number" in refusal(address, "view", 400, **LIFE, agent="x")
-    assert "view is missing" in refusal(address, "view", 400, **{name: value for name, value in LIFE.items() if name != "view"})
+    assert "view is missing" in refusal(
+        address, "view", 400, **{name: value for name, value in LIFE.items() if name != "view"}
+    )
     monkeypatch.setattr(lives, "MOST_BYTES", 1000)
     assert "more than one answer may hold" in refusal(address, "view", 400, **LIFE, agent=4)

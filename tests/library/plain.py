@@ -19,7 +19,9 @@ def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the launcher for the CPU run the step as the Python that it is."""
     monkeypatch.setattr(cpu, "kept", lambda function, phases, **_: function)
     monkeypatch.setattr(cpu, "settled", lambda function, *arguments: function)
-    monkeypatch.setattr(cpu, "is_compiled", lambda experiment: True)  # so that a study compiles nothing beforehand
+    monkeypatch.setattr(
+        cpu, "is_compiled", lambda experiment: True
+    )  # so that a study compiles nothing beforehand
 
 
 def traced(experiment: Experiment, seed: int = 1, **moment: Any) -> xr.Dataset:

@@ -16,18 +16,25 @@ pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 STEPS = 12
 TOLD = (0.5, -0.25, 0.125, -1.0)  # A, B, C and D
-CLOSED, OPEN = 0.0, 100.0  # weights to the first output of a gate that has no hidden units and hears a bias
+CLOSED, OPEN = (
+    0.0,
+    100.0,
+)  # weights to the first output of a gate that has no hidden units and hears a bias
 
 
 def living(rule: str, *changes: str, **tables: Any) -> Experiment:
     """Six agents among food, with biases."""
-    made = small("evo", lifetime={"steps": STEPS}, network={"hidden": [4], "biases": True}).replace(**tables)
+    made = small("evo", lifetime={"steps": STEPS}, network={"hidden": [4], "biases": True}).replace(
+        **tables
+    )
     experiment: Experiment = assign(made, [f"learning.rule={rule}", "learning.rate=0.25", *changes])
     return experiment
 
 
 def told() -> Experiment:
-    return living("abcd", *(f"learning.abcd.{name}={each}" for name, each in zip("abcd", TOLD, strict=True)))
+    return living(
+        "abcd", *(f"learning.abcd.{name}={each}" for name, each in zip("abcd", TOLD, strict=True))
+    )
 
 
 def with_coefficients(experiment: Experiment, *coefficients: Any) -> Any:
@@ -51,7 +58,10 @@ def test_inherited_coefficients_do_what_told_ones_do_to_the_same_bits(coding: st
 
 def test_a_coefficient_is_at_most_1_whatever_its_gene() -> None:
     experiment = living("evolved-abcd")
-    beyond, at = with_coefficients(experiment, 7, -3, 2, -1.5), with_coefficients(experiment, 1, -1, 1, -1)
+    beyond, at = (
+        with_coefficients(experiment, 7, -3, 2, -1.5),
+        with_coefficients(experiment, 1, -1, 1, -1),
+    )
     np.testing.assert_array_equal(grown(experiment, beyond), grown(experiment, at))
 
 
@@ -87,18 +97,26 @@ def test_where_the_gate_is_closed_nothing_changes(rule: str) -> None:
 
 
 @pytest.mark.parametrize(("weight", "gate"), [(OPEN, 1.0), (-OPEN, -1.0)])
-def test_where_it_is_open_everything_does_and_to_the_reverse_where_it_is_negative(weight: float, gate: float) -> None:
+def test_where_it_is_open_everything_does_and_to_the_reverse_where_it_is_negative(
+    weight: float, gate: float
+) -> None:
     """D alone, so that a change does not depend on the changes before it."""
-    experiment = living("modulated", "learning.modulated.a=0", "learning.modulated.d=1", network={"hidden": []})
+    experiment = living(
+        "modulated", "learning.modulated.a=0", "learning.modulated.d=1", network={"hidden": []}
+    )
     genome = gated(experiment, weight)
-    np.testing.assert_allclose(grown(experiment, genome) - genome[:, 0], gate * 0.25 * STEPS, atol=1e-5)
+    np.testing.assert_allclose(
+        grown(experiment, genome) - genome[:, 0], gate * 0.25 * STEPS, atol=1e-5
+    )
 
 
 def test_a_gate_is_the_hyperbolic_tangent_of_half_of_what_it_sums_up() -> None:
     alone: dict[str, Any] = {"network": {"hidden": []}, "world": {"food": []}}
     experiment = living("modulated", "learning.modulated.a=0", "learning.modulated.d=1", **alone)
     genome = gated(experiment, 0.0)
-    genome[:, 1, -3] = sums = np.linspace(-3, 3, len(genome))  # the bias of the first output, all that is heard without food
+    genome[:, 1, -3] = sums = np.linspace(
+        -3, 3, len(genome)
+    )  # the bias of the first output, all that is heard without food
     expected = np.tile(0.25 * STEPS * np.tanh(sums / 2)[:, None], genome.shape[2])
     np.testing.assert_allclose(grown(experiment, genome) - genome[:, 0], expected, atol=1e-5)
 
@@ -111,7 +129,9 @@ def test_an_open_gate_before_inherited_coefficients_leaves_them_what_they_are() 
     np.testing.assert_allclose(grown(modulated, genome), grown(free, without_gate), atol=1e-5)
 
 
-def test_the_weights_of_founders_are_those_of_who_does_not_learn_and_no_two_modules_are_alike() -> None:
+def test_the_weights_of_founders_are_those_of_who_does_not_learn_and_no_two_modules_are_alike() -> (
+    None
+):
     genome, plain = founders(living("evolved-modulated")), founders(living("none"))
     np.testing.assert_array_equal(genome[:, :1], plain)
     modules = genome.transpose(1, 0, 2).reshape(6, -1)

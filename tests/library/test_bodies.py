@@ -18,7 +18,11 @@ pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 
 def who_is(body: str, noise: float = 0.5, **fields: Any) -> Experiment:
-    short = {"lifetime": {"steps": 80}, "population": {"size": 4}, "world": {"start": {"headings": "random"}}}
+    short = {
+        "lifetime": {"steps": 80},
+        "population": {"size": 4},
+        "world": {"start": {"headings": "random"}},
+    }
     table = {body: fields} if fields else {}
     return small("evo", motor={"body": body, "noise": noise, **table}, **short)
 
@@ -48,7 +52,9 @@ def test_who_can_stay_has_the_papers_three_actions_and_stands_still_by_the_fourt
 
 def test_who_stays_is_touched_by_no_wall_but_feels_that_it_has_not_moved() -> None:
     trace = traced(who_is("stay").replace(senses={"kinds": ["food", "touch"]}))
-    np.testing.assert_array_equal(trace.sensor.sel(side="stopped").values[1:], trace.action.values[:-1] == 3)
+    np.testing.assert_array_equal(
+        trace.sensor.sel(side="stopped").values[1:], trace.action.values[:-1] == 3
+    )
 
 
 def test_on_a_grid_one_goes_by_2_where_one_heads_then() -> None:
@@ -78,7 +84,9 @@ def test_wheels_whose_turn_is_0_go_straight_on() -> None:
 
 
 def test_wheels_refuse_noise_that_would_draw_another_action() -> None:
-    with pytest.raises(ExperimentError, match=r"motor\.noise draws another action, .* it must be 0"):
+    with pytest.raises(
+        ExperimentError, match=r"motor\.noise draws another action, .* it must be 0"
+    ):
         who_is("continuous", noise=0.1)
 
 

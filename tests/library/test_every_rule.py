@@ -29,7 +29,12 @@ CONTROLS = [
     "motor.noise=0.5",
     "world.start.headings=random",
 ]
-STRENGTHS = {"hebb", "postsynaptic", "presynaptic", "covariance"}  # whose newborns have weights within [-1, 1]
+STRENGTHS = {
+    "hebb",
+    "postsynaptic",
+    "presynaptic",
+    "covariance",
+}  # whose newborns have weights within [-1, 1]
 STEPS = 8
 every_rule = pytest.mark.parametrize("rule", RULES)
 
@@ -48,7 +53,9 @@ def weights_after(experiment: Experiment, genome: Any, steps: int) -> Any:
 def test_a_rule_does_what_its_oracle_says_and_looks_at_nobody_elses_column(rule: str) -> None:
     """In plain Python; the whole contract, compiled, is tried every night."""
     with np.errstate(all="ignore"):
-        found = bl.check_part(choices.find("learning rule", rule), only=["fields", "limits", "others", "oracle"])
+        found = bl.check_part(
+            choices.find("learning rule", rule), only=["fields", "limits", "others", "oracle"]
+        )
     assert all(each.holds is not False for each in found), "\n".join(map(str, found))
 
 
@@ -56,14 +63,18 @@ def test_a_rule_does_what_its_oracle_says_and_looks_at_nobody_elses_column(rule:
 def test_the_same_genome_at_rate_0_learns_nothing(rule: str) -> None:
     experiment = learning(rule, "learning.rate=0")
     genome = founders(experiment)
-    np.testing.assert_array_equal(weights_after(experiment, genome, STEPS), weights_after(experiment, genome, 0))
+    np.testing.assert_array_equal(
+        weights_after(experiment, genome, STEPS), weights_after(experiment, genome, 0)
+    )
 
 
 @every_rule
 def test_nobody_learns_when_no_step_is_there_to_learn_in(rule: str) -> None:
     experiment = learning(rule, "learning.steps=0")
     genome = founders(experiment)
-    np.testing.assert_array_equal(weights_after(experiment, genome, STEPS), weights_after(experiment, genome, 0))
+    np.testing.assert_array_equal(
+        weights_after(experiment, genome, STEPS), weights_after(experiment, genome, 0)
+    )
 
 
 @every_rule
@@ -111,6 +122,9 @@ def test_what_is_refused_is_what_the_documentation_says() -> None:
     refused = {control: {rule for rule in RULES if refuses(rule, control)} for control in CONTROLS}
     taught = {rule for rule in RULES if "reinforcement" in learning(rule).modules}
     assert taught == {"self-taught", "drift", "crbp", "modulated", "evolved-modulated"}
-    expected = {"learning.teacher=shuffled": set(RULES) - taught, "learning.teacher=fresh": set(RULES) - taught}
+    expected = {
+        "learning.teacher=shuffled": set(RULES) - taught,
+        "learning.teacher=fresh": set(RULES) - taught,
+    }
     expected["learning.evolved_rate=true"] = STRENGTHS
     assert refused == {control: expected.get(control, set()) for control in CONTROLS}

@@ -16,7 +16,11 @@ pytestmark = pytest.mark.nightly
 
 def share_of_poison(study: bl.Study, condition: str, generations: slice) -> npt.NDArray[np.float64]:
     """Among all that is eaten, by run."""
-    eaten = study.data()[["patch_eaten", "food_eaten"]].sel(condition=condition).isel(generation=generations)
+    eaten = (
+        study.data()[["patch_eaten", "food_eaten"]]
+        .sel(condition=condition)
+        .isel(generation=generations)
+    )
     run = eaten.sum(("generation", "agent"))
     return np.asarray(run.patch_eaten / (run.patch_eaten + run.food_eaten))
 
@@ -24,15 +28,25 @@ def share_of_poison(study: bl.Study, condition: str, generations: slice) -> npt.
 def test_poison_is_avoided_where_it_is_sensed_and_hardly_where_it_is_not(tmp_path: Path) -> None:
     """Twice as bad as food is good. Who does not sense it eats less of it, too, by going to food that is seen."""
     world = {"patches": {"patches": [[400, 560, 80, 240, 25, -2]]}}
-    size = {"population": {"size": 100}, "evolution": {"generations": 150}, "record": {"genome_every": 150}}
+    size = {
+        "population": {"size": 100},
+        "evolution": {"generations": 150},
+        "record": {"genome_every": 150},
+    }
     sensed = bl.load("evo/D").replace(name="sensed", world=world, **size)
     both = [sensed, sensed.replace(name="unsensed", senses={"kinds": ["food"]})]
     study = bl.run(both, runs=4, out=tmp_path / "poison")
     first, last = slice(0, 10), slice(-10, None)
-    fell = {each: share_of_poison(study, each, first) - share_of_poison(study, each, last) for each in ("sensed", "unsensed")}
+    fell = {
+        each: share_of_poison(study, each, first) - share_of_poison(study, each, last)
+        for each in ("sensed", "unsensed")
+    }
     assert fell["sensed"].min() > 0.08
     assert fell["unsensed"].max() < 0.08
-    assert share_of_poison(study, "sensed", last).max() < share_of_poison(study, "unsensed", last).min()
+    assert (
+        share_of_poison(study, "sensed", last).max()
+        < share_of_poison(study, "unsensed", last).min()
+    )
 
 
 def scripted_foragers(experiment: bl.Experiment, worlds: int) -> npt.NDArray[np.float64]:
@@ -52,6 +66,9 @@ def test_without_memory_nobody_beats_a_scripted_forager_and_who_learns_does(tmp_
     study = bl.run(["evo/A", "evo+self-taught/A"], runs=10, out=tmp_path / "memory")
     scripted = scripted_foragers(bl.load("evo/A"), 20)
     average = study.data().energy.isel(generation=slice(-10, None)).mean(("generation", "agent"))
-    better = {each: stats.mannwhitneyu(average.sel(condition=each), scripted, alternative="greater") for each in study.conditions}
+    better = {
+        each: stats.mannwhitneyu(average.sel(condition=each), scripted, alternative="greater")
+        for each in study.conditions
+    }
     assert better["evo/A"].pvalue > 0.5
     assert better["evo+self-taught/A"].pvalue < 0.001

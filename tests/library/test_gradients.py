@@ -19,7 +19,11 @@ from baldwinlab.parts.kinds import compiled_values
 from tests.worlds import small
 
 RATE, TINY = 0.3, 1e-5
-NOW, THEN, DONE = [1.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0]  # what is sensed, what was a step ago, and was done then
+NOW, THEN, DONE = (
+    [1.0, 0.0, 0.0],
+    [1.0, 0.0, 1.0],
+    [0.0, 1.0, 0.0],
+)  # what is sensed, what was a step ago, and was done then
 
 Goal = Callable[[Naive, Agent, Agent], Sequence[float]]
 
@@ -32,20 +36,44 @@ def of(rule: str, hidden: Sequence[int] = (4, 3)) -> Experiment:
 
 def an_agent(experiment: Experiment, seed: int, **known: Any) -> Agent:
     naive, random = naive_of(experiment), np.random.default_rng(seed)
-    own, other = (naive.module(random.normal(size=experiment.weight_count).tolist()) for _ in range(2))
-    memory = {"worth": [0.0], "sensed": list(THEN), "done": list(DONE), "predictor": random.normal(size=200).tolist()}
-    place: Any = {"x": 0.0, "y": 0.0, "heading": 0.0, "inputs": list(NOW), "hidden": [], "action": 0, "rate": RATE, "step": 3}
+    own, other = (
+        naive.module(random.normal(size=experiment.weight_count).tolist()) for _ in range(2)
+    )
+    memory = {
+        "worth": [0.0],
+        "sensed": list(THEN),
+        "done": list(DONE),
+        "predictor": random.normal(size=200).tolist(),
+    }
+    place: Any = {
+        "x": 0.0,
+        "y": 0.0,
+        "heading": 0.0,
+        "inputs": list(NOW),
+        "hidden": [],
+        "action": 0,
+        "rate": RATE,
+        "step": 3,
+    }
     energy: Any = {"eaten_in_life": 0, "gained_in_life": 1.0}
-    modules: Any = {"action_module": own, "reinforcement_module": other, "outputs": naive.think(own, NOW)}
+    modules: Any = {
+        "action_module": own,
+        "reinforcement_module": other,
+        "outputs": naive.think(own, NOW),
+    }
     return Agent(**{**place, **energy, **modules, "own": memory, **known})
 
 
 def told(experiment: Experiment, agents: Sequence[Agent], agent: Agent) -> None:
     part = experiment.part("learning.rule")
-    part.oracle(compiled_values(part, experiment, lambda array: None), agents, agent, naive_of(experiment))
+    part.oracle(
+        compiled_values(part, experiment, lambda array: None), agents, agent, naive_of(experiment)
+    )
 
 
-GOALS: Final[dict[str, tuple[Sequence[float], Goal]]] = {  # what a rule learns about, and towards what
+GOALS: Final[
+    dict[str, tuple[Sequence[float], Goal]]
+] = {  # what a rule learns about, and towards what
     "self-taught": (NOW, lambda naive, agent, other: naive.think(agent.reinforcement_module, NOW)),  # type: ignore[arg-type]
     "imitation": (NOW, lambda naive, agent, other: naive.think(other.action_module, NOW)),
     "supervised": (NOW, lambda naive, agent, other: [1, 0, 0]),
@@ -55,10 +83,14 @@ GOALS: Final[dict[str, tuple[Sequence[float], Goal]]] = {  # what a rule learns 
 }
 
 
-def slopes(error: Callable[[np.ndarray[Any, Any]], float], weights: Sequence[float]) -> np.ndarray[Any, Any]:
+def slopes(
+    error: Callable[[np.ndarray[Any, Any]], float], weights: Sequence[float]
+) -> np.ndarray[Any, Any]:
     """The gradient of an error by finite differences."""
     steps = TINY * np.eye(len(weights))
-    return np.array([(error(weights + step) - error(weights - step)) / (2 * TINY) for step in steps])
+    return np.array(
+        [(error(weights + step) - error(weights - step)) / (2 * TINY) for step in steps]
+    )
 
 
 def half_squared(answers: Sequence[float], goal: Sequence[float]) -> float:
@@ -68,10 +100,17 @@ def half_squared(answers: Sequence[float], goal: Sequence[float]) -> float:
 @pytest.mark.parametrize("rule", GOALS)
 def test_a_step_of_learning_goes_down_the_gradient(rule: str) -> None:
     experiment = of(rule)
-    naive, agent, other = naive_of(experiment), an_agent(experiment, 1), an_agent(experiment, 2, eaten_in_life=5)
+    naive, agent, other = (
+        naive_of(experiment),
+        an_agent(experiment, 1),
+        an_agent(experiment, 2, eaten_in_life=5),
+    )
     about, goal = GOALS[rule][0], GOALS[rule][1](naive, agent, other)
     before = naive.weights(agent.action_module)
-    gradient = slopes(lambda weights: half_squared(naive.think(naive.module(weights.tolist()), about), goal), before)
+    gradient = slopes(
+        lambda weights: half_squared(naive.think(naive.module(weights.tolist()), about), goal),
+        before,
+    )
     told(experiment, [agent, other], agent)
     change = np.array(naive.weights(agent.action_module)) - before
     assert abs(change).max() > 1e-3
@@ -84,15 +123,26 @@ def test_a_fall_is_learned_from_as_a_rise_of_all_that_was_not_done() -> None:
     agent.own["worth"] = [2.0]
     before = naive.weights(agent.action_module)
     others = [1 - done for done in DONE]
-    gradient = slopes(lambda weights: half_squared(naive.think(naive.module(weights.tolist()), THEN), others), before)
+    gradient = slopes(
+        lambda weights: half_squared(naive.think(naive.module(weights.tolist()), THEN), others),
+        before,
+    )
     told(experiment, [agent], agent)
-    np.testing.assert_allclose(np.array(naive.weights(agent.action_module)) - before, -0.5 * RATE * gradient, atol=1e-9)
+    np.testing.assert_allclose(
+        np.array(naive.weights(agent.action_module)) - before, -0.5 * RATE * gradient, atol=1e-9
+    )
 
 
-def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_leads_to_actions() -> None:
+def test_prediction_goes_down_the_gradient_of_its_own_error_and_leaves_what_leads_to_actions() -> (
+    None
+):
     experiment = of("prediction")
     naive, agent = naive_of(experiment), an_agent(experiment, 1)
-    acting, predicting, used = naive.weights(agent.action_module), agent.own["predictor"], (3 + 1) * 3
+    acting, predicting, used = (
+        naive.weights(agent.action_module),
+        agent.own["predictor"],
+        (3 + 1) * 3,
+    )
 
     def error(weights: np.ndarray[Any, Any]) -> float:
         """By what the hidden units that the action module has with these weights make of the predictions."""
@@ -125,7 +175,9 @@ def test_towards_a_frozen_teacher_the_error_falls_geometrically() -> None:
     for _ in range(50):
         errors.append(np.array(naive.think(agent.action_module, THEN)) - target)
         told(experiment, [agent], agent)
-    np.testing.assert_allclose(np.array(errors[1:]) / errors[:-1], np.tile(ratio, (49, 1)), atol=1e-5)
+    np.testing.assert_allclose(
+        np.array(errors[1:]) / errors[:-1], np.tile(ratio, (49, 1)), atol=1e-5
+    )
     np.testing.assert_allclose(errors[-1], errors[0] * ratio**49, rtol=1e-3)
 
 

@@ -18,11 +18,15 @@ SHORT = {"lifetime": {"steps": 20}, "learning": {"rate": 0.5}, "evolution": {"mu
 
 def taught_by_elders(*changes: str, **tables: object) -> Experiment:
     own_teachers = small("evo+self-taught", **SHORT).replace(**tables)
-    experiment: Experiment = assign(own_teachers, ["evolution.inheritance=social-heredity", *changes])
+    experiment: Experiment = assign(
+        own_teachers, ["evolution.inheritance=social-heredity", *changes]
+    )
     return experiment
 
 
-def test_a_teacher_is_what_the_elders_had_learned_and_the_action_module_is_what_they_were_born_with() -> None:
+def test_a_teacher_is_what_the_elders_had_learned_and_the_action_module_is_what_they_were_born_with() -> (
+    None
+):
     experiment = taught_by_elders()
     genome = founders(experiment)
     learned = genome[:, 0] + 3
@@ -60,13 +64,19 @@ def test_children_have_their_teachers_from_their_own_parents_at_death() -> None:
 
 def test_with_copies_a_child_whose_parent_learned_nothing_is_taught_what_it_does_already() -> None:
     """A lineage that has forgotten its teacher: at rate 0 the elder's action module is the child's own, and so is its teacher."""
-    run = simulated(taught_by_elders("evolution.variation=copy", "learning.rate=0", "evolution.generations=2"), 2)
+    run = simulated(
+        taught_by_elders("evolution.variation=copy", "learning.rate=0", "evolution.generations=2"),
+        2,
+    )
     np.testing.assert_array_equal(run["genome"].values[1, :, 0], run["genome"].values[1, :, 1])
 
 
 def test_where_nobody_has_a_teacher_it_is_darwins() -> None:
     social = taught_by_elders("learning.rule=none", "learning.rate=0.01")
-    run, darwin = (simulated(each, 2) for each in (social, social.replace(evolution={"inheritance": "darwinian"})))
+    run, darwin = (
+        simulated(each, 2)
+        for each in (social, social.replace(evolution={"inheritance": "darwinian"}))
+    )
     np.testing.assert_array_equal(run["genome"], darwin["genome"])
 
 

@@ -25,9 +25,13 @@ AGENT = (100.0, 80.0)  # heading right
 WALL = {"features": ["walls"], "walls": {"boxes": [[108, 112, 70, 90]]}}
 
 
-def told(kind: str, *items: tuple[float, float], agent: tuple[float, float] = AGENT, **changes: Any) -> list[float]:
+def told(
+    kind: str, *items: tuple[float, float], agent: tuple[float, float] = AGENT, **changes: Any
+) -> list[float]:
     """What a newborn, heading right, is told of food that lies so far to the right of it, and below it."""
-    experiment = exact(agent, [((agent[0] + x) % 200, (agent[1] + y) % 160) for x, y in items]).replace(senses={"kinds": [kind]})
+    experiment = exact(
+        agent, [((agent[0] + x) % 200, (agent[1] + y) % 160) for x, y in items]
+    ).replace(senses={"kinds": [kind]})
     values: list[float] = traced(experiment.replace(**changes)).sensor.values[0, 0].tolist()
     return values
 
@@ -44,9 +48,17 @@ def sensed(trace: xr.Dataset, *names: str) -> npt.NDArray[np.float32]:
 
 @pytest.mark.parametrize(
     ("way", "angle", "distance"),
-    [((10, 0), 0, 10), ((0, 20), 0.25, 20), ((-20, 0), 0.5, 20), ((0, -30), 0.75, 30), ((10, 10), 0.125, math.sqrt(200))],
+    [
+        ((10, 0), 0, 10),
+        ((0, 20), 0.25, 20),
+        ((-20, 0), 0.5, 20),
+        ((0, -30), 0.75, 30),
+        ((10, 10), 0.125, math.sqrt(200)),
+    ],
 )
-def test_the_nearest_food_is_told_by_its_angle_and_distance(way: tuple[float, float], angle: float, distance: float) -> None:
+def test_the_nearest_food_is_told_by_its_angle_and_distance(
+    way: tuple[float, float], angle: float, distance: float
+) -> None:
     assert told("nearest", way) == pytest.approx([angle, distance / RADIUS], abs=1e-6)
 
 
@@ -57,7 +69,9 @@ def test_of_two_the_nearer_is_told_and_where_none_is_in_sight_the_distance_is_1(
 
 
 def test_the_nearest_food_may_lie_across_the_edge_of_the_map() -> None:
-    assert told("nearest", (-8, 0), agent=(4, 80)) == pytest.approx([0.5, 0.2], abs=1e-6)  # at 196 of 200
+    assert told("nearest", (-8, 0), agent=(4, 80)) == pytest.approx(
+        [0.5, 0.2], abs=1e-6
+    )  # at 196 of 200
 
 
 def test_the_angle_is_taken_from_where_the_agent_heads() -> None:
@@ -78,7 +92,10 @@ def smell(distance: float) -> float:
     return strength / (1 + strength)
 
 
-POISON = {"features": ["patches"], "patches": {"patches": [[100, 100.001, 100, 100.001, 1, -1]]}}  # 20 below the agent
+POISON = {
+    "features": ["patches"],
+    "patches": {"patches": [[100, 100.001, 100, 100.001, 1, -1]]},
+}  # 20 below the agent
 
 
 @pytest.mark.parametrize(
@@ -89,11 +106,16 @@ POISON = {"features": ["patches"], "patches": {"patches": [[100, 100.001, 100, 1
         ("smell", [smell(math.hypot(10, 5))] * 2, [smell(25), smell(15)]),
     ],
 )
-def test_a_sense_tells_of_the_kind_of_items_that_it_is_asked_to(kind: str, of_food: list[float], of_poison: list[float]) -> None:
+def test_a_sense_tells_of_the_kind_of_items_that_it_is_asked_to(
+    kind: str, of_food: list[float], of_poison: list[float]
+) -> None:
     assert told(kind, (10, 0), world=POISON) == pytest.approx(of_food, abs=1e-4)
     asked = {"kinds": [kind], kind: {"of": "patch"}}
     assert told(kind, (10, 0), world=POISON, senses=asked) == pytest.approx(of_poison, abs=1e-4)
-    with pytest.raises(ExperimentError, match=rf"senses\.{kind}\.of = 'patch' must be one of the kinds of items: food"):
+    with pytest.raises(
+        ExperimentError,
+        match=rf"senses\.{kind}\.of = 'patch' must be one of the kinds of items: food",
+    ):
         who_senses(kind, senses=asked)
 
 
@@ -123,7 +145,9 @@ def test_smells_add_up_and_fade_to_nothing_before_the_end_of_sight() -> None:
     assert strengths[0] == 0.5  # in the nostril itself
     assert strengths == sorted(strengths, reverse=True)
     assert strengths[-2:] == [0, 0]
-    with pytest.raises(ExperimentError, match=r"senses\.smell\.spread = 40 must be less than 40, the visual radius"):
+    with pytest.raises(
+        ExperimentError, match=r"senses\.smell\.spread = 40 must be less than 40, the visual radius"
+    ):
         told("smell", senses={"kinds": ["smell"], "smell": {"spread": 40}})
 
 
@@ -136,7 +160,12 @@ def test_energy_is_what_was_gained_before_the_step_against_what_makes_a_half_of_
 
 def test_who_has_lost_more_than_it_gained_feels_no_energy() -> None:
     poison = [20, 100, 10, 90, 12, -1.0]
-    trace = traced(who_senses("energy", world={"food": [], "features": ["patches"], "patches": {"patches": [poison]}}), 3)
+    trace = traced(
+        who_senses(
+            "energy", world={"food": [], "features": ["patches"], "patches": {"patches": [poison]}}
+        ),
+        3,
+    )
     assert trace.eaten.sum() > 0
     assert not trace.sensor.values.any()
 
@@ -145,15 +174,22 @@ def test_each_ray_tells_how_close_the_first_food_is_that_it_meets() -> None:
     turned = math.radians(27)
     ahead, right = (20.0, 0.0), (10 * math.cos(turned), 10 * math.sin(turned))
     assert told("rays", ahead) == pytest.approx([0, 0, 0.5, 0, 0])
-    assert told("rays", ahead, right) == pytest.approx([0, 0, 0.75, 0.75, 0.75], abs=1e-6)  # 4.5 beside two
+    assert told("rays", ahead, right) == pytest.approx(
+        [0, 0, 0.75, 0.75, 0.75], abs=1e-6
+    )  # 4.5 beside two
     narrow = {"kinds": ["rays"], "rays": {"radius": 2}}
-    assert told("rays", ahead, right, senses=narrow) == pytest.approx([0, 0, 0.5, 0.75, 0], abs=1e-6)
+    assert told("rays", ahead, right, senses=narrow) == pytest.approx(
+        [0, 0, 0.5, 0.75, 0], abs=1e-6
+    )
     assert told("rays", (-20, 0)) == [0] * 5
     assert told("rays", (-4, 0)) == pytest.approx([0.9] * 5)  # the agent is inside of it
 
 
 def test_binary_senses_beside_real_valued_ones_keep_their_bits() -> None:
-    alone, beside = traced(who_senses("food", "compass")), traced(who_senses("nearest", "food", "energy", "compass"))
+    alone, beside = (
+        traced(who_senses("food", "compass")),
+        traced(who_senses("nearest", "food", "energy", "compass")),
+    )
     names = ["left", "front", "right", "heads right", "heads down", "heads left", "heads up"]
     np.testing.assert_array_equal(sensed(beside, *names)[:, 0], sensed(alone, *names)[:, 0])
     assert set(np.unique(sensed(beside, *names))) == {0, 1}
@@ -167,7 +203,15 @@ def test_sensors_are_recorded_as_numbers_where_any_is_real_valued_and_lie_betwee
     assert trace.sensor.dtype == np.float32
     assert trace.sensor.min() >= 0
     assert trace.sensor.max() <= 1
-    assert (np.array([np.unique(each).size for each in sensed(trace, "angle", "distance", "smell left", "ray ahead")]) > 5).all()
+    assert (
+        np.array(
+            [
+                np.unique(each).size
+                for each in sensed(trace, "angle", "distance", "smell left", "ray ahead")
+            ]
+        )
+        > 5
+    ).all()
 
 
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
@@ -177,7 +221,9 @@ def test_the_network_hears_the_numbers_themselves(condition: str) -> None:
     for agent in range(4):
         first, second = weights[agent, :16].reshape(4, 4), weights[agent, 16:].reshape(4, 3)
         hidden = 1 / (1 + np.exp(-heard[agent] @ first))
-        np.testing.assert_allclose(trace.output.values[0, agent], 1 / (1 + np.exp(-hidden @ second)), atol=1e-5)
+        np.testing.assert_allclose(
+            trace.output.values[0, agent], 1 / (1 + np.exp(-hidden @ second)), atol=1e-5
+        )
 
 
 def test_answers_to_numbers_are_not_looked_up() -> None:
@@ -190,10 +236,20 @@ def test_the_look_says_which_inputs_are_numbers_and_where_they_are_felt() -> Non
     seen = look(who_senses("food", "nearest", "smell", "energy"))
     assert seen.inputs[3:] == ("angle", "distance", "smell left", "smell right", "own energy")
     assert seen.real == (False,) * 3 + (True,) * 5
-    assert [sector is not None for sector in seen.sectors] == [True] * 3 + [False, False, True, True, False]
+    assert [sector is not None for sector in seen.sectors] == [True] * 3 + [
+        False,
+        False,
+        True,
+        True,
+        False,
+    ]
 
 
 def test_real_valued_senses_measure_and_binary_ones_do_not() -> None:
     kinds = ("food", "nearest", "neighbours", "smell", "energy", "rays", "touch", "compass")
     for sense in load("evo/A").replace(senses={"kinds": list(kinds)}).parts("senses.kinds"):
-        assert type(sense).real == (type(sense).measure is not Sense.measure) == (type(sense).sense is Sense.sense)
+        assert (
+            type(sense).real
+            == (type(sense).measure is not Sense.measure)
+            == (type(sense).sense is Sense.sense)
+        )

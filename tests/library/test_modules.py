@@ -20,12 +20,17 @@ VARIATIONS = [
     for name in choices.packaged("variation")
     if "vary" in own_phases(choices.find("variation", name)) and name not in ONE_MODEL_ALONE
 ]
-SETTINGS = [{"mutation_rate": 0.3, "mutation_gate": "weight"}, {"mutation_rate": 0.6, "mutation_gate": "child"}]
+SETTINGS = [
+    {"mutation_rate": 0.3, "mutation_gate": "weight"},
+    {"mutation_rate": 0.6, "mutation_gate": "child"},
+]
 Genes = npt.NDArray[np.float32]
 every_variation = pytest.mark.parametrize("name", VARIATIONS)
 
 
-def varied(part: Any, fitter: Genes, other: Genes, draws: npt.NDArray[np.float64], gate: float) -> Genes:
+def varied(
+    part: Any, fitter: Genes, other: Genes, draws: npt.NDArray[np.float64], gate: float
+) -> Genes:
     """One child, in plain Python."""
     child = np.full_like(fitter, np.nan)
     with np.errstate(all="ignore"):
@@ -35,15 +40,23 @@ def varied(part: Any, fitter: Genes, other: Genes, draws: npt.NDArray[np.float64
 
 @every_variation
 @pytest.mark.parametrize("modules", [1, 2, 3, 5])
-def test_a_child_is_the_oracle_s_in_every_module_and_that_of_the_modules_in_a_row(name: str, modules: int) -> None:
+def test_a_child_is_the_oracle_s_in_every_module_and_that_of_the_modules_in_a_row(
+    name: str, modules: int
+) -> None:
     random = np.random.default_rng(modules)
     for settings in SETTINGS:
-        part = breeding_part(load("evo/A").replace(evolution={"variation": name, **settings}), "variation")[0]
+        part = breeding_part(
+            load("evo/A").replace(evolution={"variation": name, **settings}), "variation"
+        )[0]
         for _ in range(20):
-            fitter, other = (random.integers(0, 16, (2, modules, 7)) * 4 / 15 - 2).astype(np.float32)
+            fitter, other = (random.integers(0, 16, (2, modules, 7)) * 4 / 15 - 2).astype(
+                np.float32
+            )
             draws, gate = random.random((modules * 7, 4)), float(random.random())
             child = varied(part, fitter, other, draws, gate)
-            naive = type(part).part.oracle(part, fitter.tolist(), other.tolist(), draws.tolist(), gate)
+            naive = type(part).part.oracle(
+                part, fitter.tolist(), other.tolist(), draws.tolist(), gate
+            )
             np.testing.assert_allclose(child, naive, rtol=1e-5, atol=1e-5)
             in_a_row = varied(part, fitter.reshape(1, -1), other.reshape(1, -1), draws, gate)
             assert child.tobytes() == in_a_row.tobytes()
@@ -52,7 +65,9 @@ def test_a_child_is_the_oracle_s_in_every_module_and_that_of_the_modules_in_a_ro
 @every_variation
 def test_compiled_children_of_two_modules_have_genes_of_their_own_modules_alone(name: str) -> None:
     """Without mutation a child has at each place what a parent has there: here, the number of the parent and module."""
-    experiment = load("evo+self-taught/A").replace(evolution={"variation": name, "mutation_rate": 0, "mutation_size": 0})
+    experiment = load("evo+self-taught/A").replace(
+        evolution={"variation": name, "mutation_rate": 0, "mutation_size": 0}
+    )
     genome = np.empty((experiment.population.size, 2, experiment.genome_length), np.float32)
     genome[...] = np.arange(len(genome))[:, None, None] + np.array([0, 0.5])[None, :, None]
     children, parents = breed(experiment, genome, np.arange(float(len(genome))), Moment(1, 0, 1))

@@ -39,7 +39,9 @@ def at_rest(rule: int, x: float, y: float, w: float, rate: float = 0.3) -> float
     ],
 )
 @pytest.mark.parametrize("born", [0.0, 0.3, 1.0])
-def test_a_strength_comes_to_rest_where_theory_says(rule: int, x: float, y: float, rest: float, born: float) -> None:
+def test_a_strength_comes_to_rest_where_theory_says(
+    rule: int, x: float, y: float, rest: float, born: float
+) -> None:
     assert at_rest(rule, x, y, born) == pytest.approx(rest, abs=1e-12)
 
 
@@ -48,8 +50,12 @@ def test_where_the_units_are_silent_nothing_changes(rule: int) -> None:
     assert at_rest(rule, 0.0, 0.0, 0.37) == 0.37
 
 
-@given(st.sampled_from([HEBB, POSTSYNAPTIC, PRESYNAPTIC, COVARIANCE]), SHARES, SHARES, SHARES, SHARES)
-def test_no_step_leads_out_of_what_a_strength_may_be(rule: int, w: float, x: float, y: float, rate: float) -> None:
+@given(
+    st.sampled_from([HEBB, POSTSYNAPTIC, PRESYNAPTIC, COVARIANCE]), SHARES, SHARES, SHARES, SHARES
+)
+def test_no_step_leads_out_of_what_a_strength_may_be(
+    rule: int, w: float, x: float, y: float, rate: float
+) -> None:
     after = w + rate * float(change(rule, np.float64(w), np.float64(x), np.float64(y)))
     assert -1e-12 <= after <= 1 + 1e-12
 
@@ -57,7 +63,11 @@ def test_no_step_leads_out_of_what_a_strength_may_be(rule: int, w: float, x: flo
 def born_and_grown(experiment: Experiment) -> Iterator[tuple[float, float]]:
     """Each weight at birth, and at the end of a life."""
     batch = Batch(experiment, 3, [0])
-    genomes = np.random.default_rng(1).normal(size=(1, experiment.population.size, 1, experiment.weight_count)).astype(np.float32)
+    genomes = (
+        np.random.default_rng(1)
+        .normal(size=(1, experiment.population.size, 1, experiment.weight_count))
+        .astype(np.float32)
+    )
     batch.begin(0, genomes)
     batch.live(0, experiment.lifetime.steps)
     grown = batch.state.weights[:, : experiment.population.size].T
@@ -66,7 +76,9 @@ def born_and_grown(experiment: Experiment) -> Iterator[tuple[float, float]]:
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_signs_stay_as_they_were_born_and_no_strength_is_above_1() -> None:
-    experiment = small("evo", lifetime={"steps": 60}).replace(learning={"rule": "hebb", "rate": 0.9})
+    experiment = small("evo", lifetime={"steps": 60}).replace(
+        learning={"rule": "hebb", "rate": 0.9}
+    )
     pairs = list(born_and_grown(experiment))
     assert all(abs(grown) <= 1 and grown * born >= 0 for born, grown in pairs)
     assert any(abs(grown) > abs(born) for born, grown in pairs)
@@ -81,13 +93,21 @@ def test_a_weight_that_always_gains_the_same_rises_by_the_rate_in_every_step_up_
 
 
 def test_what_would_lead_out_of_the_range_is_refused_in_a_sentence() -> None:
-    with pytest.raises(ExperimentError, match=r"keeps strengths in \[0, 1\]: learning.rate is 2 and must be at most 1"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"keeps strengths in \[0, 1\]: learning.rate is 2 and must be at most 1",
+    ):
         small("evo").replace(learning={"rule": "hebb", "rate": 2.0})
 
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_what_was_learned_is_not_inherited() -> None:
-    run = simulate(small("evo", lifetime={"steps": 20}).replace(learning={"rule": "hebb"}, evolution={"generations": 2}), seed=1)
+    run = simulate(
+        small("evo", lifetime={"steps": 20}).replace(
+            learning={"rule": "hebb"}, evolution={"generations": 2}
+        ),
+        seed=1,
+    )
     assert np.abs(run["genome"].values).max() > 1  # strengths are at most 1 in life
 
 
@@ -95,7 +115,10 @@ def test_what_was_learned_is_not_inherited() -> None:
 @pytest.mark.usefixtures("in_plain_python")
 def test_strengths_of_a_whole_life_rest_there_too(rule: str) -> None:
     """Without food inputs are 0 and hidden units at 1/2; each strength is held against what its own two units are in the end."""
-    experiment = assign(small("evo", lifetime={"steps": 400}, world={"food": []}), [f"learning.rule={rule}", "learning.rate=1"])
+    experiment = assign(
+        small("evo", lifetime={"steps": 400}, world={"food": []}),
+        [f"learning.rule={rule}", "learning.rate=1"],
+    )
     genome = founders(experiment)
     batch, agents = lived(experiment, genome, 400), len(genome)
     born = np.minimum(abs(genome[:, 0]), 1)

@@ -17,7 +17,8 @@ TO_HIDDEN, TO_PREDICTIONS = INPUTS * HIDDEN, HIDDEN * INPUTS  # weights, without
 
 def predicting(*changes: str) -> Experiment:
     experiment: Experiment = assign(
-        small("evo", lifetime={"steps": 60}), ["learning.rule=prediction", "learning.rate=0.5", *changes]
+        small("evo", lifetime={"steps": 60}),
+        ["learning.rule=prediction", "learning.rate=0.5", *changes],
     )
     return experiment
 
@@ -36,7 +37,10 @@ def test_nothing_can_be_predicted_before_the_second_step() -> None:
     experiment = predicting()
     genome = founders(experiment)
     for steps, learned in ((1, False), (2, True)):
-        assert (genome[:, 1] != lived(experiment, genome, steps).state.rule.predictor[:, : len(genome)].T).any() == learned
+        assert (
+            genome[:, 1]
+            != lived(experiment, genome, steps).state.rule.predictor[:, : len(genome)].T
+        ).any() == learned
 
 
 def test_who_never_sees_anything_learns_to_predict_just_that() -> None:
@@ -53,12 +57,17 @@ def test_who_never_sees_anything_learns_to_predict_just_that() -> None:
         predicted.append(y)
     assert (np.diff(predicted, axis=0) < 0).all()
     found = batch.state.rule.predictor[:, : len(genome)].T
-    np.testing.assert_allclose(found[:, :TO_PREDICTIONS], weights.reshape(len(genome), -1), atol=1e-5)
+    np.testing.assert_allclose(
+        found[:, :TO_PREDICTIONS], weights.reshape(len(genome), -1), atol=1e-5
+    )
 
 
 def test_the_coins_of_the_control_are_fair_and_what_it_predicts_stays_about_a_half() -> None:
     """Without food again: what would go to 0 wanders instead."""
-    control, rule = (predicting("world.food=[]", f"learning.rule={name}") for name in ("random-prediction", "prediction"))
+    control, rule = (
+        predicting("world.food=[]", f"learning.rule={name}")
+        for name in ("random-prediction", "prediction")
+    )
     genome = founders(control)
     genome[:, 1, :TO_PREDICTIONS] = 0  # every prediction begins with 1/2
     batch, tosses = lived(control, genome, 0), []
@@ -68,8 +77,13 @@ def test_the_coins_of_the_control_are_fair_and_what_it_predicts_stays_about_a_ha
         tosses.append(batch.state.rule.coins[:, : len(genome)].copy())
     assert set(np.unique(tosses)) == {0, 1}
     assert abs(np.mean(tosses) - 0.5) < 4 * 0.5 / np.sqrt(np.size(tosses))
-    found = [each.state.rule.predictor[:TO_PREDICTIONS, : len(genome)] for each in (batch, lived(rule, genome, 60))]
-    drifted, learned = (abs(each.reshape(HIDDEN, INPUTS, -1).sum(axis=0) / 2).mean() for each in found)
+    found = [
+        each.state.rule.predictor[:TO_PREDICTIONS, : len(genome)]
+        for each in (batch, lived(rule, genome, 60))
+    ]
+    drifted, learned = (
+        abs(each.reshape(HIDDEN, INPUTS, -1).sum(axis=0) / 2).mean() for each in found
+    )
     assert drifted < learned / 2
 
 
@@ -93,12 +107,22 @@ def test_the_same_genome_with_rate_0_lives_as_who_does_not_learn() -> None:
 @pytest.mark.parametrize(
     ("changes", "refusal"),
     [
-        (["network.hidden=[]"], "teaches hidden units: network.hidden must have at least one layer"),
+        (
+            ["network.hidden=[]"],
+            "teaches hidden units: network.hidden must have at least one layer",
+        ),
         (["network.kind=simple-recurrent"], "must have no memory"),
-        (['senses.kinds=["food", "compass", "last-action"]', "network.hidden=[1,100]"], "needs 1000 weights"),
+        (
+            ['senses.kinds=["food", "compass", "last-action"]', "network.hidden=[1,100]"],
+            "needs 1000 weights",
+        ),
     ],
 )
-def test_a_network_that_cannot_be_taught_so_is_refused_in_a_sentence(changes: list[str], refusal: str) -> None:
-    with pytest.raises(ExperimentError, match=f"learning.rule = 'prediction' .*{refusal}") as refused:
+def test_a_network_that_cannot_be_taught_so_is_refused_in_a_sentence(
+    changes: list[str], refusal: str
+) -> None:
+    with pytest.raises(
+        ExperimentError, match=f"learning.rule = 'prediction' .*{refusal}"
+    ) as refused:
         predicting(*changes)
     assert len(str(refused.value).splitlines()) == 1

@@ -32,7 +32,14 @@ NAMES = ["simple-recurrent", "continuous-time"]
 class Net:
     """A network of one agent, in plain Python: what it answers, step after step. Newborn, all its units are 0."""
 
-    def __init__(self, kind: str, hidden: Sequence[int], weights: Any = None, biases: bool = False, **fields: Any) -> None:
+    def __init__(
+        self,
+        kind: str,
+        hidden: Sequence[int],
+        weights: Any = None,
+        biases: bool = False,
+        **fields: Any,
+    ) -> None:
         table = {kind.replace("-", "_"): fields} if fields else {}
         self.experiment: Experiment = load("evo/A").replace(
             network={"kind": kind, "hidden": list(hidden), "biases": biases, **table}
@@ -57,7 +64,9 @@ class Net:
 
     def learn(self, rate: float, target: Sequence[float]) -> None:
         targets, errors = np.array(target, np.float32).reshape(-1, 1), np.zeros_like(self.units)
-        self.part.backward(self.values, np.float32(rate), self.weights, self.units, errors, targets, 0)
+        self.part.backward(
+            self.values, np.float32(rate), self.weights, self.units, errors, targets, 0
+        )
 
 
 def senses(steps: int, seed: int = 1) -> npt.NDArray[np.int64]:
@@ -80,7 +89,10 @@ def without_memory(net: Net, hidden: Sequence[int], biases: bool) -> Net:
 
 
 @pytest.mark.parametrize("biases", [False, True])
-@pytest.mark.parametrize(("kind", "hidden"), [("simple-recurrent", [4]), ("simple-recurrent", [4, 2]), ("continuous-time", [4])])
+@pytest.mark.parametrize(
+    ("kind", "hidden"),
+    [("simple-recurrent", [4]), ("simple-recurrent", [4, 2]), ("continuous-time", [4])],
+)
 def test_who_gives_no_weight_to_what_it_remembers_has_the_bits_of_a_feed_forward_network(
     kind: str, hidden: list[int], biases: bool
 ) -> None:
@@ -114,7 +126,10 @@ def test_two_hidden_units_that_hear_each_other_count_to_two() -> None:
     """Parity in time: a network without memory cannot tell whether it has sensed an odd number of items."""
     net, strong = Net("simple-recurrent", [3], biases=True), 40.0
     first, second = net.layer(0), net.layer(1)
-    odd = [1, 2]  # exclusive or of the input and of what was odd: unit 1 if only the input is, unit 2 if only the memory is
+    odd = [
+        1,
+        2,
+    ]  # exclusive or of the input and of what was odd: unit 1 if only the input is, unit 2 if only the memory is
     first[0, odd], first[[[INPUTS + 1], [INPUTS + 2]], odd] = [strong, -strong], [-strong, strong]
     first[-1, odd] = -strong / 2
     second[odd], second[-1] = strong, -strong / 2
@@ -123,8 +138,15 @@ def test_two_hidden_units_that_hear_each_other_count_to_two() -> None:
         assert set(net.answer(*now).round().astype(int)) == {inputs[: step + 1, 0].sum() % 2}
 
 
-def test_a_simple_recurrent_network_learns_down_the_gradient_with_what_it_remembers_held_fixed() -> None:
-    net, target, rate, tiny = with_random_weights("simple-recurrent", [3], True), [0.9, 0.2, 0.6], 0.5, 1e-6
+def test_a_simple_recurrent_network_learns_down_the_gradient_with_what_it_remembers_held_fixed() -> (
+    None
+):
+    net, target, rate, tiny = (
+        with_random_weights("simple-recurrent", [3], True),
+        [0.9, 0.2, 0.6],
+        0.5,
+        1e-6,
+    )
     for inputs in senses(4):
         net.answer(*inputs)
     before, seen = net.weights[:, 0].astype(float), net.units[: INPUTS + 3, 0].astype(float)
@@ -142,7 +164,9 @@ def test_a_simple_recurrent_network_learns_down_the_gradient_with_what_it_rememb
         assert change == pytest.approx(-rate * slope, abs=1e-6)
 
 
-def leaky(time_constant: float, bias: float = 0.0, to_itself: float = 0.0, from_input: float = 0.0) -> Net:
+def leaky(
+    time_constant: float, bias: float = 0.0, to_itself: float = 0.0, from_input: float = 0.0
+) -> Net:
     """A single hidden unit."""
     net = Net("continuous-time", [1], biases=True, time_constant=time_constant)
     net.layer(0)[:, 0] = [from_input, 0, 0, to_itself, bias]
@@ -165,7 +189,10 @@ def test_a_unit_that_hears_nothing_but_an_input_charges_and_leaks_like_a_capacit
 
 
 @pytest.mark.parametrize("time_constant", [2.0, 4.0, 20.0])
-@pytest.mark.parametrize(("to_itself", "bias", "drive"), [(3.0, -1.0, 0.5), (-6.0, 2.0, 1.0), (0.0, 1.0, -2.0), (3.9, 0.0, -2.0)])
+@pytest.mark.parametrize(
+    ("to_itself", "bias", "drive"),
+    [(3.0, -1.0, 0.5), (-6.0, 2.0, 1.0), (0.0, 1.0, -2.0), (3.9, 0.0, -2.0)],
+)
 def test_a_unit_comes_to_rest_at_its_fixed_point_however_slow_it_is(
     to_itself: float, bias: float, drive: float, time_constant: float
 ) -> None:
@@ -188,7 +215,9 @@ def test_a_step_as_long_as_the_time_constant_is_too_coarse_for_strong_inhibition
 
 
 @pytest.mark.parametrize(("to_itself", "rests"), [(3.5, 1), (8.0, 2)])
-def test_a_unit_that_excites_itself_by_more_than_4_has_two_places_to_rest(to_itself: float, rests: int) -> None:
+def test_a_unit_that_excites_itself_by_more_than_4_has_two_places_to_rest(
+    to_itself: float, rests: int
+) -> None:
     """Beer 1995, "Single CTRNNs": with a bias of half as much below 0 they lie around the unstable one in the middle."""
     net, found = leaky(4.0, -to_itself / 2, to_itself), []
     for start in (0.0, to_itself):
@@ -208,19 +237,28 @@ def test_a_continuous_time_network_is_its_oracle_s_with_biases_and_without(biase
     agent = SimpleNamespace(action_module=module, own={})
     for inputs in senses(60):
         agent.inputs = inputs.tolist()
-        np.testing.assert_allclose(net.answer(*inputs), net.part.oracle(net.values, agent, naive), atol=1e-5)
+        np.testing.assert_allclose(
+            net.answer(*inputs), net.part.oracle(net.values, agent, naive), atol=1e-5
+        )
 
 
 @pytest.mark.parametrize("biases", [False, True])
-def test_of_a_continuous_time_network_the_output_weights_alone_learn_and_the_error_shrinks(biases: bool) -> None:
+def test_of_a_continuous_time_network_the_output_weights_alone_learn_and_the_error_shrinks(
+    biases: bool,
+) -> None:
     net, target = with_random_weights("continuous-time", [4], biases), np.array([0.9, 0.1, 0.5])
     for inputs in senses(5):
         net.answer(*inputs)
     units, before, output = net.units[:, 0].copy(), net.layer(0).copy(), net.layer(1).copy()
     net.learn(0.5, target.tolist())
     assert (net.layer(0) == before).all()
-    y, fired = units[-ACTIONS:].astype(float), np.append(units[INPUTS + 4 : INPUTS + 8], [1.0] * biases)
-    np.testing.assert_allclose(net.layer(1), output - 0.5 * np.outer(fired, (y - target) * y * (1 - y)), atol=1e-6)
+    y, fired = (
+        units[-ACTIONS:].astype(float),
+        np.append(units[INPUTS + 4 : INPUTS + 8], [1.0] * biases),
+    )
+    np.testing.assert_allclose(
+        net.layer(1), output - 0.5 * np.outer(fired, (y - target) * y * (1 - y)), atol=1e-6
+    )
     for _ in range(3000):
         net.learn(0.5, target.tolist())
         net.units[INPUTS:-ACTIONS, 0] = units[INPUTS:-ACTIONS]
@@ -236,12 +274,18 @@ def test_each_needs_the_hidden_units_that_it_hears() -> None:
             load("evo/A").replace(network={"kind": "continuous-time", "hidden": hidden})
 
 
-def test_in_a_life_that_senses_nothing_the_compiled_network_does_what_it_does_in_plain_python() -> None:
-    experiment = small("evo", network={"kind": "continuous-time"}, world={"food": []}, lifetime={"steps": 12})
+def test_in_a_life_that_senses_nothing_the_compiled_network_does_what_it_does_in_plain_python() -> (
+    None
+):
+    experiment = small(
+        "evo", network={"kind": "continuous-time"}, world={"food": []}, lifetime={"steps": 12}
+    )
     trace = replay(experiment, seed=1)
     assert not trace.sensor.any()
     for agent in range(2):
-        net = Net("continuous-time", experiment.network.hidden, trace.weight_birth.values[agent].ravel())
+        net = Net(
+            "continuous-time", experiment.network.hidden, trace.weight_birth.values[agent].ravel()
+        )
         expected = np.stack([net.answer(0, 0, 0) for _ in range(12)])
         assert trace.output.values[:, agent].astype(np.float32).tobytes() == expected.tobytes()
 
@@ -254,9 +298,16 @@ def test_the_parts_keep_the_whole_contract() -> None:
 
 
 @pytest.mark.parametrize("kind", NAMES)
-def test_under_drift_a_newborn_of_any_generation_remembers_nothing(kind: str, in_plain_python: None) -> None:
+def test_under_drift_a_newborn_of_any_generation_remembers_nothing(
+    kind: str, in_plain_python: None
+) -> None:
     """The shadow of a newborn has no memory, although the memory of the machine holds that of an earlier generation."""
-    drifting = small("evo+self-taught", learning={"rule": "drift", "rate": 0.5}, network={"kind": kind}, lifetime={"steps": 9})
+    drifting = small(
+        "evo+self-taught",
+        learning={"rule": "drift", "rate": 0.5},
+        network={"kind": kind},
+        lifetime={"steps": 9},
+    )
     run = simulate(drifting, seed=2)
     weights = replay(drifting, seed=2, generation=2)["weight_death"].values
     batch = Batch(drifting, 2, [0])

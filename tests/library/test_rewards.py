@@ -27,7 +27,9 @@ def grown(experiment: Experiment, steps: int) -> tuple[Weights, Weights, Any]:
 
 
 def test_who_finds_no_food_learns_nothing_from_reward_and_who_does_learns() -> None:
-    experiment = small("evo", population={"size": 40}).replace(learning={"rule": "reward", "rate": 0.5})
+    experiment = small("evo", population={"size": 40}).replace(
+        learning={"rule": "reward", "rate": 0.5}
+    )
     born, now, state = grown(experiment, 10)
     eaten = state.eaten_in_life[:, : len(born)].sum(axis=0)
     assert 0 < (eaten > 0).sum() < len(born)
@@ -37,16 +39,27 @@ def test_who_finds_no_food_learns_nothing_from_reward_and_who_does_learns() -> N
 
 
 def test_food_makes_what_was_done_before_it_likelier() -> None:
-    experiment = small("evo", lifetime={"steps": 200}).replace(learning={"rule": "reward", "rate": 0.2})
+    experiment = small("evo", lifetime={"steps": 200}).replace(
+        learning={"rule": "reward", "rate": 0.2}
+    )
     batch, agents = Batch(experiment, 5, [0]), experiment.population.size
     batch.begin(0, draw_genome(experiment, Moment(5, 0, 0))[None])
     network, found, earlier = _network(experiment), 0, np.zeros(agents)
     for step in range(200):
-        before, eaten = batch.state.weights[:, :agents].copy(), batch.state.eaten_in_life[:, :agents].sum(axis=0)
-        sensed, done = batch.state.activations[:3, :agents].copy(), batch.state.action[0, :agents].astype(int)
+        before, eaten = (
+            batch.state.weights[:, :agents].copy(),
+            batch.state.eaten_in_life[:, :agents].sum(axis=0),
+        )
+        sensed, done = (
+            batch.state.activations[:3, :agents].copy(),
+            batch.state.action[0, :agents].astype(int),
+        )
         batch.live(step, step + 1)
         for agent in np.flatnonzero(eaten > earlier):
-            old, new = (network(weights[:, agent], sensed[:, agent])[done[agent]] for weights in (before, batch.state.weights))
+            old, new = (
+                network(weights[:, agent], sensed[:, agent])[done[agent]]
+                for weights in (before, batch.state.weights)
+            )
             assert new > old
             found += 1
         earlier = eaten
@@ -63,7 +76,8 @@ def _network(experiment: Experiment) -> Any:
 @pytest.mark.nightly  # half a minute of lives
 def test_who_is_never_punished_learns_from_a_rise_of_its_evaluation_alone() -> None:
     experiment = assign(
-        small("evo", lifetime={"steps": 60}), ["learning.rule=crbp", "learning.rate=0.5", "learning.crbp.punishment=0"]
+        small("evo", lifetime={"steps": 60}),
+        ["learning.rule=crbp", "learning.rate=0.5", "learning.crbp.punishment=0"],
     )
     punished = assign(experiment, ["learning.crbp.punishment=1"])
     (born, now, _), (_, other, _) = grown(experiment, 60), grown(punished, 60)
@@ -73,6 +87,8 @@ def test_who_is_never_punished_learns_from_a_rise_of_its_evaluation_alone() -> N
 
 @pytest.mark.parametrize("rule", ["reward", "crbp"])
 def test_where_nothing_is_ever_sensed_or_eaten_nothing_is_learned(rule: str) -> None:
-    experiment = small("evo", lifetime={"steps": 30}, world={"food": []}).replace(learning={"rule": rule, "rate": 0.5})
+    experiment = small("evo", lifetime={"steps": 30}, world={"food": []}).replace(
+        learning={"rule": rule, "rate": 0.5}
+    )
     born, now, _ = grown(experiment, 30)
     assert born.tolist() == now.tolist()

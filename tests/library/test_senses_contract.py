@@ -14,6 +14,8 @@ TOGETHER: list[type[Part]] = [Nearest, Smell, Energy, Rays, Neighbours, Stay]
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("parts", [TOGETHER, [Nearest, Grid], [Continuous]], ids=["together", "grid", "continuous"])
+@pytest.mark.parametrize(
+    "parts", [TOGETHER, [Nearest, Grid], [Continuous]], ids=["together", "grid", "continuous"]
+)
 def test_every_requirement_of_a_part_holds(parts: list[type[Part]]) -> None:
     assert [str(found) for found in check_part(parts) if found.holds is False] == []

@@ -29,15 +29,21 @@ FIELDS = {"reserve": 1.5, "upkeep": 0.1, "oldest": 40}
 Account = dict[str, float]
 
 
-def turning_over(condition: str = "evo", fields: dict[str, Any] | None = None, **changes: Any) -> Experiment:
+def turning_over(
+    condition: str = "evo", fields: dict[str, Any] | None = None, **changes: Any
+) -> Experiment:
     """The small world, in which somebody dies every few steps."""
     world = {"features": ["births-and-deaths"], "births_and_deaths": fields or FIELDS}
-    return small(condition, **{"world": world, "evolution": {"elite": AGENTS, "generations": 3}} | changes)
+    return small(
+        condition, **{"world": world, "evolution": {"elite": AGENTS, "generations": 3}} | changes
+    )
 
 
 def drawn(number: int, purpose: int, draws: int = 1) -> npt.NDArray[np.uint32]:
     """Random words [draw, 4] of a number in generation 0."""
-    return np.array([rng.philox(draw, number, 0, purpose, SEED, 0) for draw in range(draws)], np.uint32)
+    return np.array(
+        [rng.philox(draw, number, 0, purpose, SEED, 0) for draw in range(draws)], np.uint32
+    )
 
 
 def first_accounts() -> list[Account]:
@@ -56,8 +62,12 @@ def chosen(shares: list[float], word: Any) -> int:
     return int(np.searchsorted(ends, point, side="right"))
 
 
-def child_of(experiment: Experiment, genome: npt.NDArray[np.float32], parents: tuple[int, int], number: int) -> Any:
-    part: Any = compiled_values(experiment.part("evolution.variation"), experiment, lambda array: array)
+def child_of(
+    experiment: Experiment, genome: npt.NDArray[np.float32], parents: tuple[int, int], number: int
+) -> Any:
+    part: Any = compiled_values(
+        experiment.part("evolution.variation"), experiment, lambda array: array
+    )
     draws = (drawn(number, rng.INHERITANCE, genome[0].size) + 0.5) * 2.0**-32
     gate = (float(drawn(number, rng.MUTATION_GATE)[0, 0]) + 0.5) * 2.0**-32
     fitter, other = (genome[parent].astype(float).tolist() for parent in parents)
@@ -66,7 +76,9 @@ def child_of(experiment: Experiment, genome: npt.NDArray[np.float32], parents: t
 
 @pytest.mark.usefixtures("in_plain_python")
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
-def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(condition: str) -> None:
+def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
+    condition: str,
+) -> None:
     experiment = turning_over(condition, learning={"rate": 0.5} if condition != "evo" else {})
     batch = Batch(experiment, SEED, [0])
     genome = draw_genome(experiment, Moment(SEED, 0, 0))
@@ -82,14 +94,20 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
             account["left"] += meal - FIELDS["upkeep"]
         shares = [max(0.0, account["left"]) for account in accounts]
         shares = shares if any(shares) else [1.0] * AGENTS
-        for agent in [k for k, one in enumerate(accounts) if one["left"] <= 1e-5 or one["age"] >= FIELDS["oldest"]]:
+        for agent in [
+            k
+            for k, one in enumerate(accounts)
+            if one["left"] <= 1e-5 or one["age"] >= FIELDS["oldest"]
+        ]:
             number = AGENTS + sum(born)
             words = drawn(number, rng.SELECTION)[0]
             one, other = chosen(shares, words[0]), chosen(shares, words[1])
             parents = (other, one) if shares[other] > shares[one] else (one, other)
             genome[agent] = child_of(experiment, genome, parents, number)
             accounts[agent], born[agent] = {"age": 0, "left": FIELDS["reserve"]}, born[agent] + 1
-            np.testing.assert_array_equal(batch.weights()[0, agent], batch.state.genome[0, agent, 0])  # nothing is learned yet
+            np.testing.assert_array_equal(
+                batch.weights()[0, agent], batch.state.genome[0, agent, 0]
+            )  # nothing is learned yet
         np.testing.assert_allclose(batch.state.genome[0], genome, rtol=1e-6, atol=1e-7)
         assert batch.state.born[0].tolist() == born
     assert sum(born) > 2 * AGENTS and eaten.sum() > AGENTS
@@ -107,7 +125,9 @@ def test_who_cannot_starve_or_grow_old_lives_as_where_nobody_is_born_in_mid_life
 
 
 @pytest.mark.usefixtures("in_plain_python")
-def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_of_whom_they_descend() -> None:
+def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_of_whom_they_descend() -> (
+    None
+):
     experiment = turning_over()
     run = simulate(experiment, seed=SEED)
     for generation in (0, 1):
@@ -119,7 +139,9 @@ def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_
         for agent, genome in enumerate(run["genome"].values[generation + 1]):
             (place, *_) = np.flatnonzero((living == genome).all(axis=(1, 2)))
             assert run["parents"].values[generation + 1, agent].tolist() == origin[place].tolist()
-    np.testing.assert_array_equal(replay(experiment, seed=SEED, generation=2)["weight_birth"], run["genome"][2])
+    np.testing.assert_array_equal(
+        replay(experiment, seed=SEED, generation=2)["weight_birth"], run["genome"][2]
+    )
 
 
 @pytest.mark.usefixtures("in_plain_python")
@@ -151,8 +173,12 @@ def test_what_the_last_to_live_had_learned_is_inherited_from_generation_to_gener
 
 
 @pytest.mark.usefixtures("in_plain_python")
-@pytest.mark.parametrize("changes", [{"population": {"size": 1}}, {"world": {"food": []}}], ids=["one agent", "no food"])
-def test_one_agent_is_its_own_heir_and_where_there_is_no_food_all_die_and_the_line_goes_on(changes: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    "changes", [{"population": {"size": 1}}, {"world": {"food": []}}], ids=["one agent", "no food"]
+)
+def test_one_agent_is_its_own_heir_and_where_there_is_no_food_all_die_and_the_line_goes_on(
+    changes: dict[str, Any],
+) -> None:
     experiment = turning_over(evolution={"elite": 1, "generations": 1}).replace(**changes)
     run = simulate(experiment, seed=1)
     assert (run["born"] > 0).all()
@@ -179,7 +205,9 @@ def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> N
 def test_in_the_neutral_twin_heterozygosity_falls_by_2_in_n_squared_a_birth() -> None:
     """As in the model of Moran: H = H(0) (1 - 2/N^2)^births, where parents and the dead are anybody."""
     runs, fields = range(300), {"reserve": 1.0, "upkeep": 0.0, "oldest": 30}
-    twin = turning_over(fields=fields, evolution={"selection": "neutral", "mutation_rate": 0.0, "generations": 1})
+    twin = turning_over(
+        fields=fields, evolution={"selection": "neutral", "mutation_rate": 0.0, "generations": 1}
+    )
     assert twin.evolution.elite == 0
     batch = Batch(twin, 3, runs)
     of_agents = np.arange(AGENTS, dtype=np.float32)[:, None, None]
@@ -192,7 +220,9 @@ def test_in_the_neutral_twin_heterozygosity_falls_by_2_in_n_squared_a_birth() ->
     assert abs(ratio.mean() - (1 - 1 / AGENTS)) < 4 * ratio.std(ddof=1) / len(runs) ** 0.5
 
 
-def test_foraging_evolves_by_births_and_deaths_in_mid_life_alone_and_not_in_the_neutral_twin() -> None:
+def test_foraging_evolves_by_births_and_deaths_in_mid_life_alone_and_not_in_the_neutral_twin() -> (
+    None
+):
     selected = load("evo/births-and-deaths").replace(evolution={"generations": 12})
     eaten = []
     for experiment in (selected, selected.neutral_twin()):
@@ -202,7 +232,10 @@ def test_foraging_evolves_by_births_and_deaths_in_mid_life_alone_and_not_in_the_
 
 
 def test_what_cannot_be_is_refused_in_a_sentence() -> None:
-    with pytest.raises(ExperimentError, match="needs a variation that makes one child by itself, and 'neat' does not"):
+    with pytest.raises(
+        ExperimentError,
+        match="needs a variation that makes one child by itself, and 'neat' does not",
+    ):
         turning_over().replace(evolution={"variation": "neat", "selection": "species"})
     asked = {name: misfit(name, turning_over("evo+self-taught")) for name in ASSAYS}
     assert [name for name, why in asked.items() if not why] == ["descent"]

@@ -9,7 +9,16 @@ from baldwinlab.library.senses import Compass, LastAction, PatchSight, Touch
 from baldwinlab.library.worlds import DriftingFood, Patches, RegionsInTurn, SlowRegrowth, Walls
 from baldwinlab.parts import Part
 
-TOGETHER: list[type[Part]] = [Walls, Patches, DriftingFood, SlowRegrowth, PatchSight, LastAction, Touch, Compass]
+TOGETHER: list[type[Part]] = [
+    Walls,
+    Patches,
+    DriftingFood,
+    SlowRegrowth,
+    PatchSight,
+    LastAction,
+    Touch,
+    Compass,
+]
 
 
 @pytest.mark.nightly

@@ -69,7 +69,9 @@ def test_without_guessing_only_what_is_innate_pays() -> None:
     learner = model(loci=4)
     assert learner.learns and not learner.without_learner().learns
     genomes = np.array(strings, np.float32)[None, :, None]
-    assert learner.without_learner().live(7, [0], 0, genomes).energy.tolist() == [[1 + 19 * 999 / 1000, 1, 1]]
+    assert learner.without_learner().live(7, [0], 0, genomes).energy.tolist() == [
+        [1 + 19 * 999 / 1000, 1, 1]
+    ]
 
 
 def test_what_was_guessed_is_what_was_learned() -> None:
@@ -85,7 +87,10 @@ def test_lives_are_those_of_the_plain_oracle() -> None:
     for guesser in (learner, learner.without_learner()):
         genomes = learner.founders(200, Moment(3, 5, 0))
         luck = Moment(3, 5, 9).uniforms(LIFE, (200, 1))[:, 0, 0]
-        plain = [guesser.oracle(genome[0].tolist(), chance) for genome, chance in zip(genomes, luck, strict=True)]
+        plain = [
+            guesser.oracle(genome[0].tolist(), chance)
+            for genome, chance in zip(genomes, luck, strict=True)
+        ]
         assert guesser.live(3, [5], 9, genomes[None]).energy[0].tolist() == plain
 
 
@@ -101,7 +106,11 @@ def test_children_hold_alleles_of_their_parents_up_to_a_cut_and_from_there() -> 
     genomes, parents = run.genome.values[:, :, 0], run.parents.values
     for child in range(60):
         one, other = genomes[0, parents[1, child, 0]], genomes[0, parents[1, child, 1]]
-        crossed = [np.r_[a[:cut], b[cut:]].tolist() for cut in range(1, 6) for a, b in ((one, other), (other, one))]
+        crossed = [
+            np.r_[a[:cut], b[cut:]].tolist()
+            for cut in range(1, 6)
+            for a, b in ((one, other), (other, one))
+        ]
         assert genomes[1, child].tolist() in crossed
 
 
@@ -124,24 +133,34 @@ def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
     changed = assign(small(), ["bit_strings.guesses=7", "evolution.mutation_rate=0.01"])
     assert (changed.bit_strings.guesses, changed.steps) == (7, 7)
     assert from_toml(to_toml(changed), where="there") == changed
-    with pytest.raises(bl.ExperimentError, match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1"):
+    with pytest.raises(
+        bl.ExperimentError,
+        match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1",
+    ):
         assign(small(), ["bit_strings.guesses=0"])
     with pytest.raises(
-        bl.ExperimentError, match=r"^world: there is no such field; there are: name, model, bit_strings, population"
+        bl.ExperimentError,
+        match=r"^world: there is no such field; there are: name, model, bit_strings, population",
     ):
         validate({"model": "bit-strings", "world": {}})
 
 
 def test_it_has_no_world_to_replay() -> None:
-    with pytest.raises(bl.BaldwinLabError, match="bit-strings is of the model bit-strings, whose lives have no world to replay"):
+    with pytest.raises(
+        bl.BaldwinLabError,
+        match="bit-strings is of the model bit-strings, whose lives have no world to replay",
+    ):
         bl.replay(small())
 
 
 def test_a_setting_of_mutation_that_its_variation_does_not_heed_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
-        bl.ExperimentError, match=r'^evolution.mutation_size: does nothing with evolution.variation = "one-point"'
+        bl.ExperimentError,
+        match=r'^evolution.mutation_size: does nothing with evolution.variation = "one-point"',
     ):
         bl.run("bit-strings", runs=1, out=tmp_path / "out", set={"evolution.mutation_size": 0.5})
     assert not idle_settings(small().replace(evolution={"mutation_rate": 0.5}))
-    crossed = small().replace(evolution={"variation": "crossover", "mutation_rate": 0.1, "mutation_gate": "child"})
+    crossed = small().replace(
+        evolution={"variation": "crossover", "mutation_rate": 0.1, "mutation_gate": "child"}
+    )
     assert not idle_settings(crossed)

@@ -12,7 +12,10 @@ from tests.statistics.studies import AS_THE_PAPER, RUNS, study
 Eaten = Mapping[str, Sequence[float]]
 
 NOBODY_EATS: Eaten = {name: [0] * RUNS for name in AS_THE_PAPER}
-TAUGHT_BEAT_EVOLVED: Eaten = {**AS_THE_PAPER, "self-taught/A": range(100, 100 + RUNS)}  # the opposite of C6, and of C6 alone
+TAUGHT_BEAT_EVOLVED: Eaten = {
+    **AS_THE_PAPER,
+    "self-taught/A": range(100, 100 + RUNS),
+}  # the opposite of C6, and of C6 alone
 
 
 def reading_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Reading:
@@ -24,7 +27,9 @@ def reading_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Reading:
 def _reading_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> Reading:
     parts = () if name == "standard" else tuple(name.split("+"))
     made = design.Reading(parts)
-    return reading(study(dict(eaten), generations=24), name, made.description, made.choices, made.fields)
+    return reading(
+        study(dict(eaten), generations=24), name, made.description, made.choices, made.fields
+    )
 
 
 def multiverse_of(*readings: Reading) -> Multiverse:

@@ -21,7 +21,13 @@ from baldwinlab.multiverse.analysis import (
     weightiest,
     write,
 )
-from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of, with_gain
+from tests.multiverse.readings import (
+    NOBODY_EATS,
+    TAUGHT_BEAT_EVOLVED,
+    multiverse_of,
+    reading_of,
+    with_gain,
+)
 from tests.statistics.studies import AS_THE_PAPER
 
 EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
@@ -42,12 +48,17 @@ def test_a_claim_that_one_choice_overturns_depends_on_that_choice_alone() -> Non
         claim: {} for claim in EVERY_CLAIM if claim != "C6"
     }
     assert always(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
-    groups = {verdict: [reading.name for reading in found] for verdict, found in by_verdict(OVERTURNED, "C6").items()}
+    groups = {
+        verdict: [reading.name for reading in found]
+        for verdict, found in by_verdict(OVERTURNED, "C6").items()
+    }
     assert groups == {"holds": ["standard", "biases"], "undecided": [], "does not hold": ["rank"]}
 
 
 def test_a_claim_may_hold_under_no_reading() -> None:
-    assert always(multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)), "undecided", "does not hold") == ["C6"]
+    assert always(
+        multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)), "undecided", "does not hold"
+    ) == ["C6"]
 
 
 def test_without_the_standard_reading_nothing_is_overturned() -> None:
@@ -67,7 +78,9 @@ def test_a_reading_under_which_nobody_eats_is_never_the_nearest() -> None:
 
 
 def test_the_readings_whose_intervals_contain_the_papers_figures_are_found() -> None:
-    several = multiverse_of(STANDARD, reading_of("rank", with_gain(100)), reading_of("biases", {"evo/A": [1, 2]}))
+    several = multiverse_of(
+        STANDARD, reading_of("rank", with_gain(100)), reading_of("biases", {"evo/A": [1, 2]})
+    )
     assert containing(several) == [STANDARD]
 
 
@@ -76,7 +89,9 @@ def test_the_readings_under_which_most_claims_hold_are_found() -> None:
 
 
 def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() -> None:
-    part = reading_of(eaten={name: AS_THE_PAPER[name] for name in ("evo/A", "evo/B", "self-taught/B")})
+    part = reading_of(
+        eaten={name: AS_THE_PAPER[name] for name in ("evo/A", "evo/B", "self-taught/B")}
+    )
     assert part.distance is None and part.outcomes["C1"].verdict == "not evaluated"
     assert part.outcomes["C7"].verdict == "holds"
     several = multiverse_of(part)
@@ -87,22 +102,38 @@ def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() 
 
 def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
     several = multiverse_of(
-        STANDARD, reading_of("biases"), reading_of("rank", TAUGHT_BEAT_EVOLVED), reading_of("biases+rank", TAUGHT_BEAT_EVOLVED)
+        STANDARD,
+        reading_of("biases"),
+        reading_of("rank", TAUGHT_BEAT_EVOLVED),
+        reading_of("biases+rank", TAUGHT_BEAT_EVOLVED),
     )
     assert several.combined and not OVERTURNED.combined
     assert [reading.name for reading in several.singles.readings] == ["standard", "biases", "rank"]
-    found = {(share.choice, share.alternative): share.share for share in shares(several) if share.claim == "C6"}
-    assert found == {("R3", "standard"): 0.5, ("R3", "biases"): 0.5, ("R4", "standard"): 1, ("R4", "rank"): 0}
+    found = {
+        (share.choice, share.alternative): share.share
+        for share in shares(several)
+        if share.claim == "C6"
+    }
+    assert found == {
+        ("R3", "standard"): 0.5,
+        ("R3", "biases"): 0.5,
+        ("R4", "standard"): 1,
+        ("R4", "rank"): 0,
+    }
     ends = weightiest(shares(several), "C6")
     assert ends is not None and [end.alternative for end in ends] == ["standard", "rank"]
 
 
 def test_what_is_written_has_no_nan_and_is_read_again(tmp_path: Path) -> None:
-    several = multiverse_of(STANDARD, reading_of("literal", NOBODY_EATS), reading_of("rank", {"evo/A": [1]}))
+    several = multiverse_of(
+        STANDARD, reading_of("literal", NOBODY_EATS), reading_of("rank", {"evo/A": [1]})
+    )
     path = write(several, tmp_path / "multiverse.json")
     record = json.loads(path.read_text(), parse_constant=pytest.fail)
     assert record["summary"] == json.loads(json.dumps(summary(several)))
-    assert record["readings"][2]["distance"] is None and record["readings"][2]["fields"] == {"evolution.selection": "rank"}
+    assert record["readings"][2]["distance"] is None and record["readings"][2]["fields"] == {
+        "evolution.selection": "rank"
+    }
     assert read(path) == several
 
 

@@ -25,14 +25,23 @@ MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
 @pytest.fixture
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three readings, or four with --full, of lives of 40 steps."""
-    conditions = [condition.replace(evolution={"generations": 2}, lifetime={"steps": 40}) for condition in small_paper()]
+    conditions = [
+        condition.replace(evolution={"generations": 2}, lifetime={"steps": 40})
+        for condition in small_paper()
+    ]
     monkeypatch.setattr(presets, "paper", lambda reading="standard": conditions)
     monkeypatch.setattr(command_multiverse, "one_at_a_time", lambda paper: READINGS)
-    monkeypatch.setattr(command_multiverse, "combinations", lambda paper: [*READINGS, Reading(("contact-5", "rank"))])
+    monkeypatch.setattr(
+        command_multiverse,
+        "combinations",
+        lambda paper: [*READINGS, Reading(("contact-5", "rank"))],
+    )
 
 
 @contextmanager
-def stopped_half_way(description: str, total: int, unit: str = "") -> Iterator[Callable[[int], None]]:
+def stopped_half_way(
+    description: str, total: int, unit: str = ""
+) -> Iterator[Callable[[int], None]]:
     done = [0]
 
     def show(amount: int) -> None:
@@ -60,7 +69,9 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
     assert "report: paper/multiverse/report.html" in done.out and "contact-5 R2" in done.out
     assert command("multiverse", "--runs", "2", "--out", "whole").code == 0
     assert contents(tmp_path / "whole") == contents(tmp_path / "paper/multiverse")
-    assert (tmp_path / "whole/multiverse.json").read_bytes() == (tmp_path / "paper/multiverse/multiverse.json").read_bytes()
+    assert (tmp_path / "whole/multiverse.json").read_bytes() == (
+        tmp_path / "paper/multiverse/multiverse.json"
+    ).read_bytes()
 
 
 @pytest.mark.usefixtures("tiny")
@@ -74,8 +85,14 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
         record.unlink()
     done = command("report", "paper/multiverse")
     assert done.code == 0, done.err
-    written = json.loads((tmp_path / "paper/multiverse/multiverse.json").read_text(), parse_constant=pytest.fail)
-    assert [reading["name"] for reading in written["readings"]] == ["standard", "contact-5", "contact-5+rank"]
+    written = json.loads(
+        (tmp_path / "paper/multiverse/multiverse.json").read_text(), parse_constant=pytest.fail
+    )
+    assert [reading["name"] for reading in written["readings"]] == [
+        "standard",
+        "contact-5",
+        "contact-5+rank",
+    ]
     assert written["readings"][2]["choices"] == {"R2": "contact-5", "R4": "rank"}
     assert written["summary"]["shares"]
     for record in (tmp_path / "paper/multiverse/runs").rglob("*.nc"):
@@ -84,13 +101,19 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
 
 
 @pytest.mark.usefixtures("tiny")
-def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_readings(command: Command, tmp_path: Path) -> None:
+def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_readings(
+    command: Command, tmp_path: Path
+) -> None:
     small_study(tmp_path / "paper", runs=1)
     done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
     assert done.code == 0, done.err
-    assert "paper is a study of the paper: its report is written again, with the readings" in done.out
+    assert (
+        "paper is a study of the paper: its report is written again, with the readings" in done.out
+    )
     assert done.out.rstrip().endswith("report: paper/report.html")
-    assert '<h2 id="every-reading">Every reading</h2>' in (tmp_path / "paper/report.html").read_text()
+    assert (
+        '<h2 id="every-reading">Every reading</h2>' in (tmp_path / "paper/report.html").read_text()
+    )
 
 
 @pytest.mark.usefixtures("tiny")
@@ -100,12 +123,16 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
     tmp_path: Path,
 ) -> None:
     assert command(*MULTIVERSE).code == 0
-    done = command("reproduce", "--runs", "1", "--generations", "1", "--steps", "40", "--out", "paper")
+    done = command(
+        "reproduce", "--runs", "1", "--generations", "1", "--steps", "40", "--out", "paper"
+    )
     assert done.code == 0, done.err
     page = (tmp_path / "paper/report.html").read_text()
     assert '<h2 id="every-reading">Every reading</h2>' in page
     assert (tmp_path / "paper/figures/readings.svg").exists()
-    assert list(Study(tmp_path / "paper").experiments) == [experiment.name for experiment in small_paper()]
+    assert list(Study(tmp_path / "paper").experiments) == [
+        experiment.name for experiment in small_paper()
+    ]
 
 
 @pytest.mark.usefixtures("tiny")
@@ -118,7 +145,10 @@ def test_a_multiverse_is_not_mixed_with_another_and_says_so_in_one_line(
     assert command(*MULTIVERSE).code == 0
     done = command(*MULTIVERSE, "--full")
     assert done.code == 2
-    assert "paper/multiverse holds another study: its conditions are standard/evo/A" in done.err and "and 14 more" in done.err
+    assert (
+        "paper/multiverse holds another study: its conditions are standard/evo/A" in done.err
+        and "and 14 more" in done.err
+    )
     assert len(done.err.splitlines()) == 1
 
 
@@ -128,8 +158,14 @@ def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
 ) -> None:
     own = folder(tmp_path / "tiny")
     refused = command("multiverse", str(folder(tmp_path / "bare")), "--out", "there")
-    assert refused.code == 2 and "a multiverse needs claims.toml, and a reading beside the standard in readings/" in refused.err
-    (own / "readings" / "short-sighted.toml").write_text('description = "sight: seeing less far"\n[senses]\nvisual_radius = 20\n')
+    assert (
+        refused.code == 2
+        and "a multiverse needs claims.toml, and a reading beside the standard in readings/"
+        in refused.err
+    )
+    (own / "readings" / "short-sighted.toml").write_text(
+        'description = "sight: seeing less far"\n[senses]\nvisual_radius = 20\n'
+    )
     done = command("multiverse", str(own), "--runs", "2", "--out", "there")
     assert done.code == 0, done.err
     shutil.rmtree(own)

@@ -23,7 +23,9 @@ from tests.small import SMALL, small_study
 
 
 def without_name_and_record(experiment: Experiment) -> dict[str, object]:
-    return {key: value for key, value in experiment.to_dict().items() if key not in ("name", "record")}
+    return {
+        key: value for key, value in experiment.to_dict().items() if key not in ("name", "record")
+    }
 
 
 def test_the_paper_leaves_eight_choices_open_with_fourteen_alternatives() -> None:
@@ -34,11 +36,17 @@ def test_the_paper_leaves_eight_choices_open_with_fourteen_alternatives() -> Non
 
 def test_one_at_a_time_each_reading_departs_from_the_standard_in_its_own_fields_alone() -> None:
     readings = one_at_a_time()
-    assert [reading.name for reading in readings][:2] == ["standard", "literal"] and len(readings) == 15
+    assert [reading.name for reading in readings][:2] == ["standard", "literal"] and len(
+        readings
+    ) == 15
     standard = load("evo+self-taught/B")
     for reading in readings:
-        (found,) = (one for one in experiments([reading]) if one.name.endswith("/evo+self-taught/B"))
-        assert without_name_and_record(found) == without_name_and_record(load("evo+self-taught/B", reading.name))
+        (found,) = (
+            one for one in experiments([reading]) if one.name.endswith("/evo+self-taught/B")
+        )
+        assert without_name_and_record(found) == without_name_and_record(
+            load("evo+self-taught/B", reading.name)
+        )
         changed = {path for path, value in leaves(found).items() if leaves(standard)[path] != value}
         assert changed - {"name", "record.genome_every"} == {
             path for path, value in reading.fields.items() if leaves(standard)[path] != value
@@ -48,7 +56,11 @@ def test_one_at_a_time_each_reading_departs_from_the_standard_in_its_own_fields_
 def leaves(experiment: Experiment) -> dict[str, object]:
     tree = experiment.to_dict()
     parts = {part: fields for part, fields in tree.items() if isinstance(fields, dict)}
-    return {f"{part}.{field}": value for part, fields in parts.items() for field, value in fields.items()}
+    return {
+        f"{part}.{field}": value
+        for part, fields in parts.items()
+        for field, value in fields.items()
+    }
 
 
 def test_a_reading_says_which_choices_it_makes_and_what_they_set() -> None:
@@ -72,9 +84,13 @@ def test_all_combinations_have_different_names_that_are_valid() -> None:
 def test_a_combination_is_its_parts_laid_over_each_other() -> None:
     farthest = combinations()[-1]
     assert len(farthest.parts) == 8
-    expected = reduce(merge, (Reading((part,)).changes for part in farthest.parts), load("evo/A").to_dict())
+    expected = reduce(
+        merge, (Reading((part,)).changes for part in farthest.parts), load("evo/A").to_dict()
+    )
     (found,) = (one for one in experiments([farthest]) if one.name.endswith("/evo/A"))
-    assert without_name_and_record(found) == {key: value for key, value in expected.items() if key not in ("name", "record")}
+    assert without_name_and_record(found) == {
+        key: value for key, value in expected.items() if key not in ("name", "record")
+    }
 
 
 def test_conditions_are_sorted_back_into_readings() -> None:
@@ -87,7 +103,10 @@ def test_conditions_are_sorted_back_into_readings() -> None:
 
 
 def test_genomes_are_kept_of_the_first_generation_and_the_last_alone(tmp_path: Path) -> None:
-    tiny = [one.replace(**SMALL, record={"genome_every": 3}) for one in experiments([Reading(("rank",))])[:1]]
+    tiny = [
+        one.replace(**SMALL, record={"genome_every": 3})
+        for one in experiments([Reading(("rank",))])[:1]
+    ]
     study = small_study(tmp_path, tiny, runs=1)
     kept = study.read("rank/evo/A", 0).genome.notnull().any(("agent", "module", "weight")).values
     assert kept.tolist() == [True, False, True]

@@ -13,7 +13,13 @@ from baldwinlab.multiverse.design import one_at_a_time
 from baldwinlab.multiverse.section import Beside, combinations, lead, other_runs, section, verdict
 from baldwinlab.report import write_page
 from baldwinlab.statistics.rules import HOLDS, UNDECIDED
-from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of, with_gain
+from tests.multiverse.readings import (
+    NOBODY_EATS,
+    TAUGHT_BEAT_EVOLVED,
+    multiverse_of,
+    reading_of,
+    with_gain,
+)
 from tests.report.browsing import complaints_and_width
 
 STANDARD = reading_of(eaten=with_gain(240))
@@ -24,42 +30,70 @@ def small_multiverse() -> Multiverse:
 
 
 def full_multiverse() -> Multiverse:
-    return multiverse_of(*small_multiverse().readings, reading_of("biases+rank", TAUGHT_BEAT_EVOLVED))
+    return multiverse_of(
+        *small_multiverse().readings, reading_of("biases+rank", TAUGHT_BEAT_EVOLVED)
+    )
 
 
 def test_the_verdict_names_what_no_choice_overturns_and_what_one_does() -> None:
     said = verdict(small_multiverse())
-    assert said[0].startswith("No single open choice overturns what holds under every reading: C1 (learning helps the best")
+    assert said[0].startswith(
+        "No single open choice overturns what holds under every reading: C1 (learning helps the best"
+    )
     assert "C6" not in said[0]
     assert (
         "C6 (self-teaching alone does not outdo evolution on map A) holds under the standard reading and biases (R3); "
         "does not hold under rank (R4)." in said
     )
     assert "The standard reading is at a distance of 5.00: +240 for C1 and +240 for C2." in said
-    assert any("(+40 for C1 and +40 for C2) comes biases (R3): +40.0 for C1" in sentence for sentence in said)
-    assert "These figures all lie inside the measured 95 % intervals under biases (R3) and rank (R4)." in said
+    assert any(
+        "(+40 for C1 and +40 for C2) comes biases (R3): +40.0 for C1" in sentence
+        for sentence in said
+    )
+    assert (
+        "These figures all lie inside the measured 95 % intervals under biases (R3) and rank (R4)."
+        in said
+    )
     assert "Under the standard reading and biases (R3), all 9 claims hold." in said
 
 
 def test_many_readings_are_counted_and_few_are_named() -> None:
     names = [reading.name for reading in one_at_a_time()[1:]]
     said = verdict(
-        multiverse_of(reading_of(), *(reading_of(name) for name in names[:5]), reading_of("rank", TAUGHT_BEAT_EVOLVED))
+        multiverse_of(
+            reading_of(),
+            *(reading_of(name) for name in names[:5]),
+            reading_of("rank", TAUGHT_BEAT_EVOLVED),
+        )
     )
-    assert any("holds under the standard reading and 5 others; does not hold under rank (R4)" in sentence for sentence in said)
+    assert any(
+        "holds under the standard reading and 5 others; does not hold under rank (R4)" in sentence
+        for sentence in said
+    )
 
 
 def test_what_fails_everywhere_is_said_without_a_double_meaning() -> None:
     said = verdict(multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)))
-    assert "C6 (self-teaching alone does not outdo evolution on map A) does not hold under any reading." in said
+    assert (
+        "C6 (self-teaching alone does not outdo evolution on map A) does not hold under any reading."
+        in said
+    )
 
 
 def test_where_nothing_holds_or_nothing_changes_it_says_so() -> None:
-    said = verdict(multiverse_of(reading_of(eaten=NOBODY_EATS), reading_of("open-boundaries", NOBODY_EATS)))
-    assert "Every verdict and every effect is the standard reading's under open-boundaries (R8)." in said
+    said = verdict(
+        multiverse_of(reading_of(eaten=NOBODY_EATS), reading_of("open-boundaries", NOBODY_EATS))
+    )
+    assert (
+        "Every verdict and every effect is the standard reading's under open-boundaries (R8)."
+        in said
+    )
     assert any(sentence.startswith("Holding under no reading: C1, C2, C4") for sentence in said)
     lone = verdict(multiverse_of(reading_of(eaten={"evo/A": [1, 2]})))
-    assert lone[0] == "No claim holds under every reading." and "No claim holds under any reading." in lone
+    assert (
+        lone[0] == "No claim holds under every reading."
+        and "No claim holds under any reading." in lone
+    )
     assert any("C1" in sentence and "for want of runs" in sentence for sentence in lone)
 
 
@@ -75,10 +109,15 @@ def test_of_all_combinations_it_names_the_choice_that_moves_a_claim_most() -> No
 
 def test_beside_a_study_of_more_runs_it_says_why_verdicts_differ(tmp_path: Path) -> None:
     few = small_multiverse()
-    undecided = Beside(dict.fromkeys([claim.id for claim in few.claims], HOLDS) | {"C6": UNDECIDED}, (30, 30))
+    undecided = Beside(
+        dict.fromkeys([claim.id for claim in few.claims], HOLDS) | {"C6": UNDECIDED}, (30, 30)
+    )
     said = other_runs(few, undecided)
     assert "30 of each condition and 8 under every reading" in said
-    assert "some verdicts differ: C6 (is undecided with 30, holds with 8). That is no contradiction" in said
+    assert (
+        "some verdicts differ: C6 (is undecided with 30, holds with 8). That is no contradiction"
+        in said
+    )
     made = section(few, tmp_path, undecided)
     assert made.of_claims == said and said in made.body
 
@@ -95,11 +134,16 @@ def test_the_section_is_made_of_the_json_alone_and_keeps_its_figures(tmp_path: P
     made = section(found, tmp_path / "figures")
     assert made == section(full_multiverse(), tmp_path / "again")
     assert (made.anchor, made.title) == ("every-reading", "Every reading")
-    names = {f"{name}.{end}" for name in ("readings", "readings-shares") for end in ("svg", "png", "csv")}
+    names = {
+        f"{name}.{end}" for name in ("readings", "readings-shares") for end in ("svg", "png", "csv")
+    }
     assert {path.name for path in (tmp_path / "figures").iterdir()} == names
     text = re.sub(r'src="[^"]*"', "", made.body)
     assert "nan" not in text.lower() and "None" not in text
-    assert "C1, paper +40" in text and "R4: parents are drawn with a probability that grows linearly with rank" in text
+    assert (
+        "C1, paper +40" in text
+        and "R4: parents are drawn with a probability that grows linearly with rank" in text
+    )
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
@@ -107,5 +151,11 @@ def test_a_browser_shows_the_page_without_complaint_and_without_scrolling_sidewa
     browser: Browser, tmp_path: Path, width: int, height: int
 ) -> None:
     several = full_multiverse()
-    page = write_page("Every reading", lead(several), [section(several, tmp_path)], tmp_path / "report.html", tmp_path)
+    page = write_page(
+        "Every reading",
+        lead(several),
+        [section(several, tmp_path)],
+        tmp_path / "report.html",
+        tmp_path,
+    )
     assert complaints_and_width(browser, page, width, height) == ([], width)

@@ -65,7 +65,9 @@ def heading(study: Path) -> str:
     return (study / "report.html").read_text().partition("<h1>")[2].partition("</h1>")[0]
 
 
-def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_terminal(command: Command, paper: str) -> None:
+def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_terminal(
+    command: Command, paper: str
+) -> None:
     done = command("reproduce", paper, *SET)
     assert done.code == 0, done.err
     (study,) = Path("results").iterdir()
@@ -82,7 +84,9 @@ def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_te
     again = command("reproduce", paper, *SET)
     assert "runs: 4, all of them stored already" in again.out
     refused = command("reproduce", paper, "--out", str(study))
-    assert refused.code == 2 and "hinton_nowlan.loci of guessing is 4 there and 5 here" in refused.err
+    assert (
+        refused.code == 2 and "hinton_nowlan.loci of guessing is 4 there and 5 here" in refused.err
+    )
 
 
 def test_the_model_of_the_paper_is_not_marked(command: Command, paper: str) -> None:
@@ -93,19 +97,28 @@ def test_the_model_of_the_paper_is_not_marked(command: Command, paper: str) -> N
     assert "changes" not in json.loads(Path("same/claims.json").read_text("utf-8"))["claims"][0]
 
 
-def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(command: Command, paper: str) -> None:
+def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
+    command: Command, paper: str
+) -> None:
     assert command("reproduce", paper, *SET, "--runs", "3", "--out", "all/changed").code == 0
     done = command("gallery", "all")
-    assert "needle is a changed model (hinton_nowlan.loci=4, population.size=30), and counts in these numbers." in done.out
+    assert (
+        "needle is a changed model (hinton_nowlan.loci=4, population.size=30), and counts in these numbers."
+        in done.out
+    )
     assert "needle (changed model)" in Path("all/gallery.html").read_text("utf-8")
-    assert json.loads(Path("all/gallery.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
+    assert (
+        json.loads(Path("all/gallery.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
+    )
     assert command("reproduce", paper, "--runs", "2", "--out", "all/plain").code == 0
     assert studies(Path("all"))["needle"].directory.name == "plain"
     assert "changed model" not in command("gallery", "all").out
 
 
 def test_python_changes_a_model_and_shorter_runs_change_it_too(paper: str, tmp_path: Path) -> None:
-    study = bl.reproduce(paper, runs=1, generations=2, set={"population": {"size": 10}}, out=tmp_path / "short")
+    study = bl.reproduce(
+        paper, runs=1, generations=2, set={"population": {"size": 10}}, out=tmp_path / "short"
+    )
     assert Study(study.directory).changes == ("evolution.generations=2", "population.size=10")
 
 
@@ -113,7 +126,10 @@ def test_python_changes_a_model_and_shorter_runs_change_it_too(paper: str, tmp_p
     ("words", "message"),
     [
         (("--set", "hinton_nowlan.length=4"), "hinton_nowlan.length: there is no 'length'"),
-        (("--set", "hinton_nowlan.loci=0"), "hinton_nowlan.loci = 0: input should be greater than or equal to 1"),
+        (
+            ("--set", "hinton_nowlan.loci=0"),
+            "hinton_nowlan.loci = 0: input should be greater than or equal to 1",
+        ),
         (("--set", "evolution.mutation_size=0.5"), "evolution.mutation_size: does nothing with"),
     ],
 )
@@ -135,5 +151,8 @@ def test_a_study_whose_changes_are_no_texts_is_refused(paper: str, tmp_path: Pat
     facts = study.directory / "study.toml"
     text = facts.read_text().partition("# SHA-256")[0].replace("format = 3", "format = 2")
     facts.write_text(text.replace("seed = 0", "seed = 0\nchanges = 3"))
-    with pytest.raises(bl.StudyError, match=r"study\.toml cannot be read: changes = 3 must be a list of assignments"):
+    with pytest.raises(
+        bl.StudyError,
+        match=r"study\.toml cannot be read: changes = 3 must be a list of assignments",
+    ):
         Study(study.directory)

@@ -11,16 +11,26 @@ from baldwinlab import papers
 from tests.commands import Command
 
 FOUND = {
-    "hinton-nowlan-1987": {"H3": "does not hold"} | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
+    "hinton-nowlan-1987": {"H3": "does not hold"}
+    | {f"H{number}": "holds" for number in (1, 2, 4, 5, 6, 7, 8)},
     "keesing-stork-1991": {"D1": "undecided", "D2": "undecided", "D3": "holds", "D4": "holds"},
     "todd-miller-1991": {f"U{number}": "holds" for number in (1, 2, 3)},
-    "ackley-littman-1991": {"A1": "undecided", "A2": "undecided", "A3": "holds", "A4": "does not hold"},
+    "ackley-littman-1991": {
+        "A1": "undecided",
+        "A2": "undecided",
+        "A3": "holds",
+        "A4": "does not hold",
+    },
     "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
     "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
-    "floreano-urzelai-2000": {"F4": "holds"} | {f"F{number}": "does not hold" for number in (1, 2, 3)},
-    "stanley-miikkulainen-2002": {f"N{number}": "does not hold" if number == 4 else "holds" for number in range(1, 8)},
-    "suzuki-arita-2004": {"S3": "does not hold"} | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
+    "floreano-urzelai-2000": {"F4": "holds"}
+    | {f"F{number}": "does not hold" for number in (1, 2, 3)},
+    "stanley-miikkulainen-2002": {
+        f"N{number}": "does not hold" if number == 4 else "holds" for number in range(1, 8)
+    },
+    "suzuki-arita-2004": {"S3": "does not hold"}
+    | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
@@ -29,12 +39,16 @@ FOUND = {
 
 @pytest.mark.nightly  # a minute each
 @pytest.mark.parametrize("name", FOUND)
-def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(command: Command, tmp_path: Path, name: str) -> None:
+def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(
+    command: Command, tmp_path: Path, name: str
+) -> None:
     assert command("reproduce", name, "--out", str(tmp_path / "study")).code == 0
     claims = json.loads((tmp_path / "study" / "claims.json").read_text())["claims"]
     assert {claim["id"]: claim["verdict"] for claim in claims} == FOUND[name]
     asked = "innate" in papers.load(name).about.assays
-    assert (tmp_path / "study" / "baldwin.json").exists() == asked, "where anybody learns, whether it is the Baldwin effect"
+    assert (tmp_path / "study" / "baldwin.json").exists() == asked, (
+        "where anybody learns, whether it is the Baldwin effect"
+    )
 
 
 @pytest.mark.nightly  # ten minutes of a core
@@ -62,7 +76,17 @@ def test_every_paper_has_a_page_with_its_command_and_its_findings(name: str) -> 
 SOON = ("mayley-1996", "stanley-miikkulainen-2002")  # of a kind each: somebody learns, and nobody
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in SOON else [pytest.mark.nightly]) for name in FOUND])
-def test_a_classic_is_short_enough_to_be_tried_small(command: Command, tmp_path: Path, name: str) -> None:
-    assert command("reproduce", name, "--runs", "2", "--generations", "3", "--out", str(tmp_path / name)).code == 0
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[] if name in SOON else [pytest.mark.nightly]) for name in FOUND],
+)
+def test_a_classic_is_short_enough_to_be_tried_small(
+    command: Command, tmp_path: Path, name: str
+) -> None:
+    assert (
+        command(
+            "reproduce", name, "--runs", "2", "--generations", "3", "--out", str(tmp_path / name)
+        ).code
+        == 0
+    )
     assert "In short" in (tmp_path / name / "report.html").read_text()

@@ -82,7 +82,10 @@ def folder(place: Path, *without: str, **changed: str) -> Path:
 
 def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
     paper = check(papers.load())
-    assert list(papers.built_in()) == [papers.DEFAULT, *sorted({*papers.built_in()} - {papers.DEFAULT})]
+    assert list(papers.built_in()) == [
+        papers.DEFAULT,
+        *sorted({*papers.built_in()} - {papers.DEFAULT}),
+    ]
     assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
     assert paper.experiments("literal") == presets.paper("literal")
     assert "arXiv 1906.08854" in paper.about.citation and (paper.folder / "README.md").exists()
@@ -93,14 +96,20 @@ def test_a_paper_may_name_each_rule_measure_and_question_that_there_is() -> None
     assert RULES_IN_WORDS.keys() == RULES.keys()
     assert set(OF_ALL) == {*MEASURES, "most"}
     assert get_args(Assay) == tuple(ASSAYS)
-    assert set(get_args(Inference.model_fields["question"].annotation)) == {criterion.id for criterion in criteria()}
+    assert set(get_args(Inference.model_fields["question"].annotation)) == {
+        criterion.id for criterion in criteria()
+    }
 
 
 def test_a_folder_is_a_paper_and_its_presets_are_named_by_it(tmp_path: Path) -> None:
     place = folder(tmp_path / "tiny")
     assert papers.load(place).own() == ["plain/near", "taught/near"]
     experiment = presets.load(f"{place}:taught/near")
-    assert (experiment.name, experiment.lifetime.steps, experiment.learning.rule) == ("taught/near", 60, "self-taught")
+    assert (experiment.name, experiment.lifetime.steps, experiment.learning.rule) == (
+        "taught/near",
+        60,
+        "self-taught",
+    )
     assert presets.load("le-2019:evo/A") == presets.load("evo/A")
 
 
@@ -109,7 +118,9 @@ def test_the_order_of_what_it_runs_is_its_own(tmp_path: Path) -> None:
     assert paper.own() == ["taught/near", "plain/near"]
 
 
-def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_none(tmp_path: Path) -> None:
+def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_none(
+    tmp_path: Path,
+) -> None:
     paper = papers.load(folder(tmp_path, "maps", "claims", "words", "README", "readings"))
     assert [experiment.name for experiment in paper.experiments()] == ["plain", "taught"]
     assert paper.claims == () and not paper.words.heading
@@ -119,7 +130,11 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
     ("without", "changed", "message"),
     [
         (("paper",), {}, "there is no {}/paper.toml"),
-        (("conditions",), {}, "{}/conditions holds no condition: a TOML file laid over an experiment's defaults"),
+        (
+            ("conditions",),
+            {},
+            "{}/conditions holds no condition: a TOML file laid over an experiment's defaults",
+        ),
         ((), {"paper": "name = "}, "{}/paper.toml is not TOML: Invalid value (at end of document)"),
         ((), {"paper": PAPER.replace("year = 2026\n", "")}, "{}/paper.toml: year is missing"),
         ((), {"paper": PAPER + "pages = 8\n"}, "{}/paper.toml: pages: there is no such key"),
@@ -133,11 +148,27 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
             {"paper": PAPER + 'assays = ["taste"]\n'},
             "{}/paper.toml: assays.0 = 'taste': input should be 'innate'",
         ),
-        ((), {"paper": PAPER + 'maps = ["nera"]\n'}, "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)"),
-        ((), {"paper": PAPER + 'emergence = "taught"\n'}, "{}/paper.toml: emergence 'taught', which there is not"),
-        ((), {"paper": PAPER.replace("tiny", "le-2019", 1)}, "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab"),
+        (
+            (),
+            {"paper": PAPER + 'maps = ["nera"]\n'},
+            "{}/paper.toml: maps 'nera', which there is not (did you mean 'near'?)",
+        ),
+        (
+            (),
+            {"paper": PAPER + 'emergence = "taught"\n'},
+            "{}/paper.toml: emergence 'taught', which there is not",
+        ),
+        (
+            (),
+            {"paper": PAPER.replace("tiny", "le-2019", 1)},
+            "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab",
+        ),
         ((), {"plain": "[learning]\n"}, "{}/conditions/plain.toml: description is missing"),
-        ((), {"near": 'name = "far"\n' + NEAR}, "{}/maps/near.toml: name: a preset has no such key"),
+        (
+            (),
+            {"near": 'name = "far"\n' + NEAR},
+            "{}/maps/near.toml: name: a preset has no such key",
+        ),
         (
             (),
             {"plain": PLAIN + "speed = 3\n"},
@@ -163,7 +194,11 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
             {"claims": CLAIMS.replace('rule = "greater"\npaper', 'rule = "wins"\npaper')},
             "claims.0.rule = 'wins'",
         ),
-        ((), {"claims": CLAIMS.replace('rule = "greater"\npaper', "paper")}, "claims.0.comparisons.0.rule is missing"),
+        (
+            (),
+            {"claims": CLAIMS.replace('rule = "greater"\npaper', "paper")},
+            "claims.0.comparisons.0.rule is missing",
+        ),
         (
             (),
             {"claims": CLAIMS.replace(", bound = 0.01", "")},
@@ -176,7 +211,11 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         ),
         (
             (),
-            {"claims": CLAIMS.replace("bound = 0.01", "bound = [0.9, 0.1]").replace('rule = "at_least"', 'rule = "mean_within"')},
+            {
+                "claims": CLAIMS.replace("bound = 0.01", "bound = [0.9, 0.1]").replace(
+                    'rule = "at_least"', 'rule = "mean_within"'
+                )
+            },
             "comparisons.0: the rule 'mean_within' needs a bound of two numbers, the lower first, and no b",
         ),
         (
@@ -186,16 +225,28 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         ),
         (
             (),
-            {"claims": CLAIMS.replace('rule = "greater"\npaper', 'rule = "survives_longer"\npaper')},
+            {
+                "claims": CLAIMS.replace(
+                    'rule = "greater"\npaper', 'rule = "survives_longer"\npaper'
+                )
+            },
             "the rule 'survives_longer' needs b beside a, a measure of the model's own, and runs that are not paired",
         ),
-        ((), {"claims": CLAIMS.replace('["T1"]', '["T9"]')}, "claims.0.choices: there is no choice 'T9'; there are T1"),
+        (
+            (),
+            {"claims": CLAIMS.replace('["T1"]', '["T9"]')},
+            "claims.0.choices: there is no choice 'T9'; there are T1",
+        ),
         (
             (),
             {"claims": CLAIMS.replace('"senses.v', '"sense.v')},
             "choice T1: sense.visual_radius: there is no 'sense'",
         ),
-        ((), {"claims": CLAIMS.replace('"T2"', '"T1"')}, "claims.toml: two claims have the id 'T1'"),
+        (
+            (),
+            {"claims": CLAIMS.replace('"T2"', '"T1"')},
+            "claims.toml: two claims have the id 'T1'",
+        ),
         ((), {"claims": "claims = 3\n"}, "claims.toml: claims = 3: input should be a valid tuple"),
         ((), {"words": "[captions]\npie = 'x'\n"}, "words.toml: captions.pie"),
         (
@@ -250,12 +301,20 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         ),
         (
             (),
-            {"claims": CLAIMS.replace('a = "taught/near", b = "plain/near"', 'a = "first", b = "plain/near"')},
+            {
+                "claims": CLAIMS.replace(
+                    'a = "taught/near", b = "plain/near"', 'a = "first", b = "plain/near"'
+                )
+            },
             "claims.toml: claims.0.comparisons.0.a: 'first' is allowed for b only; a must name a condition",
         ),
         (
             (),
-            {"claims": CLAIMS.replace('a = "taught/near", b = "plain/near"', 'a = "", b = "plain/near"')},
+            {
+                "claims": CLAIMS.replace(
+                    'a = "taught/near", b = "plain/near"', 'a = "", b = "plain/near"'
+                )
+            },
             "claims.toml: claims.0.comparisons.0.a = '': string should have at least 1 character",
         ),
     ],
@@ -282,7 +341,10 @@ def test_a_control_cannot_take_the_place_of_a_condition(tmp_path: Path) -> None:
 def test_no_condition_has_the_name_of_the_first_generations(tmp_path: Path) -> None:
     place = folder(tmp_path / "tiny", "maps", "claims")
     (place / "conditions" / "first.toml").write_text(PLAIN)
-    with pytest.raises(PaperError, match="no condition can be named 'first', because claims call the first generations so"):
+    with pytest.raises(
+        PaperError,
+        match="no condition can be named 'first', because claims call the first generations so",
+    ):
         papers.load(place)
 
 
@@ -304,7 +366,9 @@ def test_survival_is_claimed_of_times_that_tell_which_are_censored(tmp_path: Pat
         papers.load(tmp_path / "mine")
 
 
-def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command: Command, tmp_path: Path) -> None:
+def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(
+    command: Command, tmp_path: Path
+) -> None:
     done = command("reproduce", "le-2091")
     said = (
         "there is no paper 'le-2091' (did you mean 'le-2019'?); "
@@ -312,7 +376,10 @@ def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(command:
     )
     assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
     done = command("reproduce", str(folder(tmp_path / "tiny")), "--reading", "literal")
-    assert (done.code, done.err) == (2, "baldwinlab: there is no reading 'literal'; there are standard\n")
+    assert (done.code, done.err) == (
+        2,
+        "baldwinlab: there is no reading 'literal'; there are standard\n",
+    )
     assert not (tmp_path / "results").exists()
 
 
@@ -333,17 +400,32 @@ def test_a_user_s_questions_are_answered_at_the_head_of_the_report_and_no_paper_
 ) -> None:
     asked = CLAIMS[CLAIMS.index("[[claims]]") : CLAIMS.index('[[claims]]\nid = "T2"')]
     questions = asked.replace('paper = "more"\nchoices = ["T1"]\n', "")
-    folder(tmp_path / "tiny", paper=PAPER + 'figures = ["overview"]\nassays = ["neutral"]\n', claims=questions)
+    folder(
+        tmp_path / "tiny",
+        paper=PAPER + 'figures = ["overview"]\nassays = ["neutral"]\n',
+        claims=questions,
+    )
     done = command("reproduce", "./tiny")
     assert done.code == 0, done.err
     assert "What was asked, and what we measured" in done.out and "the paper" not in done.out
     out = tmp_path / "results/tiny"
     record = json.loads((out / "ways.json").read_text())
-    assert (record["alone"], record["maps"], [one["learner"] for one in record["ways"]]) == ("plain", ["near"], ["taught"])
-    assert record["ways"][0]["innate_verdict"] != "not measured" and record["ways"][0]["cost_verdict"] == "not measured"
+    assert (record["alone"], record["maps"], [one["learner"] for one in record["ways"]]) == (
+        "plain",
+        ["near"],
+        ["taught"],
+    )
+    assert (
+        record["ways"][0]["innate_verdict"] != "not measured"
+        and record["ways"][0]["cost_verdict"] == "not measured"
+    )
     page = (out / "report.html").read_text()
     head = page.split('<h2 id="what-was-run"')[0]
-    assert "ways of learning" in head and 'id="figure-overview"' in head and ">Learning adds</th>" in head
+    assert (
+        "ways of learning" in head
+        and 'id="figure-overview"' in head
+        and ">Learning adds</th>" in head
+    )
     assert 'id="differences"' not in page and ">The paper</th>" not in page
 
 
@@ -357,7 +439,9 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     out = tmp_path / "results/tiny"
     assert Study(out).paper == "tiny" and Study(out).runs("taught/near") == [0, 1]
     records = json.loads((out / "claims.json").read_text())["claims"]
-    assert [(record["id"], record["publication"], record["verdict"]) for record in records][1][:2] == ("T2", "tiny")
+    assert [(record["id"], record["publication"], record["verdict"]) for record in records][1][
+        :2
+    ] == ("T2", "tiny")
     page = (out / "report.html").read_text()
     for words in (
         "<h1>Tiny, again</h1>",
@@ -375,21 +459,39 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
 
 
 @pytest.mark.parametrize("name", list(papers.built_in()))
-def test_what_a_paper_takes_is_known_before_it_begins(command: Command, tmp_path: Path, name: str) -> None:
+def test_what_a_paper_takes_is_known_before_it_begins(
+    command: Command, tmp_path: Path, name: str
+) -> None:
     done = command("reproduce", name, "--runs", "1000000")
-    assert done.code != 0 and "runs: " in done.err and "--force" in done.err and "Traceback" not in done.err, done.err
+    assert (
+        done.code != 0
+        and "runs: " in done.err
+        and "--force" in done.err
+        and "Traceback" not in done.err
+    ), done.err
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.nightly  # which draws a report, as the test before it does
-def test_without_claims_the_report_compares_the_conditions(command: Command, tmp_path: Path) -> None:
-    folder(tmp_path / "tiny", "maps", "claims", "words", paper=PAPER + 'figures = ["final-fitness", "fitness"]\n')
+def test_without_claims_the_report_compares_the_conditions(
+    command: Command, tmp_path: Path
+) -> None:
+    folder(
+        tmp_path / "tiny",
+        "maps",
+        "claims",
+        "words",
+        paper=PAPER + 'figures = ["final-fitness", "fitness"]\n',
+    )
     done = command("reproduce", "tiny", "--runs", "1", "--out", "mine")
     assert done.code == 0, done.err
     page = (tmp_path / "mine/report.html").read_text()
     assert "<h1>On being tiny: a reproduction</h1>" in page and "<h2>The claims" not in page
     assert "Comparison of the conditions" in page
-    assert page.index("Fitness in the last") < page.index("Fitness over generations") and "What an agent senses" not in page
+    assert (
+        page.index("Fitness in the last") < page.index("Fitness over generations")
+        and "What an agent senses" not in page
+    )
     assert json.loads((tmp_path / "mine/claims.json").read_text())["claims"] == []
 
 
@@ -398,19 +500,45 @@ def test_the_paper_of_a_study_is_what_made_it(command: Command, tmp_path: Path) 
     folder(tmp_path / "other", "claims", paper=PAPER.replace("tiny", "other"))
     assert command("reproduce", "tiny", "--runs", "1", "--out", "mine").code == 0
     done = command("reproduce", "other", "--runs", "1", "--out", "mine")
-    assert done.err == "baldwinlab: mine holds another study: it is of the paper tiny, not other; choose another --out\n"
+    assert (
+        done.err
+        == "baldwinlab: mine holds another study: it is of the paper tiny, not other; choose another --out\n"
+    )
     for path in (tmp_path / "mine/paper").rglob("*.toml"):
         path.unlink()
     done = command("report", "mine")
-    assert (done.code, done.err) == (2, "baldwinlab: mine was made by the paper 'tiny', of which nothing is kept in mine/paper\n")
+    assert (done.code, done.err) == (
+        2,
+        "baldwinlab: mine was made by the paper 'tiny', of which nothing is kept in mine/paper\n",
+    )
 
 
-def test_claims_about_long_controls_are_decided_of_a_study_of_their_own(command: Command, tmp_path: Path) -> None:
+def test_claims_about_long_controls_are_decided_of_a_study_of_their_own(
+    command: Command, tmp_path: Path
+) -> None:
     paper = papers.load("stanley-miikkulainen-2002")
     both = [f"{paper.name}:{control}" for control in ("poles", "poles-without-velocities")]
-    small = ("--set", "population.size=20", "evolution.generations=2", "--runs", "2", "--out", "poles")
+    small = (
+        "--set",
+        "population.size=20",
+        "evolution.generations=2",
+        "--runs",
+        "2",
+        "--out",
+        "poles",
+    )
     assert command("run", *both, *small).code == 0
-    done = command("claims", "poles", "--claims", str(paper.folder / "claims-of-poles.toml"), "--out", "verdicts.json")
+    done = command(
+        "claims",
+        "poles",
+        "--claims",
+        str(paper.folder / "claims-of-poles.toml"),
+        "--out",
+        "verdicts.json",
+    )
     assert done.code == 0
     verdicts = json.loads((tmp_path / "verdicts.json").read_text())
-    assert {claim["id"]: claim["verdict"] for claim in verdicts} == {"P1": "undecided", "P2": "undecided"}, "nobody has solved it"
+    assert {claim["id"]: claim["verdict"] for claim in verdicts} == {
+        "P1": "undecided",
+        "P2": "undecided",
+    }, "nobody has solved it"

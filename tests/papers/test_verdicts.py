@@ -32,7 +32,9 @@ def verdicts(eaten: Eaten, **how: Any) -> dict[str, Verdict]:
 
 
 def one(name: str, eaten: Eaten, **how: Any) -> ClaimResult:
-    return next(result for result in evaluate(study(eaten, **how), last=5) if result.claim.id == name)
+    return next(
+        result for result in evaluate(study(eaten, **how), last=5) if result.claim.id == name
+    )
 
 
 def swapped(first: str, second: str) -> Eaten:
@@ -40,7 +42,9 @@ def swapped(first: str, second: str) -> Eaten:
 
 
 def test_where_all_is_as_in_the_paper_every_claim_holds() -> None:
-    assert verdicts(AS_THE_PAPER, hungry=6) == dict.fromkeys((f"C{number}" for number in range(1, 10)), "holds")
+    assert verdicts(AS_THE_PAPER, hungry=6) == dict.fromkeys(
+        (f"C{number}" for number in range(1, 10)), "holds"
+    )
 
 
 @pytest.mark.parametrize(
@@ -56,7 +60,9 @@ def test_where_all_is_as_in_the_paper_every_claim_holds() -> None:
         ("C8", "self-taught/A", "self-taught/B"),
     ],
 )
-def test_where_it_is_the_other_way_round_a_claim_does_not_hold(name: str, first: str, second: str) -> None:
+def test_where_it_is_the_other_way_round_a_claim_does_not_hold(
+    name: str, first: str, second: str
+) -> None:
     assert verdicts(swapped(first, second))[name] == "does not hold"
 
 
@@ -67,7 +73,9 @@ def test_where_conditions_do_not_differ_nothing_is_decided_but_zero() -> None:
 
 
 def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
-    assert verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"  # all ate from the first generation on
+    assert (
+        verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"
+    )  # all ate from the first generation on
     few = study(AS_THE_PAPER)
     late = {"condition": "evo+self-taught/B", "agent": slice(0, 2), "generation": slice(6, None)}
     few["food_eaten"].loc[late] = 0
@@ -79,8 +87,13 @@ def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
 
 def test_emergence_fails_where_the_share_falls() -> None:
     falling = study(AS_THE_PAPER, hungry=0)
-    falling["food_eaten"].loc[{"condition": "evo+self-taught/B", "agent": 0, "generation": slice(6, None)}] = 0
-    assert [finding.verdict for finding in evaluate(falling, last=5)[8].findings] == ["does not hold", "holds"]
+    falling["food_eaten"].loc[
+        {"condition": "evo+self-taught/B", "agent": 0, "generation": slice(6, None)}
+    ] = 0
+    assert [finding.verdict for finding in evaluate(falling, last=5)[8].findings] == [
+        "does not hold",
+        "holds",
+    ]
 
 
 def test_a_single_item_refutes_that_evo_never_eats() -> None:
@@ -91,7 +104,9 @@ def test_a_single_item_refutes_that_evo_never_eats() -> None:
 
 
 def test_claims_about_absent_conditions_are_not_evaluated_and_say_so() -> None:
-    some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {"self-taught/A": [math.nan]}
+    some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {
+        "self-taught/A": [math.nan]
+    }
     found = {result.claim.id: result for result in evaluate(study(some))}
     assert found["C1"].verdict == found["C2"].verdict == "holds"
     assert found["C6"].verdict == "not evaluated"
@@ -108,7 +123,11 @@ def test_conditions_of_one_s_own_are_no_concern_of_the_claims() -> None:
 def test_one_run_decides_only_what_needs_no_statistics(generations: int) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = verdicts({name: list(values)[:1] for name, values in AS_THE_PAPER.items()}, generations=generations, agents=1)
+        found = verdicts(
+            {name: list(values)[:1] for name, values in AS_THE_PAPER.items()},
+            generations=generations,
+            agents=1,
+        )
     assert found.pop("C3") == "holds"
     assert set(found.values()) == {"undecided"}
 
@@ -122,7 +141,10 @@ def test_all_p_values_of_all_claims_are_one_family() -> None:
 
 
 def test_the_record_shows_the_weakest_comparison_and_the_distance_from_the_paper() -> None:
-    weak = {**AS_THE_PAPER, "self-taught/B": [value + 46 for value in AS_THE_PAPER["self-taught/B"]]}
+    weak = {
+        **AS_THE_PAPER,
+        "self-taught/B": [value + 46 for value in AS_THE_PAPER["self-taught/B"]],
+    }
     fifth = one("C5", weak).record()
     assert (fifth["condition"], fifth["comparison"]) == ("evo+self-taught/B", "self-taught/B")
     assert fifth["p_holm"] == max(comparison["p_holm"] for comparison in fifth["comparisons"])
@@ -137,7 +159,20 @@ def test_files_are_strict_and_complete(tmp_path: Path) -> None:
     write(results, data, tmp_path)
     records = claim_records(results)
     json.dumps(records, allow_nan=False)
-    needed = {"id", "claim", "condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12", "verdict", "rule"}
+    needed = {
+        "id",
+        "claim",
+        "condition",
+        "comparison",
+        "measure",
+        "effect",
+        "interval",
+        "p",
+        "p_holm",
+        "a12",
+        "verdict",
+        "rule",
+    }
     assert all(needed | {"paper", "comparisons"} <= record.keys() for record in records)
     assert records[0]["interval"] is None  # one run has none
     with (tmp_path / "statistics.csv").open() as file:
@@ -165,9 +200,17 @@ def strings(**unset: Sequence[float]) -> xr.Dataset:
     """Runs of strings whose share of ? at last is that of each run; half succeed in the generation before, where it was 0.9."""
     conditions = []
     for name, values in unset.items():
-        share = np.stack([np.full((len(values), 4), 0.9), np.tile(np.array(values)[:, None], (1, 4))], axis=1)
+        share = np.stack(
+            [np.full((len(values), 4), 0.9), np.tile(np.array(values)[:, None], (1, 4))], axis=1
+        )
         dims = ("run", "generation", "agent")
-        found = {"energy": share + 1, "unset": share, "ones": 1 - share, "zeros": 0 * share, "succeeded": np.ones_like(share)}
+        found = {
+            "energy": share + 1,
+            "unset": share,
+            "ones": 1 - share,
+            "zeros": 0 * share,
+            "succeeded": np.ones_like(share),
+        }
         runs = xr.Dataset({each: (dims, array) for each, array in found.items()})
         conditions.append(runs.expand_dims(condition=[name.replace("_", "-")]))
     return xr.concat(conditions, "condition", join="outer")
@@ -208,12 +251,18 @@ SPREAD = [0.40, 0.42, 0.44, 0.46, 0.48, 0.50]
         ('measure = "take-off", rule = "within", bound = [0, 0]', "holds"),
     ],
 )
-def test_a_model_s_own_measure_is_held_to_bounds(tmp_path: Path, comparison: str, verdict: Verdict) -> None:
+def test_a_model_s_own_measure_is_held_to_bounds(
+    tmp_path: Path, comparison: str, verdict: Verdict
+) -> None:
     assert of_strings(tmp_path, comparison, guessing=SPREAD).verdict == verdict
 
 
-def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_have(tmp_path: Path) -> None:
-    of_strings(tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD)
+def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_have(
+    tmp_path: Path,
+) -> None:
+    of_strings(
+        tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD
+    )
     beside_larger = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
     (result,) = evaluate(beside_larger, paper=open_paper(tmp_path / "strings"))
     assert result.verdict == "holds" and result.deciding is not None
@@ -221,17 +270,24 @@ def test_a_model_s_own_measure_sees_no_runs_nor_generations_that_others_alone_ha
 
 
 def test_two_conditions_are_compared_in_a_model_s_own_measure(tmp_path: Path) -> None:
-    comparison, less = 'b = "all-set", measure = "ones", rule = "lower"', [share / 2 for share in SPREAD]
+    comparison, less = (
+        'b = "all-set", measure = "ones", rule = "lower"',
+        [share / 2 for share in SPREAD],
+    )
     result = of_strings(tmp_path, comparison, guessing=SPREAD, all_set=less)
     assert result.verdict == "holds" and result.deciding is not None
     assert result.deciding.numbers.effect == pytest.approx(-0.225)
     assert result.deciding.meaning == "share of 1 in the last generation"
 
 
-@pytest.mark.parametrize("rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "all-set"'])
+@pytest.mark.parametrize(
+    "rule", ['"within", bound = [1, 2]', '"every_at_least", bound = 0', '"lower", b = "all-set"']
+)
 def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: str) -> None:
     """As of runs in which nobody ever succeeds, so that nothing takes off."""
-    never = strings(guessing=SPREAD, all_set=SPREAD).assign(succeeded=lambda runs: 0 * runs["succeeded"])
+    never = strings(guessing=SPREAD, all_set=SPREAD).assign(
+        succeeded=lambda runs: 0 * runs["succeeded"]
+    )
     comparison = f'measure = "take-off", rule = {rule}'
     of_strings(tmp_path, comparison, guessing=SPREAD, all_set=SPREAD)
     (result,) = evaluate(never, paper=open_paper(tmp_path / "strings"))
@@ -241,31 +297,44 @@ def test_where_no_run_has_the_measure_nothing_is_decided(tmp_path: Path, rule: s
 def test_where_the_model_of_a_measure_is_not_here_nothing_is_decided(tmp_path: Path) -> None:
     """A report needs no part: what the model's own measure would say is left open."""
     of_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0', guessing=SPREAD)
-    (tmp_path / "strings" / "conditions" / "guessing.toml").write_text('description = "gone"\nmodel = "gone"\n')
+    (tmp_path / "strings" / "conditions" / "guessing.toml").write_text(
+        'description = "gone"\nmodel = "gone"\n'
+    )
     (result,) = evaluate(strings(guessing=SPREAD), paper=open_paper(tmp_path / "strings"))
     assert result.verdict == "not evaluated" and result.unmeasured == ("ones",)
 
 
 @pytest.mark.parametrize(("shared", "verdict"), [(0.01, "holds"), (0.0, "undecided")])
-def test_runs_in_pairs_tell_a_small_difference_that_all_share(tmp_path: Path, shared: float, verdict: Verdict) -> None:
+def test_runs_in_pairs_tell_a_small_difference_that_all_share(
+    tmp_path: Path, shared: float, verdict: Verdict
+) -> None:
     more = [share + shared for share in SPREAD]
     result = of_strings(
-        tmp_path, 'b = "all-set", measure = "unset", rule = "greater", paired = true', guessing=more, all_set=SPREAD
+        tmp_path,
+        'b = "all-set", measure = "unset", rule = "greater", paired = true',
+        guessing=more,
+        all_set=SPREAD,
     )
     assert result.verdict == verdict and result.deciding is not None
     assert result.deciding.numbers.effect == pytest.approx(shared, abs=1e-6)
     alone = tmp_path / "alone"
     alone.mkdir()
-    apart = of_strings(alone, 'b = "all-set", measure = "unset", rule = "greater"', guessing=more, all_set=SPREAD)
+    apart = of_strings(
+        alone, 'b = "all-set", measure = "unset", rule = "greater"', guessing=more, all_set=SPREAD
+    )
     assert apart.verdict == "undecided", "as runs differ by more among themselves"
 
 
-@pytest.mark.parametrize(("apart", "verdict"), [(0.0, "holds"), (0.02, "undecided"), (0.2, "does not hold")])
+@pytest.mark.parametrize(
+    ("apart", "verdict"), [(0.0, "holds"), (0.02, "undecided"), (0.2, "does not hold")]
+)
 def test_two_conditions_are_close_where_the_interval_of_their_difference_is(
     tmp_path: Path, apart: float, verdict: Verdict
 ) -> None:
     """The difference of each pair is `apart`, less or more by 0.015."""
-    others = [share + apart + (0.015 if number % 2 else -0.015) for number, share in enumerate(SPREAD)]
+    others = [
+        share + apart + (0.015 if number % 2 else -0.015) for number, share in enumerate(SPREAD)
+    ]
     comparison = 'b = "all-set", measure = "unset", rule = "close", paired = true, bound = 0.02'
     result = of_strings(tmp_path, comparison, guessing=others, all_set=SPREAD)
     assert result.verdict == verdict and "within 0.02 of 0" in result.claim.rule
@@ -277,8 +346,12 @@ def populations(**survived: Sequence[float]) -> xr.Dataset:
     for name, times in survived.items():
         steps = np.array(times, np.float64)[:, None, None]
         dims = ("run", "generation", "agent")
-        runs = xr.Dataset({"energy": (dims, steps), "extinct": (dims, (steps < 1000).astype(np.int32))})
-        conditions.append(runs.assign_coords(run=np.arange(len(times))).expand_dims(condition=[name]))
+        runs = xr.Dataset(
+            {"energy": (dims, steps), "extinct": (dims, (steps < 1000).astype(np.int32))}
+        )
+        conditions.append(
+            runs.assign_coords(run=np.arange(len(times))).expand_dims(condition=[name])
+        )
     return xr.concat(conditions, "condition", join="outer")
 
 
@@ -289,10 +362,15 @@ LATE = [*range(100, 120), *[1000] * 5]
 @pytest.mark.parametrize(("first", "second", "verdict"), [
     (LATE, EARLY, "holds"), (EARLY, LATE, "does not hold"), (LATE, LATE, "undecided"), ([1000] * 25, [1000] * 25, "undecided"),
 ])  # fmt: skip
-def test_who_survives_longer_is_told_by_the_log_rank_test(first: list[float], second: list[float], verdict: Verdict) -> None:
+def test_who_survives_longer_is_told_by_the_log_rank_test(
+    first: list[float], second: list[float], verdict: Verdict
+) -> None:
     result, *_ = evaluate(populations(ERL=first, E=second), paper=load("ackley-littman-1991"))
     assert result.claim.id == "A1" and result.verdict == verdict and result.deciding is not None
-    one, other = (stats.CensoredData.right_censored(times, np.array(times) == 1000) for times in (first, second))
+    one, other = (
+        stats.CensoredData.right_censored(times, np.array(times) == 1000)
+        for times in (first, second)
+    )
     with np.errstate(invalid="ignore"):
         p = stats.logrank(one, other).pvalue
     assert result.deciding.numbers.p == pytest.approx(1.0 if math.isnan(p) else p)
@@ -304,15 +382,30 @@ def test_who_survives_longer_is_told_by_the_log_rank_test(first: list[float], se
 def test_where_the_test_and_the_restricted_mean_disagree_nothing_is_decided() -> None:
     """Most die sooner, but two outlive all others by far."""
     few = [*range(10, 33), 999, 999]
-    first, *_ = evaluate(populations(ERL=few, E=list(range(30, 55))), paper=load("ackley-littman-1991"))
+    first, *_ = evaluate(
+        populations(ERL=few, E=list(range(30, 55))), paper=load("ackley-littman-1991")
+    )
     assert first.deciding is not None and first.deciding.p_holm < 0.05
-    assert first.deciding.numbers.effect > 0 > first.deciding.numbers.u and first.verdict == "undecided"
+    assert (
+        first.deciding.numbers.effect > 0 > first.deciding.numbers.u
+        and first.verdict == "undecided"
+    )
 
 
 def test_a_run_that_is_missing_counts_neither_as_dead_nor_as_alive() -> None:
-    less, all_of = (evaluate(populations(ERL=LATE, E=each), paper=load("ackley-littman-1991"))[0] for each in (EARLY[:9], EARLY))
-    assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (25, 9)
-    assert all_of.deciding is not None and all_of.deciding.numbers.n_b == 25 and less.verdict == "holds"
+    less, all_of = (
+        evaluate(populations(ERL=LATE, E=each), paper=load("ackley-littman-1991"))[0]
+        for each in (EARLY[:9], EARLY)
+    )
+    assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (
+        25,
+        9,
+    )
+    assert (
+        all_of.deciding is not None
+        and all_of.deciding.numbers.n_b == 25
+        and less.verdict == "holds"
+    )
 
 
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
@@ -323,7 +416,9 @@ def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
 
 
 def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
-    data = study({name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER})
+    data = study(
+        {name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER}
+    )
     for folder in ("one", "two"):
         write(evaluate(data), data, tmp_path / folder)
     for name in ("statistics.csv", "summary.csv"):

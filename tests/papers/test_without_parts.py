@@ -64,7 +64,9 @@ def forget() -> None:
 
 @pytest.fixture
 def part(tmp_path: Path) -> Path:
-    text = EXAMPLE.read_text().replace("import FOUNDER, LIFE, Field", "import FOUNDER, LIFE, Measure, Field")
+    text = EXAMPLE.read_text().replace(
+        "import FOUNDER, LIFE, Field", "import FOUNDER, LIFE, Measure, Field"
+    )
     (tmp_path / "strings.py").write_text(text.replace("\n    learns = property", MEASURE))
     return tmp_path / "strings.py"
 
@@ -78,13 +80,22 @@ def results(part: Path, tmp_path: Path, command: Command) -> Path:
     (folder / "claims.toml").write_text(CLAIMS)
     for name, guesses in (("guessing", "true"), ("plain", "false")):
         (folder / "conditions" / f"{name}.toml").write_text(CONDITION.format(guesses))
-    made = command("reproduce", str(folder), "--part", str(part), "--out", str(tmp_path / "results" / "strings"))
+    made = command(
+        "reproduce",
+        str(folder),
+        "--part",
+        str(part),
+        "--out",
+        str(tmp_path / "results" / "strings"),
+    )
     assert made.code == 0, made.err
     forget()
     return tmp_path / "results"
 
 
-def test_every_command_that_reads_works_without_the_part(results: Path, tmp_path: Path, command: Command) -> None:
+def test_every_command_that_reads_works_without_the_part(
+    results: Path, tmp_path: Path, command: Command
+) -> None:
     study = str(results / "strings")
     for words in (
         ("report", study),
@@ -98,7 +109,9 @@ def test_every_command_that_reads_works_without_the_part(results: Path, tmp_path
         assert (done.code, done.err) == (0, ""), words
 
 
-def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(results: Path, command: Command) -> None:
+def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
+    results: Path, command: Command
+) -> None:
     verdicts = results / "strings" / "claims.json"
     before = {claim["id"]: claim for claim in json.loads(verdicts.read_text())["claims"]}
     assert command("report", str(results / "strings")).code == 0
@@ -110,10 +123,17 @@ def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
     assert "needs a model that is not" in command("claims", str(results / "strings")).out
 
 
-def test_with_the_part_nothing_is_missing(results: Path, part: Path, tmp_path: Path, command: Command) -> None:
+def test_with_the_part_nothing_is_missing(
+    results: Path, part: Path, tmp_path: Path, command: Command
+) -> None:
     given = ("--part", str(part))
     assert command("gallery", str(results), *given).code == 0
-    assert command("phylogeny", str(results / "strings"), "--out", str(tmp_path / "x.csv"), *given).code == 0
+    assert (
+        command(
+            "phylogeny", str(results / "strings"), "--out", str(tmp_path / "x.csv"), *given
+        ).code
+        == 0
+    )
     assert command("crate", str(results / "strings"), *given).code == 0
     assert "not evaluated" not in command("claims", str(results / "strings"), *given).out
     systems = json.loads((results / "gallery.json").read_text())["papers"][0]["systems"]
@@ -129,7 +149,9 @@ def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Pat
     assert "guessing" in repr(study) and "guessing" in study._repr_html_()
 
 
-def test_a_file_of_claims_about_fitness_needs_no_part(results: Path, tmp_path: Path, command: Command) -> None:
+def test_a_file_of_claims_about_fitness_needs_no_part(
+    results: Path, tmp_path: Path, command: Command
+) -> None:
     (tmp_path / "mine.toml").write_text(CLAIMS)
     done = command("claims", str(results / "strings"), "--claims", str(tmp_path / "mine.toml"))
     assert done.code == 0 and "S1" in done.out and "not evaluated" in done.out

@@ -51,8 +51,12 @@ def test_the_paper_s_rule_written_again_gives_its_very_bits_in_a_whole_run() -> 
 
 
 @pytest.mark.usefixtures("in_plain_python")
-def test_who_learns_from_others_moves_towards_the_best_one_s_answers_and_nobody_learns_before_anybody_has_eaten() -> None:
-    never = with_settings("evo", "learning.rule=social", "learning.social.least=1000", "learning.rate=0.1")
+def test_who_learns_from_others_moves_towards_the_best_one_s_answers_and_nobody_learns_before_anybody_has_eaten() -> (
+    None
+):
+    never = with_settings(
+        "evo", "learning.rule=social", "learning.social.least=1000", "learning.rate=0.1"
+    )
     trace = replay(never, seed=2)
     np.testing.assert_array_equal(trace.weight_birth, trace.weight_death)
     learning = replay(with_settings("evo", "learning.rule=social", "learning.rate=0.1"), seed=2)
@@ -63,13 +67,21 @@ def test_who_learns_from_others_moves_towards_the_best_one_s_answers_and_nobody_
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
-    chosen = ['world.features=["poison", "obstacles"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
+    chosen = [
+        'world.features=["poison", "obstacles"]',
+        'senses.kinds=["food", "poison"]',
+        "evolution.fitness=above-the-worst",
+    ]
     experiment = assign(load("evo/A"), chosen)
     seen = look(experiment).to_dict()
     axes = figures.world_maps({"A": experiment.world}, 20, {"A": seen}).axes[0]
     assert {text.get_text() for text in axes.texts} >= {"50 items, 20 of poison", "wall"}
     assert "#555555" in {to_hex(to_rgba_array(patch.get_facecolor())[0]) for patch in axes.patches}
-    assert {to_hex(colour) for each in axes.collections for colour in np.asarray(each.get_facecolor())[:1]} >= {GREEN, PURPLE}
+    assert {
+        to_hex(colour)
+        for each in axes.collections
+        for colour in np.asarray(each.get_facecolor())[:1]
+    } >= {GREEN, PURPLE}
     labels = [text.get_text() for text in figures.agent_senses(seen).axes[0].texts]
     assert "left\npoison left" in labels and labels.count("15°") == 2
     trace = replay(experiment.replace(lifetime={"steps": 5}), seed=1)
@@ -78,10 +90,21 @@ def test_poison_and_walls_are_in_the_figures_as_they_declare() -> None:
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_poison_costs_energy_and_is_told_from_food() -> None:
-    settings = ['world.features=["poison"]', 'senses.kinds=["food", "poison"]', "evolution.fitness=above-the-worst"]
+    settings = [
+        'world.features=["poison"]',
+        'senses.kinds=["food", "poison"]',
+        "evolution.fitness=above-the-worst",
+    ]
     settings += ["world.poison.x=[20, 100]", "world.poison.y=[10, 90]", "world.poison.cost=2"]
     experiment = with_settings("evo", *settings)
-    assert experiment.inputs == ("left", "front", "right", "poison left", "poison in front", "poison right")
+    assert experiment.inputs == (
+        "left",
+        "front",
+        "right",
+        "poison left",
+        "poison in front",
+        "poison right",
+    )
     run = simulate(experiment, seed=3)
     assert run.poison_eaten.sum() > 0
     balance = run.food_eaten - 2 * run.poison_eaten
@@ -94,7 +117,12 @@ def test_poison_costs_energy_and_is_told_from_food() -> None:
 
 @pytest.mark.usefixtures("in_plain_python")
 def test_nobody_is_born_or_walks_in_a_wall_and_nothing_grows_there() -> None:
-    experiment = with_settings("evo", 'world.features=["obstacles"]', "world.obstacles.x=[50, 60]", "world.obstacles.y=[20, 80]")
+    experiment = with_settings(
+        "evo",
+        'world.features=["obstacles"]',
+        "world.obstacles.x=[50, 60]",
+        "world.obstacles.y=[20, 80]",
+    )
     trace = replay(experiment, seed=4)
     for x, y in ((trace.x, trace.y), (trace.item_x, trace.item_y)):
         assert not ((x >= 50) & (x <= 60) & (y >= 20) & (y <= 80)).any()
@@ -102,9 +130,17 @@ def test_nobody_is_born_or_walks_in_a_wall_and_nothing_grows_there() -> None:
 
 def test_a_wall_hides_what_is_behind_it(in_plain_python: None) -> None:
     wall = ["world.obstacles.x=[40, 42]", "world.obstacles.y=[0, 100]"]
-    world = {"start": {"x": 30, "y": 50, "radius": 0}, "food": [{"x": [50, 51], "y": [49, 51], "count": 3}]}
+    world = {
+        "start": {"x": 30, "y": 50, "radius": 0},
+        "food": [{"x": [50, 51], "y": [49, 51], "count": 3}],
+    }
     clear = replay(small("evo", world=world, lifetime={"steps": 1}), seed=1)
-    walled = replay(with_settings("evo", 'world.features=["obstacles"]', *wall, world=world, lifetime={"steps": 1}), seed=1)
+    walled = replay(
+        with_settings(
+            "evo", 'world.features=["obstacles"]', *wall, world=world, lifetime={"steps": 1}
+        ),
+        seed=1,
+    )
     assert clear.sensor.any()
     assert not walled.sensor.any()
 
@@ -119,7 +155,9 @@ def test_a_network_with_memory_answers_otherwise_to_the_same_inputs(in_plain_pyt
 
 
 def test_a_scheme_of_one_s_own_chooses_the_parents() -> None:
-    run = simulate(with_settings("evo", "evolution.selection=champion", "evolution.champion.share=1"), seed=3)
+    run = simulate(
+        with_settings("evo", "evolution.selection=champion", "evolution.champion.share=1"), seed=3
+    )
     for generation in (1, 2):
         best = int(run.energy.values[generation - 1].argmax())
         assert (run.parents[generation] == best).all()
@@ -130,7 +168,10 @@ def test_the_fields_of_a_part_are_there_only_while_it_is_chosen() -> None:
     chosen = with_settings("evo", "learning.rule=social", "learning.social.least=4")
     assert chosen.to_dict()["learning"]["social"] == {"least": 4}
     assert "social" not in chosen.replace(learning={"rule": "none"}).to_dict()["learning"]
-    with pytest.raises(ExperimentError, match=r"learning\.social\.least = 0: input should be greater than or equal to 1"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"learning\.social\.least = 0: input should be greater than or equal to 1",
+    ):
         with_settings("evo", "learning.rule=social", "learning.social.least=0")
     with pytest.raises(ExperimentError, match=r"there is no 'social' here"):
         with_settings("evo", "learning.social.least=4")

@@ -23,14 +23,24 @@ def cells(**changes: Any) -> Cells:
     ground[:, 1, 2] = 2
     each = np.zeros(STEPS)
     whole = Cells(
-        {"wall": "grey", "food": "green"}, ground, np.zeros((STEPS, 2), int), each.astype(int), each, each.astype(int), "trial"
+        {"wall": "grey", "food": "green"},
+        ground,
+        np.zeros((STEPS, 2), int),
+        each.astype(int),
+        each,
+        each.astype(int),
+        "trial",
     )
     return whole._replace(**changes)
 
 
 def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
     payoffs = arrays_of(Matrix(["a", "b"], ["c"], np.array([[1.5], [np.nan]]), "points"))
-    assert payoffs["values"].dtype == np.float32 and payoffs["values"].shape == (2, 1) and np.isnan(payoffs["values"][1, 0])
+    assert (
+        payoffs["values"].dtype == np.float32
+        and payoffs["values"].shape == (2, 1)
+        and np.isnan(payoffs["values"][1, 0])
+    )
     walk = arrays_of(Walk({"a": np.arange(3), "b": np.ones(3)}, "trial", "fitness"))
     assert walk["lines"].tolist() == [[0, 1, 2], [1, 1, 1]]
     found = arrays_of(cells())
@@ -57,10 +67,15 @@ def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
     [
         (_drawn, "the view 'look' of agent 0 differs from what it showed before"),
         (_changing, "the view 'look' changes the genomes that it is given"),
-        (lambda *given: Walk({}, "", ""), "the view 'look' of agent 0: a walk has a line at least, and each a number at least"),
+        (
+            lambda *given: Walk({}, "", ""),
+            "the view 'look' of agent 0: a walk has a line at least, and each a number at least",
+        ),
     ],
 )
-def test_a_check_finds_views_that_are_not_as_they_should_be(monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str) -> None:
+def test_a_check_finds_views_that_are_not_as_they_should_be(
+    monkeypatch: pytest.MonkeyPatch, of: Any, sentence: str
+) -> None:
     (subject,) = subjects([NKClimbers])
     assert views_are_sound(subject) == "climb"
     monkeypatch.setattr(NKClimbers, "views", {"look": View("", of)})
@@ -71,7 +86,10 @@ def test_a_check_finds_views_that_are_not_as_they_should_be(monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("seen", "sentence"),
     [
-        (Matrix(["a"], ["b", "c"], np.zeros((2, 1)), ""), r"values is \[2, 1\] and must be \[1, 2\]"),
+        (
+            Matrix(["a"], ["b", "c"], np.zeros((2, 1)), ""),
+            r"values is \[2, 1\] and must be \[1, 2\]",
+        ),
         (Walk({"a": np.zeros(3), "b": np.zeros(2)}, "", ""), r"b is \[2\] and must be \[3\]"),
         (Walk({}, "", ""), "a walk has a line at least"),
         (cells(heading=np.zeros(3)), r"heading is \[3\] and must be \[4\]"),

@@ -19,14 +19,18 @@ from tests.statistics.studies import RUNS, study
 
 PAPER = papers.load("worlds-and-minds")
 LEARNERS = ("evo", "evo+self-taught", "evo+crbp", "evo+abcd")
-IN_SHORT = InShort(["Some ways of learning find food."], "<table><tr><td>a table of them</td></tr></table>")
+IN_SHORT = InShort(
+    ["Some ways of learning find food."], "<table><tr><td>a table of them</td></tr></table>"
+)
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("many")
     eaten = {
-        f"{name}/{place}": range(10 * number, 10 * number + RUNS) for place in "ABCD" for number, name in enumerate(LEARNERS)
+        f"{name}/{place}": range(10 * number, 10 * number + RUNS)
+        for place in "ABCD"
+        for number, name in enumerate(LEARNERS)
     }
     data = study(eaten, generations=3, agents=2)
     drawn = draw_report(folder, data, evaluate(data, 10, PAPER), [], {}, paper=PAPER)
@@ -41,9 +45,14 @@ def test_questions_of_its_own_are_held_against_no_paper(page: Path) -> None:
     assert "There are 8 runs, where the paper has 20" in text, "which stands with what was run"
 
 
-def test_the_figure_that_sums_up_stands_in_short_between_what_is_said_and_the_table(page: Path) -> None:
+def test_the_figure_that_sums_up_stands_in_short_between_what_is_said_and_the_table(
+    page: Path,
+) -> None:
     head, *others = page.read_text("utf-8").split('<h2 id="what-was-run"')
-    order = [head.index(part) for part in (IN_SHORT.sentences[0], 'id="figure-overview"', "a table of them")]
+    order = [
+        head.index(part)
+        for part in (IN_SHORT.sentences[0], 'id="figure-overview"', "a table of them")
+    ]
     assert order == sorted(order)
     assert 'id="figure-overview"' not in "".join(others)
 
@@ -59,7 +68,9 @@ def test_learners_and_maps_stand_for_many_conditions(page: Path) -> None:
     assert "<dd>16: each of 4 learners on each of 4 maps</dd>" in page.read_text("utf-8")
     few = {f"evo/{place}": Factors("evo", place) for place in "AB"}
     assert named(few) == [("conditions", "evo/A, evo/B")]
-    uneven = {f"{number}/A": Factors(str(number), "A") for number in range(20)} | {"0/B": Factors("0", "B")}
+    uneven = {f"{number}/A": Factors(str(number), "A") for number in range(20)} | {
+        "0/B": Factors("0", "B")
+    }
     assert named(uneven) == [("conditions", ", ".join(uneven))]
 
 

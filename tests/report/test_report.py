@@ -17,7 +17,15 @@ from baldwinlab.papers.claims import Comparison
 from baldwinlab.papers.verdicts import Finding, evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import draw_report, emergence_generations, write_report
-from baldwinlab.report.content import fitness_in_words, open_choices, overview, reading, setting, timing, worlds
+from baldwinlab.report.content import (
+    fitness_in_words,
+    open_choices,
+    overview,
+    reading,
+    setting,
+    timing,
+    worlds,
+)
 from baldwinlab.report.words import compared, number, probability, sentence
 from baldwinlab.statistics.contrasts import compare_conditions
 from tests.axe import barriers
@@ -38,10 +46,23 @@ FACTS = {
 
 
 def report_of(
-    data: xr.Dataset, folder: Path, traces: list[xr.Dataset] | None = None, provenance: dict[str, Any] | None = None
+    data: xr.Dataset,
+    folder: Path,
+    traces: list[xr.Dataset] | None = None,
+    provenance: dict[str, Any] | None = None,
 ) -> Path:
     """The report of the paper's claims."""
-    drawn = draw_report(folder, data, evaluate(data), traces or [], provenance or {}, 10, PAPER, LOOKS, compare_conditions(data))
+    drawn = draw_report(
+        folder,
+        data,
+        evaluate(data),
+        traces or [],
+        provenance or {},
+        10,
+        PAPER,
+        LOOKS,
+        compare_conditions(data),
+    )
     return write_report(folder, drawn, folder / "report.html")
 
 
@@ -54,9 +75,26 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
     text = page.read_text("utf-8")
-    for needed in ("C1", "C9", "holds", "undecided", "about 40 items more", "A12", "95&nbsp;%", "Nam Le", "standard but for"):
+    for needed in (
+        "C1",
+        "C9",
+        "holds",
+        "undecided",
+        "about 40 items more",
+        "A12",
+        "95&nbsp;%",
+        "Nam Le",
+        "standard but for",
+    ):
         assert needed in text
-    for needed in ("A machine", "9.9", "200.0 million a second", "workers: 2", "[evolution]", "generations = 12"):
+    for needed in (
+        "A machine",
+        "9.9",
+        "200.0 million a second",
+        "workers: 2",
+        "[evolution]",
+        "generations = 12",
+    ):
         assert needed in text
     assert "Of the paper's 9 claims, 7 hold, 1 is undecided, 1 does not hold." in text
     assert "There are 8 runs, where the paper has 30" in text
@@ -70,7 +108,10 @@ def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -
 
 def test_it_needs_nothing_but_itself(page: Path) -> None:
     text = page.read_text("utf-8")
-    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#|figures/)|@import|url\(|<script|<link(?! rel="icon")""", text)
+    assert not re.search(
+        r"""(src|href)\s*=\s*["'](?!data:|#|figures/)|@import|url\(|<script|<link(?! rel="icon")""",
+        text,
+    )
     assert page.stat().st_size < 4_000_000
 
 
@@ -89,7 +130,10 @@ def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) 
     files = re.findall(r'href="(figures/[^"]+)"', text)
     assert {"figures/emergence.svg", "figures/emergence.png", "figures/emergence.csv"} < set(files)
     assert all((page.parent / file).is_file() for file in files)
-    assert "baldwinlab replay . --condition evo+self-taught/B --run 0 --generation 11 --out life.mp4" in text
+    assert (
+        "baldwinlab replay . --condition evo+self-taught/B --run 0 --generation 11 --out life.mp4"
+        in text
+    )
 
 
 def test_a_page_elsewhere_still_leads_to_the_figures(tmp_path: Path) -> None:
@@ -114,7 +158,9 @@ def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_no_barrier_in_it(browser: Browser, page: Path, scheme: Literal["light", "dark"]) -> None:
+def test_axe_finds_no_barrier_in_it(
+    browser: Browser, page: Path, scheme: Literal["light", "dark"]
+) -> None:
     with browser.new_context(color_scheme=scheme) as context:
         opened = context.new_page()
         opened.goto(page.as_uri())
@@ -124,7 +170,10 @@ def test_axe_finds_no_barrier_in_it(browser: Browser, page: Path, scheme: Litera
 
 def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
     data = study(AS_THE_PAPER)
-    assert report_of(data, tmp_path / "one").read_bytes() == report_of(data, tmp_path / "two").read_bytes()
+    assert (
+        report_of(data, tmp_path / "one").read_bytes()
+        == report_of(data, tmp_path / "two").read_bytes()
+    )
 
 
 @pytest.mark.parametrize(
@@ -138,12 +187,18 @@ def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
 )
 def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None:
     text = report_of(data, tmp_path).read_text("utf-8")
-    assert "is about conditions of this study" in text or "not evaluated" in text or "too few runs" in text
+    assert (
+        "is about conditions of this study" in text
+        or "not evaluated" in text
+        or "too few runs" in text
+    )
     assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
 
 
 def test_names_are_text_and_not_markup(tmp_path: Path) -> None:
-    text = report_of(study({"mine": [1, 2]}), tmp_path, provenance={"platform": "<script>alert(1)</script>"}).read_text("utf-8")
+    text = report_of(
+        study({"mine": [1, 2]}), tmp_path, provenance={"platform": "<script>alert(1)</script>"}
+    ).read_text("utf-8")
     assert "<script>" not in text
 
 
@@ -157,17 +212,31 @@ def test_generations_of_the_panel_are_the_denser_the_earlier_with_both_ends() ->
 def test_the_reading_is_named_or_spelt_out() -> None:
     assert reading(load("evo/A"), PAPER) == "standard"
     assert reading(load("evo/A", "literal"), PAPER) == "literal"
-    assert reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER) == "evo/A is standard but for lifetime.steps = 9"
+    assert (
+        reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER)
+        == "evo/A is standard but for lifetime.steps = 9"
+    )
     assert reading(load("evo/A").replace(name="mine"), PAPER) == "mine is an experiment of its own"
-    worlds_and_minds = papers.load("worlds-and-minds")  # whose readings cannot all be laid over every condition
-    assert {reading(experiment, worlds_and_minds) for experiment in worlds_and_minds.experiments()} == {"standard"}
-    assert setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")}) == "40 or 4"
+    worlds_and_minds = papers.load(
+        "worlds-and-minds"
+    )  # whose readings cannot all be laid over every condition
+    assert {
+        reading(experiment, worlds_and_minds) for experiment in worlds_and_minds.experiments()
+    } == {"standard"}
+    assert (
+        setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")})
+        == "40 or 4"
+    )
 
 
 def test_what_agents_sense_is_not_drawn_where_nobody_is_here_to_say_it(tmp_path: Path) -> None:
     data = study(AS_THE_PAPER)
     write_report(tmp_path, draw_report(tmp_path, data, [], [], {}), tmp_path / "report.html")
-    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"fitness", "final-fitness", "maps"}
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
+        "fitness",
+        "final-fitness",
+        "maps",
+    }
 
 
 def test_maps_are_titled_by_what_tells_them_apart() -> None:
@@ -175,7 +244,10 @@ def test_maps_are_titled_by_what_tells_them_apart() -> None:
     assert list(worlds(paper, factors())) == ["Map A", "Map B"]
     moved = load("evo/A").replace(world={"start": {"x": 100}})
     own = {"one/A": load("evo/A"), "two/A": moved}
-    assert list(worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})) == ["one/A", "two/A"]
+    assert list(worlds(own, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})) == [
+        "one/A",
+        "two/A",
+    ]
 
 
 def test_facts_may_be_absent() -> None:
@@ -185,13 +257,24 @@ def test_facts_may_be_absent() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(0, "0"), (286.4, "286"), (-9.75, "−9.75"), (12345.6, "12,346"), (0.001, "0.00"), (float("nan"), "–")]
+    ("value", "text"),
+    [
+        (0, "0"),
+        (286.4, "286"),
+        (-9.75, "−9.75"),
+        (12345.6, "12,346"),
+        (0.001, "0.00"),
+        (float("nan"), "–"),
+    ],
 )
 def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
     assert number(value) == text
 
 
-@pytest.mark.parametrize(("p", "text"), [(1e-9, "1.0e-09"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")])
+@pytest.mark.parametrize(
+    ("p", "text"),
+    [(1e-9, "1.0e-09"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")],
+)
 def test_probabilities_are_never_nought(p: float, text: str) -> None:
     assert probability(p) == text
 
@@ -204,9 +287,13 @@ def test_a_browser_shows_it_without_complaint_and_without_scrolling_sideways(
 
 
 def test_fitness_is_said_in_its_unit() -> None:
-    assert fitness_in_words([load("evo/A")]).endswith("; an item gives 1, so it is the number of items eaten")
+    assert fitness_in_words([load("evo/A")]).endswith(
+        "; an item gives 1, so it is the number of items eaten"
+    )
     costly = load("evo+self-taught/A").replace(learning={"cost_per_step": 0.1})
-    assert fitness_in_words([costly]).endswith("in its life, less what learning costs; an item gives 1")
+    assert fitness_in_words([costly]).endswith(
+        "in its life, less what learning costs; an item gives 1"
+    )
     assert fitness_in_words([]) == ""
 
 
@@ -214,7 +301,9 @@ def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
     opened = browser.new_page()
     opened.goto(page.as_uri())
     opened.emulate_media(media="print")
-    heights = opened.evaluate("[...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)")
+    heights = opened.evaluate(
+        "[...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)"
+    )
     assert max(heights) < 265 * 96 / 25.4  # what A4 leaves between its margins, in CSS pixels
     assert opened.pdf(format="A4").count(b"/Type /Page\n") <= 14
     opened.close()
@@ -228,7 +317,9 @@ def text_of(page: Path) -> str:
 def own_report(data: xr.Dataset, folder: Path) -> str:
     """The report of a study that no paper made."""
     traces = [trace(str(data["condition"].values[0]), int(data["generation"][-1]))]
-    drawn = draw_report(folder, data, [], traces, FACTS, looks=LOOKS, contrasts=compare_conditions(data))
+    drawn = draw_report(
+        folder, data, [], traces, FACTS, looks=LOOKS, contrasts=compare_conditions(data)
+    )
     return text_of(write_report(folder, drawn, folder / "report.html"))
 
 
@@ -240,11 +331,17 @@ def test_claims_that_are_asked_for_and_concern_no_condition_are_left_out(tmp_pat
     assert ">The claims</h2>" not in text
 
 
-@pytest.mark.parametrize("names", [("mine", "yours"), ("evo/A", "evo+self-taught/A"), ("evo+self-taught/B", "short")])
-def test_a_study_of_no_paper_is_reported_without_a_word_on_papers(names: tuple[str, str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "names", [("mine", "yours"), ("evo/A", "evo+self-taught/A"), ("evo+self-taught/B", "short")]
+)
+def test_a_study_of_no_paper_is_reported_without_a_word_on_papers(
+    names: tuple[str, str], tmp_path: Path
+) -> None:
     text = own_report(study({names[0]: range(8), names[1]: range(20, 28)}), tmp_path)
     assert f"<h1>Evolution and lifetime learning: {names[0]}, {names[1]}</h1>" in text
-    words = re.sub(r"<pre.*?</pre>|class=\"[^\"]*\"", "", text, flags=re.DOTALL)  # experiments, and names of styles
+    words = re.sub(
+        r"<pre.*?</pre>|class=\"[^\"]*\"", "", text, flags=re.DOTALL
+    )  # experiments, and names of styles
     assert not re.search(r"paper|claim|bracket|reproduction", words, re.IGNORECASE)
 
 
@@ -254,24 +351,36 @@ def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
     section = text.split('id="compared"')[1].split("<h2")[0]
     assert "Each condition is compared with evo/B." in section
     assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
-    assert "<strong>+20.0</strong>" in section and '<td class="plain" data-label="runs">8, 8</td>' in section
+    assert (
+        "<strong>+20.0</strong>" in section
+        and '<td class="plain" data-label="runs">8, 8</td>' in section
+    )
 
 
 def test_a_report_says_where_so_few_runs_can_give_no_verdict(tmp_path: Path) -> None:
     text = own_report(study({"evo/A": range(4), "evo+drift/A": range(20, 24)}), tmp_path)
-    assert "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed." in text
+    assert (
+        "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+        in text
+    )
     assert text.count("</span> too few runs</span>") == 2 and "</span> undecided</span>" not in text
 
 
 def test_claims_of_too_few_runs_say_so(tmp_path: Path) -> None:
     few = {name: list(values)[:3] for name, values in AS_THE_PAPER.items()}
     text = text_of(report_of(study(few), tmp_path))
-    assert re.search(r"With 3 runs and \d+ tests, the smallest corrected p-value is 1\. At least \d+ runs are needed\.", text)
+    assert re.search(
+        r"With 3 runs and \d+ tests, the smallest corrected p-value is 1\. At least \d+ runs are needed\.",
+        text,
+    )
     assert "</span> too few runs</span>" in text
 
 
 def test_many_comparisons_are_folded(tmp_path: Path) -> None:
-    text = own_report(study({f"own-{number}": range(8) for number in range(22)}, generations=2, agents=2), tmp_path)
+    text = own_report(
+        study({f"own-{number}": range(8) for number in range(22)}, generations=2, agents=2),
+        tmp_path,
+    )
     assert "<details><summary>Each comparison</summary>" in text
 
 
@@ -286,7 +395,12 @@ def test_a_bounded_measure_of_the_average_agent_is_told_as_it_is() -> None:
 def test_survival_is_told_by_restricted_means_as_medians_may_lie_the_other_way() -> None:
     """A few that live on for very long outweigh many that die somewhat sooner."""
     comparison = Comparison(a="ERL", b="B", measure="survived", rule="survives_longer")
-    numbers = statistics.Comparison(100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485)
+    numbers = statistics.Comparison(
+        100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
+    )
     found = Finding(comparison, numbers, 0.0051, "holds", "steps that a population survives")
-    assert sentence(found) == "steps that a population survives, restricted mean: +304,398 in ERL against B"
+    assert (
+        sentence(found)
+        == "steps that a population survives, restricted mean: +304,398 in ERL against B"
+    )
     assert compared(found) == "ERL 6,002, B 8,343 (steps that a population survives; medians)"

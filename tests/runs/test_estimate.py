@@ -67,7 +67,11 @@ def changed(name: str, *assignments: str) -> BaseExperiment:
 def peak(what: str, experiment: BaseExperiment) -> int:
     parts = [str(EXAMPLES / "bit_strings.py")] * (experiment.model != "miniworld")
     done = subprocess.run(
-        [sys.executable, "-c", LIVE, what, *parts], input=to_toml(experiment), capture_output=True, text=True, check=True
+        [sys.executable, "-c", LIVE, what, *parts],
+        input=to_toml(experiment),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return int(done.stdout.split()[-1])
 
@@ -77,39 +81,67 @@ def peak(what: str, experiment: BaseExperiment) -> int:
     ("what", "name", "assignments"),
     [
         ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),
-        pytest.param("of_runs", "evo+self-taught/A", ("lifetime.steps=1", "population.size=20000", *FEW_KEPT), marks=LONG),
-        pytest.param("of_runs", "bit-strings", ("population.size=10000", "evolution.generations=20"), marks=LONG),
-        pytest.param("of_simulate", "evo/A", (*SHORT, "population.size=20000", "record.genome_every=20"), marks=LONG),
+        pytest.param(
+            "of_runs",
+            "evo+self-taught/A",
+            ("lifetime.steps=1", "population.size=20000", *FEW_KEPT),
+            marks=LONG,
+        ),
+        pytest.param(
+            "of_runs",
+            "bit-strings",
+            ("population.size=10000", "evolution.generations=20"),
+            marks=LONG,
+        ),
+        pytest.param(
+            "of_simulate",
+            "evo/A",
+            (*SHORT, "population.size=20000", "record.genome_every=20"),
+            marks=LONG,
+        ),
         ("of_replay", "evo+self-taught/A", ("lifetime.steps=6000", "population.size=500")),
     ],
 )
-def test_memory_is_estimated_within_a_factor_of_two(what: str, name: str, assignments: tuple[str, ...]) -> None:
+def test_memory_is_estimated_within_a_factor_of_two(
+    what: str, name: str, assignments: tuple[str, ...]
+) -> None:
     experiment = changed(name, *assignments)
     needs = {
         "of_runs": lambda: estimate.of_runs([(experiment, 4)], workers=1, worlds=4),
         "of_simulate": lambda: estimate.of_simulate(experiment),
         "of_replay": lambda: estimate.of_replay(experiment),  # type: ignore[arg-type]
     }
-    held = min(peak(what, experiment) for _ in range(2))  # the first may compile, which takes more than most lives
-    assert held / 2 < needs[what]().memory < 2 * held + estimate.ENGINE  # which counts where nothing was compiled before
+    held = min(
+        peak(what, experiment) for _ in range(2)
+    )  # the first may compile, which takes more than most lives
+    assert (
+        held / 2 < needs[what]().memory < 2 * held + estimate.ENGINE
+    )  # which counts where nothing was compiled before
 
 
 @pytest.mark.parametrize(
     ("name", "assignments"),
     [
         ("evo/A", ()),
-        ("evo+self-taught/B", ("record.genome_every=4", "network.hidden=[6,5]", "network.biases=true")),
+        (
+            "evo+self-taught/B",
+            ("record.genome_every=4", "network.hidden=[6,5]", "network.biases=true"),
+        ),
         ("evo+evolved-rate/A", ("evolution.generations=2",)),
         ("evo/A", ("world.food=[]", "population.size=1")),
         ("bit-strings", ("population.size=50",)),
     ],
 )
-def test_disk_is_estimated_within_a_tenth(tmp_path: Path, name: str, assignments: tuple[str, ...]) -> None:
+def test_disk_is_estimated_within_a_tenth(
+    tmp_path: Path, name: str, assignments: tuple[str, ...]
+) -> None:
     short = () if name == "bit-strings" else ("lifetime.steps=1", "evolution.generations=7")
     experiment = changed(name, *short, *assignments)
     study = small_study(tmp_path / "study", [experiment], runs=3)  # type: ignore[list-item]
     stored = sum(path.stat().st_size for path in study.directory.rglob("*") if path.is_file())
-    assert estimate.of_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(stored, rel=0.1)
+    assert estimate.of_runs([(experiment, 3)], workers=2, worlds=4).disk == pytest.approx(
+        stored, rel=0.1
+    )
 
 
 @pytest.mark.parametrize("name", ["evo/A", "evo+self-taught/B", "evo+drift/A"])
@@ -117,40 +149,63 @@ def test_disk_is_estimated_within_a_tenth(tmp_path: Path, name: str, assignments
 def test_the_bytes_of_a_state_are_those_of_its_arrays(name: str, worlds: int) -> None:
     experiment = load(name)
     there = sum(array.nbytes for array in arrays_of(make_state(experiment, worlds)))
-    assert 0 <= there - state_bytes(experiment, worlds) <= 100  # the numbers of layers' units, which the network derives
+    assert (
+        0 <= there - state_bytes(experiment, worlds) <= 100
+    )  # the numbers of layers' units, which the network derives
 
 
 def test_a_life_that_is_written_down_is_estimated_to_the_byte_but_for_what_is_said_of_it() -> None:
     assert estimate.of_replay(small()).disk == pytest.approx(replay(small()).nbytes, rel=0.02)
 
 
-def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_variables(tmp_path: Path) -> None:
+def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_variables(
+    tmp_path: Path,
+) -> None:
     experiment = small().replace(record={"genome_every": 3})
-    assert estimate.whole_bytes(experiment) == sum(each.nbytes for each in simulate(experiment).data_vars.values())
+    assert estimate.whole_bytes(experiment) == sum(
+        each.nbytes for each in simulate(experiment).data_vars.values()
+    )
     tables = open_study(small_study(tmp_path / "study", [experiment], runs=2).directory)
     held = sum(each.nbytes for each in tables.drop_vars("experiment").data_vars.values())
-    needed = estimate.of_tables([(experiment, 2)]).memory - estimate.READING * estimate.record_bytes(experiment)
+    needed = estimate.of_tables(
+        [(experiment, 2)]
+    ).memory - estimate.READING * estimate.record_bytes(experiment)
     assert needed == estimate.TABLES * held
 
 
 def test_no_more_is_counted_than_lives_at_a_time() -> None:
-    small_one, large = small().replace(population={"size": 20}), small().replace(population={"size": 2000})
+    small_one, large = (
+        small().replace(population={"size": 20}),
+        small().replace(population={"size": 2000}),
+    )
     alone = estimate.of_runs([(large, 1)], workers=4, worlds=4).memory
-    assert estimate.of_runs([(large, 1), (small_one, 40)], workers=1, worlds=1).memory < alone + 10_000
-    assert estimate.of_runs([(large, 40)], workers=8, worlds=1).memory - estimate.ENGINE > 7 * (alone - estimate.ENGINE)
+    assert (
+        estimate.of_runs([(large, 1), (small_one, 40)], workers=1, worlds=1).memory < alone + 10_000
+    )
+    assert estimate.of_runs([(large, 40)], workers=8, worlds=1).memory - estimate.ENGINE > 7 * (
+        alone - estimate.ENGINE
+    )
     assert estimate.of_runs([(large, 0)], workers=8, worlds=1) == (0, 0)
 
 
 def test_what_no_file_can_hold_is_refused() -> None:
     large = small().replace(population={"size": 1_000_000}, network={"hidden": [20]})
-    with pytest.raises(RefusedError, match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB"):
+    with pytest.raises(
+        RefusedError,
+        match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB",
+    ):
         estimate.require_storable(of_record(large), estimate.sizes(large), "mine")
     estimate.require_storable(of_record(small()), estimate.sizes(small()), "mine")
 
 
 def test_neither_simulate_nor_replay_begins_what_is_too_large() -> None:
-    long = load("evo/A").replace(lifetime={"steps": 100_000_000}, evolution={"generations": 1_000_000})
-    with pytest.raises(RefusedError, match=r"evo/A: about .* of memory would be needed, and .* free on this machine"):
+    long = load("evo/A").replace(
+        lifetime={"steps": 100_000_000}, evolution={"generations": 1_000_000}
+    )
+    with pytest.raises(
+        RefusedError,
+        match=r"evo/A: about .* of memory would be needed, and .* free on this machine",
+    ):
         simulate(long.replace(population={"size": 10_000}))
     with pytest.raises(RefusedError, match=r"a life of evo/A: about .* of memory would be needed"):
         replay(long)

@@ -48,7 +48,10 @@ def test_agents_with_one_module_use_the_first() -> None:
 @pytest.mark.parametrize("inherited", [0.0, 0.5], ids=["as they were born", "as they had learned"])
 def test_genomes_that_were_not_kept_are_bred_again(inherited: float) -> None:
     whole = small("evo+self-taught", evolution={"generations": 6, "lamarckian_share": inherited})
-    every, some = simulate(whole, seed=3, run=1), simulate(whole.replace(record={"genome_every": 4}), seed=3, run=1)
+    every, some = (
+        simulate(whole, seed=3, run=1),
+        simulate(whole.replace(record={"genome_every": 4}), seed=3, run=1),
+    )
     for generation in range(6):
         assert np.array_equal(stored_genome(whole, some, generation), every.genome[generation])
     assert np.array_equal(list(stored_genomes(whole, some)), every.genome)

@@ -22,7 +22,9 @@ def test_a_trace_agrees_with_its_run_to_the_bit(condition: str) -> None:
         trace = replay(experiment, seed=9, run=4, generation=generation)
         assert np.array_equal(trace.eaten.sum("step"), run.food_eaten[generation])
         assert np.array_equal(trace.weight_birth, run.genome[generation])
-        xr.testing.assert_identical(trace, replay(experiment, seed=9, run=4, generation=generation, energy=run.energy))
+        xr.testing.assert_identical(
+            trace, replay(experiment, seed=9, run=4, generation=generation, energy=run.energy)
+        )
     assert run.food_eaten.sum() > 0
 
 
@@ -54,5 +56,7 @@ def test_only_learning_changes_weights_and_only_those_of_the_action_module() -> 
 
 @pytest.mark.parametrize("generation", [-1, 3])
 def test_a_generation_that_is_not_there_is_refused(generation: int) -> None:
-    with pytest.raises(ValueError, match=f"generation = {generation} must be at least 0 and less than 3"):
+    with pytest.raises(
+        ValueError, match=f"generation = {generation} must be at least 0 and less than 3"
+    ):
         replay(small(), seed=1, generation=generation)

@@ -28,7 +28,11 @@ def test_a_run_holds_the_declared_variables_with_their_dimensions_types_and_unit
 
 def test_a_run_carries_what_it_takes_to_make_it_again() -> None:
     run = simulate(small(), seed=7, run=2)
-    again = simulate(from_toml(run.attrs["experiment"], where="attribute"), seed=run.attrs["seed"], run=run.attrs["run"])
+    again = simulate(
+        from_toml(run.attrs["experiment"], where="attribute"),
+        seed=run.attrs["seed"],
+        run=run.attrs["run"],
+    )
     xr.testing.assert_identical(run, again)
     assert {"baldwinlab", "numba", "numpy", "python", "platform"} <= set(run.attrs)
 
@@ -43,15 +47,21 @@ def test_another_seed_and_another_run_are_other_runs() -> None:
 
 def test_genomes_are_kept_at_the_stride_that_the_experiment_names_and_at_the_end() -> None:
     every = simulate(small().replace(evolution={"generations": 6}), seed=1)
-    some = simulate(small().replace(evolution={"generations": 6}, record={"genome_every": 2}), seed=1)
+    some = simulate(
+        small().replace(evolution={"generations": 6}, record={"genome_every": 2}), seed=1
+    )
     kept = some.genome.notnull().all(("agent", "module", "weight"))
     assert kept.values.tolist() == [True, False, True, False, True, True]
     assert np.array_equal(some.genome[kept.values], every.genome[kept.values])
     assert np.array_equal(some.food_eaten, every.food_eaten)
 
 
-def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_room_for_more() -> None:
-    experiment = small().replace(evolution={"generations": 7}, record={"genome_every": 3}, lifetime={"steps": 5})
+def test_a_run_holds_no_more_genomes_than_it_keeps_and_is_stored_without_making_room_for_more() -> (
+    None
+):
+    experiment = small().replace(
+        evolution={"generations": 7}, record={"genome_every": 3}, lifetime={"steps": 5}
+    )
     held = []
 
     def look(histories: Sequence[History]) -> None:
@@ -84,13 +94,18 @@ def test_parents_are_named_from_the_second_generation_on() -> None:
     assert (simulate(small("self-taught/A"), seed=1).parents == -1).all()
 
 
-@pytest.mark.parametrize(("seed", "run", "name"), [(-1, 0, "seed = -1"), (2**31, 0, "seed = 2147483648"), (0, -5, "run = -5")])
+@pytest.mark.parametrize(
+    ("seed", "run", "name"),
+    [(-1, 0, "seed = -1"), (2**31, 0, "seed = 2147483648"), (0, -5, "run = -5")],
+)
 def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
     with pytest.raises(ValueError, match=f"{name} must be at least 0 and less than 2147483648"):
         simulate(small(), seed=seed, run=run)
 
 
-def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> None:
+def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer_generations() -> (
+    None
+):
     experiment = small().replace(evolution={"generations": 5}, record={"genome_every": 3})
     cut: dict[int, list[xr.Dataset]] = {}
 
@@ -101,6 +116,9 @@ def test_a_batch_shows_its_runs_as_they_live_and_one_cut_short_is_a_run_of_fewer
     assert list(cut) == [1, 2, 3, 4, 5]
     for lived, runs in cut.items():
         for run, number in zip(runs, (0, 4), strict=True):
-            xr.testing.assert_identical(run, simulate(experiment.replace(evolution={"generations": lived}), seed=1, run=number))
+            xr.testing.assert_identical(
+                run,
+                simulate(experiment.replace(evolution={"generations": lived}), seed=1, run=number),
+            )
     for run, same in zip(whole, cut[5], strict=True):
         xr.testing.assert_identical(run, same)

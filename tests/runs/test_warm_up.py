@@ -26,7 +26,14 @@ class Process:
 
 @pytest.mark.parametrize(
     ("combinations", "cores", "shares"),
-    [(2, 2, [1]), (3, 2, [1, 1]), (7, 2, [3, 3]), (57, 2, [28, 28]), (90, 2, [32, 32, 25]), (30, 16, [2] * 14 + [1])],
+    [
+        (2, 2, [1]),
+        (3, 2, [1, 1]),
+        (7, 2, [3, 3]),
+        (57, 2, [28, 28]),
+        (90, 2, [32, 32, 25]),
+        (30, 16, [2] * 14 + [1]),
+    ],
 )
 def test_each_is_compiled_by_one_process_or_here(
     combinations: int, cores: int, shares: list[int], monkeypatch: pytest.MonkeyPatch
@@ -40,14 +47,20 @@ def test_each_is_compiled_by_one_process_or_here(
     monkeypatch.setattr(warm_up, "available_cores", lambda: cores)
     monkeypatch.setattr(warm_up, "_compile_elsewhere", compile_elsewhere)
     monkeypatch.setattr(warm_up, "_breed", lambda experiment: None)
-    monkeypatch.setattr(warm_up, "live_batch", lambda experiment, seed, runs: here.append(experiment))
-    monkeypatch.setattr(cpu, "is_compiled", lambda experiment: any(experiment in some for some in elsewhere))
+    monkeypatch.setattr(
+        warm_up, "live_batch", lambda experiment, seed, runs: here.append(experiment)
+    )
+    monkeypatch.setattr(
+        cpu, "is_compiled", lambda experiment: any(experiment in some for some in elsewhere)
+    )
     wanted = [small("evo").replace(name=f"number-{number}") for number in range(combinations)]
     warm_up._compile_together(wanted, told.append)
     assert [len(some) for some in elsewhere] == shares
     assert [one for some in elsewhere for one in some] + here == wanted
     if shares[0] > warm_up.LONG:
-        assert told[0].startswith(f"compiling {combinations} combinations of parts, {cores} at a time; they are kept")
+        assert told[0].startswith(
+            f"compiling {combinations} combinations of parts, {cores} at a time; they are kept"
+        )
         assert told[-1] == f"compiled: {combinations - 1} of {combinations}"
     else:
         assert told == []

@@ -36,7 +36,9 @@ class Claims(NamedTuple):
         return {}
 
 
-def study(eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: int = 10, hungry: int = 6) -> xr.Dataset:
+def study(
+    eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: int = 10, hungry: int = 6
+) -> xr.Dataset:
     """In each run of a condition, every agent eats the number given, in every generation; NaN is a missing run.
 
     Of `evo+self-taught/B`, `hungry` agents eat nothing in the first half of the generations.
@@ -48,10 +50,21 @@ def study(eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: i
         if name == "evo+self-taught/B":
             food[number, : len(values), : generations // 2, :hungry] *= 0
     dims = ("condition", "run", "generation", "agent")
-    coords = {"condition": list(eaten), "run": range(runs), "generation": range(generations), "agent": range(agents)}
+    coords = {
+        "condition": list(eaten),
+        "run": range(runs),
+        "generation": range(generations),
+        "agent": range(agents),
+    }
     texts = [to_toml(experiment(name, generations, agents)) for name in eaten]
-    factors = [Factors(*name.rpartition("/")[::2]) if "/" in name else Factors(name) for name in eaten]
-    data = {"food_eaten": (dims, food), "energy": (dims, food.copy()), "experiment": ("condition", texts)}
+    factors = [
+        Factors(*name.rpartition("/")[::2]) if "/" in name else Factors(name) for name in eaten
+    ]
+    data = {
+        "food_eaten": (dims, food),
+        "energy": (dims, food.copy()),
+        "experiment": ("condition", texts),
+    }
     return xr.Dataset(data, coords | coordinates(factors), {"seed": 7})
 
 
@@ -64,7 +77,9 @@ def experiment(name: str, generations: int, agents: int) -> Experiment:
     return base.replace(evolution={"generations": generations}, population={"size": agents})
 
 
-def trace(condition: str, generation: int, run: int = 0, steps: int = 60, agents: int = 10) -> xr.Dataset:
+def trace(
+    condition: str, generation: int, run: int = 0, steps: int = 60, agents: int = 10
+) -> xr.Dataset:
     """Agents that walk to the right, over the edge of the map; every second one eats once."""
     x = (160.0 + np.arange(steps)[:, None] * 12.0 + np.arange(agents)) % 640
     eaten = np.zeros((steps, agents), np.int32)
@@ -77,4 +92,7 @@ def trace(condition: str, generation: int, run: int = 0, steps: int = 60, agents
         "run": run,
         "generation": generation,
     }
-    return xr.Dataset({"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)}, attrs=provenance)
+    return xr.Dataset(
+        {"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)},
+        attrs=provenance,
+    )

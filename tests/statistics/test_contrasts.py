@@ -20,7 +20,9 @@ def factors(*names: str) -> dict[str, Factors]:
 
 
 def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
-    found = compare_conditions(study({"evo/A": LOW, "evo/B": LOW, "evo+drift/A": HIGH, "evo+lamarckian/B": LOW}))
+    found = compare_conditions(
+        study({"evo/A": LOW, "evo/B": LOW, "evo+drift/A": HIGH, "evo+lamarckian/B": LOW})
+    )
     pairs = {(row.condition, row.reference) for row in found.rows}
     assert pairs == {("evo+drift/A", "evo/A"), ("evo+lamarckian/B", "evo/B")}
     assert [row.measure for row in found.rows] == ["mean", "best"] * 2
@@ -42,17 +44,25 @@ def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
         (["evo/A"], {}),
     ],
 )
-def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(names: list[str], pairs: dict[str, str]) -> None:
+def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(
+    names: list[str], pairs: dict[str, str]
+) -> None:
     assert references(factors(*names)) == pairs
 
 
 def test_a_multiverse_is_compared_within_each_reading() -> None:
-    named = {f"{learner}-{reading}": Factors(learner, "A", reading) for reading in ("R1", "R2") for learner in ("evo", "drift")}
+    named = {
+        f"{learner}-{reading}": Factors(learner, "A", reading)
+        for reading in ("R1", "R2")
+        for learner in ("evo", "drift")
+    }
     assert references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
 
 
 def test_all_conditions_are_compared_with_a_baseline_that_is_named() -> None:
-    found = compare_conditions(study({"evo/A": LOW, "evo/B": LOW, "evo+drift/B": HIGH}), baseline="evo+drift/B")
+    found = compare_conditions(
+        study({"evo/A": LOW, "evo/B": LOW, "evo+drift/B": HIGH}), baseline="evo+drift/B"
+    )
     assert {(row.condition, row.reference) for row in found.rows} == {
         ("evo/A", "evo+drift/B"),
         ("evo/B", "evo+drift/B"),
@@ -61,8 +71,12 @@ def test_all_conditions_are_compared_with_a_baseline_that_is_named() -> None:
 
 
 def test_the_sentence_names_the_conditions_that_are_compared_across_maps() -> None:
-    found = compare_conditions(study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH}))
-    assert found.pairing.endswith(" A condition that is alone on its map, or has no map, is compared with evo/A: evo/C.")
+    found = compare_conditions(
+        study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH})
+    )
+    assert found.pairing.endswith(
+        " A condition that is alone on its map, or has no map, is compared with evo/A: evo/C."
+    )
 
 
 def test_a_verdict_needs_a_significant_difference() -> None:
@@ -72,7 +86,11 @@ def test_a_verdict_needs_a_significant_difference() -> None:
         "undecided",
         "undecided",
     ]
-    (turned,) = (row for row in compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows if row.measure == "best")
+    (turned,) = (
+        row
+        for row in compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows
+        if row.measure == "best"
+    )
     assert turned.verdict == "lower"
     assert turned.numbers.effect == -90
     assert turned.p_holm == pytest.approx(2 * 2 / 12870)  # exact, and one of two tests
@@ -89,8 +107,15 @@ def test_too_few_runs_are_named_instead_of_a_verdict() -> None:
     """The largest difference that four runs can have is 2 / 70 before and 4 / 70 after correction for two tests."""
     few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
     assert [row.verdict for row in few.rows] == ["too few runs"] * 2
-    assert [row.p_holm for row in few.rows] == pytest.approx([4 / 70] * 2) == [row.smallest_p_holm for row in few.rows]
-    assert few.too_few == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+    assert (
+        [row.p_holm for row in few.rows]
+        == pytest.approx([4 / 70] * 2)
+        == [row.smallest_p_holm for row in few.rows]
+    )
+    assert (
+        few.too_few
+        == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+    )
     enough = compare_conditions(study({"a/A": LOW[:5], "b/A": HIGH[:5]}))
     assert [row.verdict for row in enough.rows] == ["higher"] * 2 and enough.too_few == ""
 

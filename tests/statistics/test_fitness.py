@@ -39,7 +39,11 @@ def test_final_and_initial_average_over_their_window() -> None:
     one = by_hand([[[[1], [2], [3], [4]]]])
     assert fitness.final(one, "mean", last=2).values.tolist() == [[7]]
     assert fitness.initial(one, "mean", first=2).values.tolist() == [[3]]
-    assert fitness.final(one, "mean", last=99).values.tolist() == fitness.initial(one, "mean", 99).values.tolist() == [[5]]
+    assert (
+        fitness.final(one, "mean", last=99).values.tolist()
+        == fitness.initial(one, "mean", 99).values.tolist()
+        == [[5]]
+    )
 
 
 def test_a_condition_with_fewer_generations_ends_with_its_own_last() -> None:
@@ -63,9 +67,20 @@ def test_a_window_has_at_least_one_generation(window: object) -> None:
 
 def test_the_summary_has_a_row_for_each_condition_and_measure_that_there_is() -> None:
     rows = by_condition(study({"one": [1, 2, 3, 4], "two": [NAN]}))
-    assert [(row["condition"], row["measure"]) for row in rows] == [("one", "best"), ("one", "mean"), ("one", "share")]
+    assert [(row["condition"], row["measure"]) for row in rows] == [
+        ("one", "best"),
+        ("one", "mean"),
+        ("one", "share"),
+    ]
     best = rows[0]
-    assert (best["n"], best["median"], best["mean"], best["lower_quartile"], best["min"], best["max"]) == (
+    assert (
+        best["n"],
+        best["median"],
+        best["mean"],
+        best["lower_quartile"],
+        best["min"],
+        best["max"],
+    ) == (
         4,
         2.5,
         2.5,
@@ -88,12 +103,18 @@ def test_the_interval_of_a_share_ends_at_one_also_over_a_window() -> None:
     for shares in (fitness.share(study), fitness.final(study, "share")):
         average, _, high = fitness.interval_of_mean(shares)
         assert (average < 1).all() and (high == 1).all()
-    assert (fitness.interval_of_mean(fitness.mean(study))[2] > 1).all()  # of what may be more, it is
+    assert (
+        fitness.interval_of_mean(fitness.mean(study))[2] > 1
+    ).all()  # of what may be more, it is
 
 
 def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
     middle, low, high = fitness.interval_of_median(xr.DataArray(np.arange(30.0)[::-1], dims="run"))
-    assert (float(middle), float(low), float(high)) == (14.5, 9, 20)  # the tenth smallest and the tenth largest
+    assert (float(middle), float(low), float(high)) == (
+        14.5,
+        9,
+        20,
+    )  # the tenth smallest and the tenth largest
     _, low, high = fitness.interval_of_median(xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run"))
     assert (float(low), float(high)) == (1, 6)
 
@@ -117,4 +138,7 @@ def test_curves_that_a_study_keeps_are_those_of_its_agents_and_go_with_a_conditi
     kept = fitness.with_curves(two)
     for measure, of in fitness.MEASURES.items():
         xr.testing.assert_equal(of(kept), of(two))
-        assert of(kept.drop_dims("agent")).sel(condition=1).values.tolist()[0][0] == of(two).values[1, 0, 0], measure
+        assert (
+            of(kept.drop_dims("agent")).sel(condition=1).values.tolist()[0][0]
+            == of(two).values[1, 0, 0]
+        ), measure

@@ -21,8 +21,14 @@ from baldwinlab.statistics.sample_sizes import (
 @pytest.mark.parametrize(("n_a", "n_b"), [(1, 1), (1, 4), (2, 2), (2, 5), (3, 3), (4, 3), (4, 4)])
 def test_mann_whitney_has_no_smaller_p_value_in_any_order_of_the_runs(n_a: int, n_b: int) -> None:
     values = np.arange(n_a + n_b, dtype=float)
-    outcomes = [(values[list(chosen)], np.delete(values, chosen)) for chosen in combinations(range(values.size), n_a)]
-    exact = [stats.mannwhitneyu(a, b, alternative="two-sided", method="exact").pvalue for a, b in outcomes]
+    outcomes = [
+        (values[list(chosen)], np.delete(values, chosen))
+        for chosen in combinations(range(values.size), n_a)
+    ]
+    exact = [
+        stats.mannwhitneyu(a, b, alternative="two-sided", method="exact").pvalue
+        for a, b in outcomes
+    ]
     ours = [statistics.compare(a, b).p for a, b in outcomes if min(n_a, n_b) < 4]
     assert Design(n_a, n_b).smallest_p == pytest.approx(min(exact))
     assert min(ours, default=1.0) >= Design(n_a, n_b).smallest_p - 1e-12
@@ -53,7 +59,10 @@ def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
     designs = [Design(3, 3), Design(4, 6), Design(5, 5, "Wilcoxon"), Design(6, 6)]
     bound = smallest_corrected(designs)
     for _ in range(200):
-        a, b, c, d = ([generator.normal(4 * side, 1, size) for side, size in enumerate(design[:2])] for design in designs)
+        a, b, c, d = (
+            [generator.normal(4 * side, 1, size) for side, size in enumerate(design[:2])]
+            for design in designs
+        )
         ps = [
             statistics.compare(*a).p,
             statistics.compare(*b).p,
@@ -63,7 +72,9 @@ def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
         assert (statistics.holm(ps) >= bound - 1e-12).all()
 
 
-@pytest.mark.parametrize(("tests", "kind"), [(1, "Mann-Whitney"), (2, "Mann-Whitney"), (9, "Wilcoxon"), (28, "Wilcoxon")])
+@pytest.mark.parametrize(
+    ("tests", "kind"), [(1, "Mann-Whitney"), (2, "Mann-Whitney"), (9, "Wilcoxon"), (28, "Wilcoxon")]
+)
 def test_one_run_less_than_required_is_too_few(tests: int, kind: str) -> None:
     designs = [Design(1, 1, kind)] * tests  # type: ignore[arg-type]
     runs = required_runs(designs)
@@ -86,7 +97,9 @@ def test_a_sentence_says_how_many_runs_are_needed() -> None:
 
 
 def test_tests_that_can_be_significant_are_told_from_those_that_cannot() -> None:
-    assert describe_too_few([Design(2, 8), Design(30, 30)]) == ""  # 2 / 45, corrected for one test after the other
+    assert (
+        describe_too_few([Design(2, 8), Design(30, 30)]) == ""
+    )  # 2 / 45, corrected for one test after the other
     sentence = describe_too_few([Design(2, 5), Design(30, 30)])
     assert sentence == (
         "1 of these tests cannot be significant. With 2 to 5 runs and 2 tests, the smallest corrected p-value is 0.095. "

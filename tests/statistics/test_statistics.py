@@ -28,8 +28,62 @@ def test_mann_whitney_exact_as_in_hollander_and_wolfe() -> None:
 
 def test_mann_whitney_with_ties_as_in_r() -> None:
     """Ozone in New York in May and in August 1973 (airquality), wilcox.test in R: W = 127.5, p = 0.0001208."""
-    may = [41, 36, 12, 18, 28, 23, 19, 8, 7, 16, 11, 14, 18, 14, 34, 6, 30, 11, 1, 11, 4, 32, 23, 45, 115, 37]
-    august = [39, 9, 16, 78, 35, 66, 122, 89, 110, 44, 28, 65, 22, 59, 23, 31, 44, 21, 9, 45, 168, 73, 76, 118, 84, 85]
+    may = [
+        41,
+        36,
+        12,
+        18,
+        28,
+        23,
+        19,
+        8,
+        7,
+        16,
+        11,
+        14,
+        18,
+        14,
+        34,
+        6,
+        30,
+        11,
+        1,
+        11,
+        4,
+        32,
+        23,
+        45,
+        115,
+        37,
+    ]
+    august = [
+        39,
+        9,
+        16,
+        78,
+        35,
+        66,
+        122,
+        89,
+        110,
+        44,
+        28,
+        65,
+        22,
+        59,
+        23,
+        31,
+        44,
+        21,
+        9,
+        45,
+        168,
+        73,
+        76,
+        118,
+        84,
+        85,
+    ]
     found = compare(may, august)
     assert found.u == 127.5
     assert found.p == pytest.approx(0.0001208, abs=5e-8)
@@ -105,7 +159,9 @@ def test_holm_as_worked_by_hand() -> None:
 @given(some.lists(some.floats(0, 1), min_size=1, max_size=12))
 def test_holm_keeps_the_order_and_lies_between_p_and_bonferroni(ps: list[float]) -> None:
     corrected = holm(ps)
-    assert (corrected >= ps).all() and (corrected <= np.minimum(1, np.array(ps) * len(ps) + 1e-12)).all()
+    assert (corrected >= ps).all() and (
+        corrected <= np.minimum(1, np.array(ps) * len(ps) + 1e-12)
+    ).all()
     assert (np.diff(corrected[np.argsort(ps, kind="stable")]) >= 0).all()
 
 
@@ -140,6 +196,10 @@ def test_little_or_equal_data_gives_numbers_not_warnings() -> None:
 
 @pytest.mark.parametrize("wrong", [[], [1.0, math.nan], [math.inf]])
 def test_no_value_and_no_number_are_refused(wrong: list[float]) -> None:
-    for refuse in (lambda: compare(wrong, [1.0]), lambda: median_interval(wrong), lambda: summarise(wrong)):
+    for refuse in (
+        lambda: compare(wrong, [1.0]),
+        lambda: median_interval(wrong),
+        lambda: summarise(wrong),
+    ):
         with pytest.raises(ValueError, match="at least one value, and all finite"):
             refuse()

@@ -11,12 +11,20 @@ from hypothesis import strategies as some
 from scipy import stats
 
 from baldwinlab.statistics import compare, mann_whitney
-from baldwinlab.statistics.survival import Survival, compare_survival, log_rank, median, restricted_mean
+from baldwinlab.statistics.survival import (
+    Survival,
+    compare_survival,
+    log_rank,
+    median,
+    restricted_mean,
+)
 
 
 def survival(dead: list[float], alive: list[float]) -> Survival:
     """Times at which some die, and those at which others are left alone."""
-    return Survival(np.array([*dead, *alive], np.float64), np.arange(len(dead) + len(alive)) >= len(dead))
+    return Survival(
+        np.array([*dead, *alive], np.float64), np.arange(len(dead) + len(alive)) >= len(dead)
+    )
 
 
 DRUG = survival([6, 6, 6, 7, 10, 13, 16, 22, 23], [6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35])
@@ -33,17 +41,21 @@ def test_weeks_in_remission_are_compared_as_in_textbooks() -> None:
     assert restricted_mean(PLACEBO, 35) == pytest.approx(182 / 21)
     assert 0 < found.low < found.effect < found.high
     other = compare_survival(PLACEBO, DRUG)
-    assert (other.effect, other.u) == pytest.approx((-found.effect, -found.u)) and found.u == pytest.approx(
-        math.sqrt(16.79), rel=1e-3
-    )
+    assert (other.effect, other.u) == pytest.approx(
+        (-found.effect, -found.u)
+    ) and found.u == pytest.approx(math.sqrt(16.79), rel=1e-3)
     assert (other.p, other.a12) == pytest.approx((found.p, 1 - found.a12))
 
 
-runs = some.lists(some.tuples(some.integers(1, 9).map(float), some.booleans()), min_size=2, max_size=9)
+runs = some.lists(
+    some.tuples(some.integers(1, 9).map(float), some.booleans()), min_size=2, max_size=9
+)
 
 
 def made(times: list[tuple[float, bool]]) -> Survival:
-    return Survival(np.array([time for time, _ in times]), np.array([censored for _, censored in times]))
+    return Survival(
+        np.array([time for time, _ in times]), np.array([censored for _, censored in times])
+    )
 
 
 @given(runs, runs, some.floats(0.5, 9))
@@ -58,12 +70,19 @@ def test_the_test_and_the_curve_are_those_of_scipy(
         curve = stats.ecdf(theirs).sf
     assert log_rank(one, other)[1] == pytest.approx(1.0 if math.isnan(p) else p)
     fine = (np.arange(100_000) + 0.5) / 100_000 * until
-    assert restricted_mean(one, until) == pytest.approx(curve.evaluate(fine).mean() * until, abs=1e-3)
+    assert restricted_mean(one, until) == pytest.approx(
+        curve.evaluate(fine).mean() * until, abs=1e-3
+    )
 
 
-@given(some.lists(some.integers(1, 9).map(float), min_size=1, max_size=9), some.lists(some.integers(1, 9).map(float), min_size=1))
+@given(
+    some.lists(some.integers(1, 9).map(float), min_size=1, max_size=9),
+    some.lists(some.integers(1, 9).map(float), min_size=1),
+)
 @settings(deadline=None, max_examples=40)
-def test_where_nobody_is_censored_means_medians_and_pairs_are_the_plain_ones(a: list[float], b: list[float]) -> None:
+def test_where_nobody_is_censored_means_medians_and_pairs_are_the_plain_ones(
+    a: list[float], b: list[float]
+) -> None:
     found = compare_survival(survival(a, []), survival(b, []))
     assert found.effect == pytest.approx(np.mean(a) - np.mean(b))
     assert (found.median_a, found.median_b) == (np.median(a), np.median(b))
@@ -94,7 +113,14 @@ def test_a_median_that_is_not_reached_does_not_exist() -> None:
 def test_where_nobody_dies_or_all_at_once_nothing_is_told() -> None:
     for alike in (survival([], [7, 7, 7]), survival([7, 7, 7], [])):
         found = compare_survival(alike, alike)
-        assert (found.u, found.p, found.effect, found.low, found.high, found.a12) == (0, 1, 0, 0, 0, 0.5)
+        assert (found.u, found.p, found.effect, found.low, found.high, found.a12) == (
+            0,
+            1,
+            0,
+            0,
+            0,
+            0.5,
+        )
 
 
 def test_the_interval_is_about_that_of_the_variance_in_closed_form() -> None:
@@ -105,7 +131,10 @@ def test_the_interval_is_about_that_of_the_variance_in_closed_form() -> None:
     def variance(sample: Survival, until: float) -> float:
         found = 0.0
         for time in np.unique(sample.times[~sample.censored]):
-            at_risk, dying = (sample.times >= time).sum(), ((sample.times == time) & ~sample.censored).sum()
+            at_risk, dying = (
+                (sample.times >= time).sum(),
+                ((sample.times == time) & ~sample.censored).sum(),
+            )
             after = restricted_mean(sample, until) - restricted_mean(sample, float(time))
             found += after**2 * dying / (at_risk * (at_risk - dying)) if at_risk > dying else 0.0
         return float(found)
@@ -113,8 +142,13 @@ def test_the_interval_is_about_that_of_the_variance_in_closed_form() -> None:
     random = np.random.default_rng(8)
     samples = [random.exponential(mean, 200) for mean in (1, 2)]
     one, other = (Survival(np.minimum(times, 2), times > 2) for times in samples)
-    found, half = compare_survival(one, other), 1.96 * math.sqrt(variance(one, 2) + variance(other, 2))
-    assert (found.low, found.high) == pytest.approx((found.effect - half, found.effect + half), abs=0.05 * half)
+    found, half = (
+        compare_survival(one, other),
+        1.96 * math.sqrt(variance(one, 2) + variance(other, 2)),
+    )
+    assert (found.low, found.high) == pytest.approx(
+        (found.effect - half, found.effect + half), abs=0.05 * half
+    )
 
 
 def test_of_one_run_there_is_no_interval_and_the_same_samples_give_the_same() -> None:

@@ -47,25 +47,37 @@ def test_a_change_by_hand_is_refused(study: Study, change: str) -> None:
         case "records":
             found["records"] = "0" * 64
     path.write_text(json.dumps(found))
-    with pytest.raises(StudyError, match=r"claims\.json is not what a report has written; `baldwinlab report .*` makes it"):
+    with pytest.raises(
+        StudyError,
+        match=r"claims\.json is not what a report has written; `baldwinlab report .*` makes it",
+    ):
         claims_in(study)
 
 
 def test_claims_of_other_runs_are_refused(study: Study, tmp_path: Path) -> None:
     write_claims(study, WRITTEN)
     grown = small_study(study.directory, [small("evo/A")], runs=3)
-    with pytest.raises(StudyError, match="was decided by other runs than those that are stored now"):
+    with pytest.raises(
+        StudyError, match="was decided by other runs than those that are stored now"
+    ):
         claims_in(grown)
     other = small_study(tmp_path / "other", [small("evo/A")], runs=3, seed=6)
     write_claims(other, WRITTEN)
     shutil.copy(other.directory / CLAIMS, grown.directory / CLAIMS)
-    with pytest.raises(StudyError, match="was decided by other runs than those that are stored now"):
+    with pytest.raises(
+        StudyError, match="was decided by other runs than those that are stored now"
+    ):
         claims_in(grown)
 
 
-def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them_again(study: Study) -> None:
+def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them_again(
+    study: Study,
+) -> None:
     (study.directory / CLAIMS).write_text(json.dumps(WRITTEN))
-    with pytest.raises(StudyError, match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again"):
+    with pytest.raises(
+        StudyError,
+        match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again",
+    ):
         claims_in(study)
 
 
@@ -79,5 +91,8 @@ def test_json_of_another_kind_is_refused(study: Study, content: Any) -> None:
 def test_huge_claims_are_refused_before_they_are_read(study: Study) -> None:
     (study.directory / CLAIMS).touch()
     os.truncate(study.directory / CLAIMS, 20 * 10**9)
-    with pytest.raises(StudyError, match="cannot be read: it has 20,000,000,000 bytes, and a JSON file of results may"):
+    with pytest.raises(
+        StudyError,
+        match="cannot be read: it has 20,000,000,000 bytes, and a JSON file of results may",
+    ):
         claims_in(study)

@@ -46,7 +46,9 @@ def create_studies(process: int, folder: Path, start: Barrier) -> None:
 def race(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder in which two processes have created studies, and noted what came of each."""
     folder, start = tmp_path_factory.mktemp("race"), PROCESSES.Barrier(2)
-    processes = [PROCESSES.Process(target=create_studies, args=(number, folder, start)) for number in (0, 1)]
+    processes = [
+        PROCESSES.Process(target=create_studies, args=(number, folder, start)) for number in (0, 1)
+    ]
     for process in processes:
         process.start()
     for process in processes:
@@ -90,7 +92,9 @@ def test_a_file_that_exists_is_never_written_exclusively(tmp_path: Path) -> None
         assert [path.name for path in place.parent.iterdir()] == ["study.toml"]
 
 
-def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(tmp_path: Path) -> None:
+def test_the_source_of_a_part_in_a_study_that_is_being_created_is_not_replaced(
+    tmp_path: Path,
+) -> None:
     first, second = (Source("model", "mine", text, "mine.py") for text in ("a = 1", "a = 2"))
     trust.keep(tmp_path, [first])
     trust.keep(tmp_path, [first])

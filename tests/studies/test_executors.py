@@ -35,7 +35,9 @@ distributed = pytest.importorskip("distributed")
 @pytest.fixture(scope="module")
 def local() -> Iterator[Any]:
     """A Dask cluster of two worker processes on this machine."""
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0") as found:
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as found:
         yield found
 
 
@@ -49,7 +51,9 @@ def longer(name: str) -> Experiment:
     return small(name).replace(lifetime={"steps": 6000})
 
 
-def amounts(executor: Executor, study: Study, runs: int, workers: int = 2) -> Generator[int, None, None]:
+def amounts(
+    executor: Executor, study: Study, runs: int, workers: int = 2
+) -> Generator[int, None, None]:
     return executor.do(study, plan(study, missing_runs(study, runs, ignore), workers), workers, CPU)
 
 
@@ -58,14 +62,20 @@ def pids(local: Any) -> list[int]:
         return list(client.run(os.getpid).values())
 
 
-def test_a_study_done_by_worker_processes_holds_the_bits_of_one_done_by_threads(tmp_path: Path, on_dask: Executor) -> None:
+def test_a_study_done_by_worker_processes_holds_the_bits_of_one_done_by_threads(
+    tmp_path: Path, on_dask: Executor
+) -> None:
     study = create(tmp_path / "dask", [small("evo/A"), small("evo+self-taught/A")], seed=5)
     assert on_dask.workers == 2
     assert sum(amounts(on_dask, study, runs=6)) == 2 * 6 * 3 * 300 * 20
-    assert contents(study.directory) == contents(small_study(tmp_path / "threads", runs=6).directory)
+    assert contents(study.directory) == contents(
+        small_study(tmp_path / "threads", runs=6).directory
+    )
 
 
-def test_a_worker_killed_in_the_middle_loses_nothing(tmp_path: Path, local: Any, on_dask: Executor) -> None:
+def test_a_worker_killed_in_the_middle_loses_nothing(
+    tmp_path: Path, local: Any, on_dask: Executor
+) -> None:
     conditions = [longer("evo/A"), longer("evo+self-taught/A")]
     study = create(tmp_path / "killed", conditions, seed=5)
     done, victims = 0, pids(local)
@@ -74,7 +84,9 @@ def test_a_worker_killed_in_the_middle_loses_nothing(tmp_path: Path, local: Any,
             os.kill(victims[0], signal.SIGKILL)
         done += amount
     assert done == 2 * 16 * 3 * 6000 * 20
-    assert contents(study.directory) == contents(small_study(tmp_path / "whole", conditions, runs=16).directory)
+    assert contents(study.directory) == contents(
+        small_study(tmp_path / "whole", conditions, runs=16).directory
+    )
 
 
 def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
@@ -83,7 +95,10 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
     monkeypatch.setattr(local.scheduler, "allowed_failures", 0)
     monkeypatch.setattr(cluster, "SILENCE", 0)
     study = create(tmp_path, [small("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5)
-    with closing(amounts(on_dask, study, runs=2)) as steps, pytest.raises(ExecutorError, match="1 workers died"):
+    with (
+        closing(amounts(on_dask, study, runs=2)) as steps,
+        pytest.raises(ExecutorError, match="1 workers died"),
+    ):
         next(steps)
         for pid in pids(local):
             os.kill(pid, signal.SIGKILL)
@@ -91,7 +106,9 @@ def test_a_task_whose_workers_keep_dying_is_given_up_in_a_sentence(
         next(steps)
 
 
-def test_workers_tell_how_far_they_are_within_a_task(tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_tell_how_far_they_are_within_a_task(
+    tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(cluster, "SILENCE", 0)
     study = create(tmp_path, [longer("evo/A").replace(evolution={"generations": 12})], seed=5)
     heard = list(amounts(on_dask, study, runs=2))
@@ -100,7 +117,9 @@ def test_workers_tell_how_far_they_are_within_a_task(tmp_path: Path, on_dask: Ex
 
 
 @pytest.mark.parametrize("first_on_threads", [True, False])
-def test_what_is_stopped_in_one_place_is_carried_on_in_another(tmp_path: Path, on_dask: Executor, first_on_threads: bool) -> None:
+def test_what_is_stopped_in_one_place_is_carried_on_in_another(
+    tmp_path: Path, on_dask: Executor, first_on_threads: bool
+) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
     study = create(tmp_path / "moved", [longer("evo/A")], seed=5)
     with closing(amounts(first, study, runs=12)) as steps:
@@ -131,18 +150,24 @@ def test_workers_end_tasks_that_nobody_waits_for(
 
 def test_workers_refuse_a_study_that_they_do_not_see(on_dask: Executor) -> None:
     study = create(location("memory://unseen"), [small("evo/A")], seed=5)
-    with pytest.raises(StudyError, match=r"does not see memory://unseen: a study must lie where all workers see it"):
+    with pytest.raises(
+        StudyError, match=r"does not see memory://unseen: a study must lie where all workers see it"
+    ):
         list(amounts(on_dask, study, runs=2))
 
 
-def test_assays_done_by_worker_processes_hold_the_bits_of_those_done_by_threads(tmp_path: Path, on_dask: Executor) -> None:
+def test_assays_done_by_worker_processes_hold_the_bits_of_those_done_by_threads(
+    tmp_path: Path, on_dask: Executor
+) -> None:
     there, here = measured(tmp_path / "dask", executor=on_dask), measured(tmp_path / "threads")
     assert contents(there.directory) == contents(here.directory)
     assert {path.parts[0] for path in map(Path, contents(here.directory / "assays"))} == set(ASSAYS)
 
 
 @pytest.mark.parametrize("first_on_threads", [True, False])
-def test_assays_stopped_in_one_place_are_carried_on_in_another(tmp_path: Path, on_dask: Executor, first_on_threads: bool) -> None:
+def test_assays_stopped_in_one_place_are_carried_on_in_another(
+    tmp_path: Path, on_dask: Executor, first_on_threads: bool
+) -> None:
     first, second = (THREADS, on_dask) if first_on_threads else (on_dask, THREADS)
     study = small_study(tmp_path / "moved", conditions())
 
@@ -155,7 +180,9 @@ def test_assays_stopped_in_one_place_are_carried_on_in_another(tmp_path: Path, o
         yield stop
 
     with pytest.raises(KeyboardInterrupt):
-        run_assays(study, missing_assays(study, ["innate"]), 1, until_some_are_stored, ignore, first)
+        run_assays(
+            study, missing_assays(study, ["innate"]), 1, until_some_are_stored, ignore, first
+        )
     kept = contents(study.directory / "assays")
     run_assays(study, missing_assays(study, ["innate"]), 2, silent, ignore, second)
     whole = contents(measured(tmp_path / "whole", names=["innate"]).directory / "assays")
@@ -169,11 +196,15 @@ def test_a_damaged_record_is_named_wherever_it_is_read(tmp_path: Path, on_dask: 
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-1])
     for executor in (THREADS, on_dask):
-        with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"):
+        with pytest.raises(
+            DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"
+        ):
             run_assays(study, missing_assays(study, ["descent"]), 2, silent, ignore, executor)
 
 
-def test_workers_refuse_to_mix_engines(tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_refuse_to_mix_engines(
+    tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(cluster, "ENGINE", "engine-of-yesterday")
     study = create(tmp_path, [small("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
@@ -184,12 +215,18 @@ def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None
     study = create(location(f"local://{tmp_path}/far"), [small("evo/A")], seed=5)
     assert not isinstance(study.directory, Path)
     list(amounts(on_dask, study, runs=3))
-    assert contents(tmp_path / "far") == contents(small_study(tmp_path / "near", [small("evo/A")], runs=3).directory)
+    assert contents(tmp_path / "far") == contents(
+        small_study(tmp_path / "near", [small("evo/A")], runs=3).directory
+    )
 
 
-def test_a_scheduler_that_is_gone_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_is_gone_is_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     study = create(tmp_path, [small("evo/A")], seed=5)
-    with distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0") as empty:
+    with distributed.LocalCluster(
+        n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as empty:
         steps = amounts(choose(f"dask:{empty.scheduler_address}"), study, runs=2)
         empty.loop.call_later(0.5, empty.close)
         monkeypatch.setattr(cluster, "PATIENCE", 1)  # also seconds for which it is sought again
@@ -200,17 +237,30 @@ def test_a_scheduler_that_is_gone_is_a_sentence(tmp_path: Path, monkeypatch: pyt
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--executor", "treads"], "--executor treads must be threads, dask:tcp://HOST:PORT or slurm"),
+        (
+            ["--executor", "treads"],
+            "--executor treads must be threads, dask:tcp://HOST:PORT or slurm",
+        ),
         (["--executor", "dask"], "--executor dask must be threads, dask:tcp://HOST:PORT or slurm"),
         (["--executor", "dask:127.0.0.1:8786"], "must be threads, dask:tcp://HOST:PORT or slurm"),
-        (["--executor", "dask:tcp://127.0.0.1:9"], "no Dask scheduler answers at tcp://127.0.0.1:9"),
-        (["--executor", "dask:tcp://127.0.0.1:9", "--workers", "3"], "--workers 3 is for threads and slurm"),
+        (
+            ["--executor", "dask:tcp://127.0.0.1:9"],
+            "no Dask scheduler answers at tcp://127.0.0.1:9",
+        ),
+        (
+            ["--executor", "dask:tcp://127.0.0.1:9", "--workers", "3"],
+            "--workers 3 is for threads and slurm",
+        ),
         (["--executor", "slurm"], "--executor slurm needs --workers"),
         (["--out", "nowhere://study"], "nowhere://study cannot be reached"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_a_sentence(
-    words: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(cluster, "PATIENCE", 0.5)
     code, _, err = command(monkeypatch, capsys, tmp_path, "run", "evo/A", "--runs", "1", *words)
@@ -222,15 +272,24 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(
 
 def test_slurm_needs_to_know_what_a_job_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: f"/usr/bin/{name}")
-    with pytest.raises(ValueError, match=r"needs jobqueue\.slurm\.cores and jobqueue\.slurm\.memory in Dask's configuration"):
+    with pytest.raises(
+        ValueError,
+        match=r"needs jobqueue\.slurm\.cores and jobqueue\.slurm\.memory in Dask's configuration",
+    ):
         choose("slurm", 2)
 
 
 @pytest.mark.parametrize("module", ["distributed", "dask_jobqueue", "upath"])
-def test_without_the_extra_threads_work_and_the_rest_names_it(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_extra_threads_work_and_the_rest_names_it(
+    module: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     assert choose("threads", 3) == THREADS._replace(workers=3)
-    for ask in (lambda: choose("dask:tcp://127.0.0.1:9"), lambda: choose("slurm", 2), lambda: location("s3://bucket/study")):
+    for ask in (
+        lambda: choose("dask:tcp://127.0.0.1:9"),
+        lambda: choose("slurm", 2),
+        lambda: location("s3://bucket/study"),
+    ):
         with pytest.raises(ValueError, match=re.escape(installation_command("cluster"))):
             ask()
 
@@ -238,15 +297,32 @@ def test_without_the_extra_threads_work_and_the_rest_names_it(module: str, monke
 def test_the_same_command_runs_on_a_cluster(
     tmp_path: Path, local: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["run", "evo/A", "--runs", "4", "--set", "evolution.generations=2", "--set", "lifetime.steps=60"]
+    words = [
+        "run",
+        "evo/A",
+        "--runs",
+        "4",
+        "--set",
+        "evolution.generations=2",
+        "--set",
+        "lifetime.steps=60",
+    ]
     far = ["--executor", f"dask:{local.scheduler_address}", "--out", "dask"]
     assert command(monkeypatch, capsys, tmp_path, *words, *far)[0] == 0
     assert command(monkeypatch, capsys, tmp_path, *words, "--out", "threads")[0] == 0
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads") != {}
     (session,) = Study(tmp_path / "dask").sessions()
     assert (session["executor"], session["workers"]) == ("dask", 2)
-    assert command(monkeypatch, capsys, tmp_path, "assay", "dask", "--only", "innate,descent", *far[:2])[0] == 0
-    assert command(monkeypatch, capsys, tmp_path, "assay", "threads", "--only", "innate,descent")[0] == 0
+    assert (
+        command(
+            monkeypatch, capsys, tmp_path, "assay", "dask", "--only", "innate,descent", *far[:2]
+        )[0]
+        == 0
+    )
+    assert (
+        command(monkeypatch, capsys, tmp_path, "assay", "threads", "--only", "innate,descent")[0]
+        == 0
+    )
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads")
 
 
@@ -265,19 +341,41 @@ def test_a_study_and_its_report_may_lie_in_an_object_store(
 
 
 def no_slurm() -> bool:
-    return not shutil.which("sinfo") or subprocess.run(["sinfo", "--noheader"], capture_output=True, timeout=20).returncode != 0
+    return (
+        not shutil.which("sinfo")
+        or subprocess.run(["sinfo", "--noheader"], capture_output=True, timeout=20).returncode != 0
+    )
 
 
 @pytest.mark.skipif(no_slurm(), reason="no Slurm answers here; `make slurm` sets one up")
-def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "baldwinlab", "run", "evo/A", "--runs", "200", "--set", "evolution.generations=20"]
+def test_slurm_jobs_do_a_study_to_the_bits_of_threads_though_one_is_cancelled(
+    tmp_path: Path,
+) -> None:
+    words = [
+        sys.executable,
+        "-m",
+        "baldwinlab",
+        "run",
+        "evo/A",
+        "--runs",
+        "200",
+        "--set",
+        "evolution.generations=20",
+    ]
     job = {"DASK_JOBQUEUE__SLURM__CORES": "1", "DASK_JOBQUEUE__SLURM__MEMORY": "1GiB"}
-    job |= {"PYTHONPATH": str(Path(__file__).parent.parent), "DASK_JOBQUEUE__SLURM__INTERFACE": "lo"}
+    job |= {
+        "PYTHONPATH": str(Path(__file__).parent.parent),
+        "DASK_JOBQUEUE__SLURM__INTERFACE": "lo",
+    }
     slurm = [*words, "--out", "slurm", "--executor", "slurm", "--workers", "2"]
-    process = subprocess.Popen(slurm, cwd=tmp_path, env=os.environ | job, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        slurm, cwd=tmp_path, env=os.environ | job, stdout=subprocess.PIPE, text=True
+    )
     while process.poll() is None and not contents(tmp_path):
         time.sleep(0.05)
-    jobs = subprocess.run(["squeue", "--noheader", "--format=%i"], capture_output=True, text=True, check=True).stdout.split()
+    jobs = subprocess.run(
+        ["squeue", "--noheader", "--format=%i"], capture_output=True, text=True, check=True
+    ).stdout.split()
     subprocess.run(["scancel", jobs[0]], check=True)
     out, _ = process.communicate()
     assert process.returncode == 0, out

@@ -26,7 +26,13 @@ def older(directory: Path, names: list[str]) -> Study:
 
 def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
     factors = {"one": Factors("evo", "A", "rank"), "two": Factors("evo", "B")}
-    create(tmp_path, [load("evo/A").replace(name=name) for name in ("one", "two", "three")], 1, "multiverse", factors)
+    create(
+        tmp_path,
+        [load("evo/A").replace(name=name) for name in ("one", "two", "three")],
+        1,
+        "multiverse",
+        factors,
+    )
     study = Study(tmp_path)
     assert study.kind == "multiverse"
     assert study.factors == factors | {"three": Factors("three")}
@@ -43,7 +49,12 @@ def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None
 
 def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
     names = ["a.b+c_d-e", "1/2/3"]
-    create(tmp_path, [load("evo/A").replace(name=name) for name in names], 1, factors={"1/2/3": Factors('"é\\', "x y")})
+    create(
+        tmp_path,
+        [load("evo/A").replace(name=name) for name in names],
+        1,
+        factors={"1/2/3": Factors('"é\\', "x y")},
+    )
     assert list(tomllib.loads((tmp_path / "study.toml").read_text())["factors"]) == names
     assert Study(tmp_path).factors["1/2/3"] == Factors('"é\\', "x y")
 
@@ -51,12 +62,22 @@ def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('kind = "conditions"', 'kind = "parade"', "kind = 'parade' must be one of conditions, sweep, multiverse"),
-        ('learner = "mine"', 'moon = "full"', "factors.mine: there is no factor 'moon'; there are learner, map, reading"),
+        (
+            'kind = "conditions"',
+            'kind = "parade"',
+            "kind = 'parade' must be one of conditions, sweep, multiverse",
+        ),
+        (
+            'learner = "mine"',
+            'moon = "full"',
+            "factors.mine: there is no factor 'moon'; there are learner, map, reading",
+        ),
         ("format = 3", "format = 4", "it has format 4, and this version reads formats 1 to 3"),
     ],
 )
-def test_what_is_no_factor_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_what_is_no_factor_is_refused_in_a_sentence(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
     create(tmp_path, [load("evo/A").replace(name="mine")], 1)
     path = tmp_path / "study.toml"
     path.write_text(path.read_text().replace(old, new))
@@ -64,7 +85,9 @@ def test_what_is_no_factor_is_refused_in_a_sentence(tmp_path: Path, old: str, ne
         Study(tmp_path)
 
 
-def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(tmp_path: Path) -> None:
+def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
+    tmp_path: Path,
+) -> None:
     study = older(tmp_path, [*PAPER, "mine/A"])
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
@@ -78,7 +101,9 @@ def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(tmp
 def test_a_multiverse_of_the_older_format_is_one(tmp_path: Path) -> None:
     study = older(tmp_path, ["standard/evo/A", "contact-5+rank/evo+self-taught/B"])
     assert study.kind == "multiverse"
-    assert study.factors["contact-5+rank/evo+self-taught/B"] == Factors("evo+self-taught", "B", "contact-5+rank")
+    assert study.factors["contact-5+rank/evo+self-taught/B"] == Factors(
+        "evo+self-taught", "B", "contact-5+rank"
+    )
 
 
 def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
@@ -89,5 +114,9 @@ def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
 
 def test_conditions_of_ones_own_that_look_like_readings_are_no_multiverse(tmp_path: Path) -> None:
     assert older(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
-    study = create(tmp_path / "new", [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")], 1)
+    study = create(
+        tmp_path / "new",
+        [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")],
+        1,
+    )
     assert study.kind == "conditions" and study.factors["rank/evo/A"] == Factors("rank/evo/A")

@@ -18,7 +18,11 @@ SESSION = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 
 
 
 def snapshot(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
 
 
 @pytest.fixture
@@ -31,9 +35,13 @@ def elsewhere(tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("link", ["figures", "assays", "assays/innate", "runs/evo/A", "runs", "parts", "paper"])
+@pytest.mark.parametrize(
+    "link", ["figures", "assays", "assays/innate", "runs/evo/A", "runs", "parts", "paper"]
+)
 @pytest.mark.parametrize("has_study", [False, True])
-def test_no_folder_that_is_a_link_is_written_to(tmp_path: Path, elsewhere: Path, link: str, has_study: bool) -> None:
+def test_no_folder_that_is_a_link_is_written_to(
+    tmp_path: Path, elsewhere: Path, link: str, has_study: bool
+) -> None:
     """Also where the link leads to a folder that is a study itself."""
     study = tmp_path / "study"
     study.mkdir()
@@ -44,7 +52,9 @@ def test_no_folder_that_is_a_link_is_written_to(tmp_path: Path, elsewhere: Path,
         (elsewhere / "study.toml").unlink()
     before = snapshot(elsewhere)
     for name in ("fitness.svg", "new.csv", "below/new.csv"):
-        with pytest.raises(RefusedError, match=f"{study / link} is a link that leads out of the study in {study}"):
+        with pytest.raises(
+            RefusedError, match=f"{study / link} is a link that leads out of the study in {study}"
+        ):
             write_atomically(study / link / name, b"new")
     assert snapshot(elsewhere) == before
 
@@ -76,7 +86,9 @@ def test_a_damaged_record_behind_a_link_is_not_moved(tmp_path: Path, elsewhere: 
     assert snapshot(elsewhere) == before
 
 
-def test_no_study_is_created_through_a_link_inside_its_folder(tmp_path: Path, elsewhere: Path) -> None:
+def test_no_study_is_created_through_a_link_inside_its_folder(
+    tmp_path: Path, elsewhere: Path
+) -> None:
     (elsewhere / "study.toml").unlink()
     (tmp_path / "study").mkdir()
     (tmp_path / "study" / "runs").symlink_to(elsewhere)
@@ -93,7 +105,9 @@ def test_a_link_that_leads_round_in_a_circle_is_refused(tmp_path: Path) -> None:
         write_atomically(study.directory / "figures" / "fitness.svg", b"new")
 
 
-def test_links_that_stay_inside_and_paths_that_leave_a_study_openly_are_followed(tmp_path: Path) -> None:
+def test_links_that_stay_inside_and_paths_that_leave_a_study_openly_are_followed(
+    tmp_path: Path,
+) -> None:
     study = create(tmp_path / "study", [small("evo/A")], seed=1).directory
     (study / "pictures").mkdir()
     (study / "figures").symlink_to("pictures")
@@ -116,7 +130,9 @@ def test_a_study_that_is_reached_through_a_link_is_written_to(tmp_path: Path) ->
     assert len(contents(tmp_path / "disk" / "study")) == 2
 
 
-def test_a_report_does_not_write_through_a_link(command: Command, tmp_path: Path, elsewhere: Path) -> None:
+def test_a_report_does_not_write_through_a_link(
+    command: Command, tmp_path: Path, elsewhere: Path
+) -> None:
     small_study(tmp_path / "study", [small("evo/A")], runs=1)
     (tmp_path / "study" / "figures").symlink_to(elsewhere)
     before = snapshot(elsewhere)
@@ -129,13 +145,20 @@ def test_a_report_does_not_write_through_a_link(command: Command, tmp_path: Path
 
 
 @pytest.mark.parametrize("link", ["sessions.jsonl", "assays"])
-def test_a_link_is_refused_before_anything_is_computed(command: Command, tmp_path: Path, elsewhere: Path, link: str) -> None:
+def test_a_link_is_refused_before_anything_is_computed(
+    command: Command, tmp_path: Path, elsewhere: Path, link: str
+) -> None:
     small_study(tmp_path / "study", [small("evo/A")], runs=1)
     path = tmp_path / "study" / link
     path.unlink(missing_ok=True)
     path.symlink_to(elsewhere / link if link == "sessions.jsonl" else elsewhere)
     before, own = snapshot(elsewhere), contents(tmp_path / "study")
-    settings = "evolution.generations=3", "lifetime.steps=300", "world.start.x=400", "world.start.y=160"
+    settings = (
+        "evolution.generations=3",
+        "lifetime.steps=300",
+        "world.start.x=400",
+        "world.start.y=160",
+    )
     again = ("run", "evo/A", "--set", *settings, "--seed", "5", "--runs", "2", "--out", "study")
     done = command(*(("assay", "study", "--only", "innate") if link == "assays" else again))
     assert done.code == 2

@@ -24,7 +24,12 @@ if os.getuid() == 0:
 sys.argv = ["baldwinlab", *sys.argv[1:]]
 main()
 """
-SETTINGS = ("evolution.generations=3", "lifetime.steps=300", "world.start.x=400", "world.start.y=160")
+SETTINGS = (
+    "evolution.generations=3",
+    "lifetime.steps=300",
+    "world.start.x=400",
+    "world.start.y=160",
+)
 MORE = ("run", "evo/A", "--set", *SETTINGS, "--seed", "5", "--runs", "2", "--out", "study")
 
 
@@ -64,11 +69,21 @@ def folder() -> Iterator[Path]:
     ],
     ids=["run", "assay", "report"],
 )
-def test_a_read_only_study_is_told_before_anything_is_computed(folder: Path, words: tuple[str, ...], file: str) -> None:
-    done = subprocess.run([sys.executable, "-c", AS_USER, *words], cwd=folder, capture_output=True, text=True, check=False)
+def test_a_read_only_study_is_told_before_anything_is_computed(
+    folder: Path, words: tuple[str, ...], file: str
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", AS_USER, *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 2
     assert f"{file} cannot be written: " in " ".join(done.stderr.split())
-    assert "is read-only here; copy the study to a folder that can be written" in " ".join(done.stderr.split())
+    assert "is read-only here; copy the study to a folder that can be written" in " ".join(
+        done.stderr.split()
+    )
     assert "the engine" not in done.stdout and ".partial" not in done.stderr
 
 

@@ -43,7 +43,9 @@ def test_what_a_record_says_of_itself_is_read_without_its_arrays(tmp_path: Path)
     study = small_study(tmp_path)
     assert study.attributes("evo/A", 1) == study.read("evo/A", 1).attrs
     study.path("evo/A", 1).write_bytes(study.path("evo/A", 1).read_bytes()[:-1])
-    with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"):
+    with pytest.raises(
+        DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"
+    ):
         study.attributes("evo/A", 1)
     with pytest.raises(StudyError, match=r"0009\.nc does not exist"):
         study.attributes("evo/A", 9)
@@ -67,7 +69,9 @@ def _of_another_run(study: Study) -> Path:
 
 def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replace:
     def put(study: Study) -> Path:
-        experiment = small("evo/A").replace(evolution={"generations": generations, "mutation_rate": rate})
+        experiment = small("evo/A").replace(
+            evolution={"generations": generations, "mutation_rate": rate}
+        )
         path = study.path("evo/A", 1)
         path.write_bytes(encode(simulate(experiment, seed=seed, run=1)))
         return path
@@ -78,15 +82,26 @@ def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Repl
 @pytest.mark.parametrize(
     ("replace", "why"),
     [
-        (_swapped, r"it is run 1 of evo\+self-taught/A with seed 5, and run 1 of evo/A with seed 5 belongs there"),
+        (
+            _swapped,
+            r"it is run 1 of evo\+self-taught/A with seed 5, and run 1 of evo/A with seed 5 belongs there",
+        ),
         (_of_another_run, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
         (_of_another(seed=6), "it is run 1 of evo/A with seed 6"),
-        (_of_another(generations=2), "the experiment that it was made with is not that of evo/A in this study"),
-        (_of_another(rate=0.5), "the experiment that it was made with is not that of evo/A in this study"),
+        (
+            _of_another(generations=2),
+            "the experiment that it was made with is not that of evo/A in this study",
+        ),
+        (
+            _of_another(rate=0.5),
+            "the experiment that it was made with is not that of evo/A in this study",
+        ),
     ],
     ids=["swapped", "another run", "another seed", "another length", "another rate"],
 )
-def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(tmp_path: Path, replace: Replace, why: str) -> None:
+def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(
+    tmp_path: Path, replace: Replace, why: str
+) -> None:
     study = small_study(tmp_path)
     sound = contents(tmp_path)
     path = replace(study)
@@ -105,7 +120,9 @@ def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(tmp_p
 def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     path = study.path("evo/A", 1)
-    path.write_bytes(encode(simulate(small("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition"))
+    path.write_bytes(
+        encode(simulate(small("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition")
+    )
     with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged"):
         open_study(tmp_path)
 
@@ -134,7 +151,10 @@ def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> 
     study = small_study(tmp_path)
     path = tmp_path / "runs/evo/A/experiment.toml"
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
-    with pytest.raises(StudyError, match=r"experiment\.toml cannot be read: it has been changed since the study was made"):
+    with pytest.raises(
+        StudyError,
+        match=r"experiment\.toml cannot be read: it has been changed since the study was made",
+    ):
         Study(study.directory)
 
 
@@ -142,7 +162,10 @@ def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path:
     study = small_study(tmp_path)
     path = as_older(tmp_path, list(study.experiments)) / "runs/evo/A/experiment.toml"
     path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
-    with pytest.raises(DamagedRecordError, match="the experiment that it was made with is not that of evo/A in this study"):
+    with pytest.raises(
+        DamagedRecordError,
+        match="the experiment that it was made with is not that of evo/A in this study",
+    ):
         open_study(study.directory)
 
 
@@ -179,8 +202,12 @@ def test_a_study_that_goes_while_a_record_is_written_is_told_in_the_same_sentenc
         write_record(directory, "evo/A", 0, simulate(small("evo/A"), seed=5))
 
 
-@pytest.mark.parametrize("foreign", ["other variables", "other sizes", "no coordinates", "text for numbers"])
-def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(tmp_path: Path, foreign: str) -> None:
+@pytest.mark.parametrize(
+    "foreign", ["other variables", "other sizes", "no coordinates", "text for numbers"]
+)
+def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(
+    tmp_path: Path, foreign: str
+) -> None:
     study = small_study(tmp_path / "study", runs=1)
     path = study.path("evo/A", 0)
     run = opened(path.read_bytes())
@@ -194,7 +221,9 @@ def test_netcdf_that_is_no_run_is_named_though_its_checksum_fits(tmp_path: Path,
             }[foreign]
         )
     )
-    with pytest.raises(DamagedRecordError, match=r"0000\.nc is damaged: it does not hold what is recorded of 3 gen"):
+    with pytest.raises(
+        DamagedRecordError, match=r"0000\.nc is damaged: it does not hold what is recorded of 3 gen"
+    ):
         study.read("evo/A", 0)
     assert missing_runs(study, 1, ignore)["evo/A"] == [0]
 
@@ -208,7 +237,9 @@ def resealed(raw: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("field", ["kept_generation", "numrecs"])
-def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(tmp_path: Path, field: str) -> None:
+def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(
+    tmp_path: Path, field: str
+) -> None:
     study = small_study(tmp_path, [small("evo/A")], runs=1)
     path = study.path("evo/A", 0)
     raw = path.read_bytes()
@@ -226,10 +257,13 @@ def test_a_changed_number_in_the_header_is_named_even_where_the_checksum_fits(tm
     study.read("evo/A", 0)
 
 
-def test_a_run_is_read_without_its_genomes_where_only_a_few_of_many_are_kept(tmp_path: Path) -> None:
+def test_a_run_is_read_without_its_genomes_where_only_a_few_of_many_are_kept(
+    tmp_path: Path,
+) -> None:
     study = small_study(tmp_path / "study", [small().replace(record={"genome_every": 3})], runs=1)
     whole = study.read("evo+self-taught/A", 0)
     assert whole.genome.shape[0] == 3
     xr.testing.assert_identical(
-        study.read("evo+self-taught/A", 0, genomes=False), whole.drop_vars(["genome", "module", "weight"])
+        study.read("evo+self-taught/A", 0, genomes=False),
+        whole.drop_vars(["genome", "module", "weight"]),
     )

@@ -66,7 +66,12 @@ def test_a_huge_file_of_a_study_is_named_with_its_size_and_the_limit(tmp_path: P
     """In a process with 2 GB of memory, in which the file cannot be read."""
     small_study(tmp_path, [small("evo/A")], runs=1)
     names = ["study.toml", "runs/evo/A/experiment.toml", "runs/evo/A/0000.nc", "sessions.jsonl"]
-    done = subprocess.run([sys.executable, "-c", READ, str(tmp_path), *names], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", READ, str(tmp_path), *names],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.stderr == ""
     for name, sentence in zip(names, done.stdout.splitlines(), strict=True):
         assert sentence.startswith(f"{tmp_path / name} ")
@@ -84,7 +89,9 @@ def test_a_huge_record_is_set_aside_without_being_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["huge", "pipe", "device"])
-def test_an_input_that_is_huge_or_no_file_is_refused_before_it_is_read(tmp_path: Path, kind: str) -> None:
+def test_an_input_that_is_huge_or_no_file_is_refused_before_it_is_read(
+    tmp_path: Path, kind: str
+) -> None:
     experiment, sweep, part = tmp_path / "mine.toml", tmp_path / "sweep.toml", tmp_path / "part.py"
     (tmp_path / "paper").mkdir()
     paper = tmp_path / "paper" / "paper.toml"
@@ -118,7 +125,9 @@ def test_of_many_unknown_keys_ten_are_listed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("line", [b"\xff\xfe", b'{"seconds": "\xe1"}', b"\0" * 100])
-def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(tmp_path: Path, line: bytes) -> None:
+def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(
+    tmp_path: Path, line: bytes
+) -> None:
     study = small_study(tmp_path, [small("evo/A")], runs=1)
     (session,) = study.sessions()
     path = tmp_path / "sessions.jsonl"

@@ -56,12 +56,17 @@ def test_two_conditions_of_one_name_are_refused(tmp_path: Path) -> None:
         ("format = 9\nseed = 1\nconditions = []", "format 9"),
         ('format = 2\nseed = "0"\nconditions = []', "seed = '0' must be a whole number"),
         ("format = 2\nseed = 1\nconditions = 5", "conditions = 5 must be a list of names"),
-        ('format = 2\nseed = 1\nconditions = ["../../etc"]', "'../../etc' is no name of a condition"),
+        (
+            'format = 2\nseed = 1\nconditions = ["../../etc"]',
+            "'../../etc' is no name of a condition",
+        ),
         ('format = 2\nseed = 1\nconditions = ["/etc"]', "'/etc' is no name of a condition"),
         (f"seed = {'[' * 5000}{']' * 5000}", "cannot be read"),
     ],
 )
-def test_a_directory_that_is_no_study_is_refused_with_the_reason(tmp_path: Path, content: str | None, message: str) -> None:
+def test_a_directory_that_is_no_study_is_refused_with_the_reason(
+    tmp_path: Path, content: str | None, message: str
+) -> None:
     if content is not None:
         (tmp_path / "study.toml").write_text(content)
     with pytest.raises(StudyError, match=message):
@@ -71,18 +76,24 @@ def test_a_directory_that_is_no_study_is_refused_with_the_reason(tmp_path: Path,
 def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
     create(tmp_path, [small("evo/A")], seed=1)
     (as_older(tmp_path, ["evo/A"]) / "runs/evo/A/experiment.toml").write_text("nonsense = 1")
-    with pytest.raises(StudyError, match=r"experiment\.toml cannot be read: .*nonsense: there is no such field"):
+    with pytest.raises(
+        StudyError, match=r"experiment\.toml cannot be read: .*nonsense: there is no such field"
+    ):
         Study(tmp_path)
 
 
 def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
     study = create(tmp_path, [small("evo/A")], seed=1)
-    with pytest.raises(StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"):
+    with pytest.raises(
+        StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"
+    ):
         study.read("evo/A", 3)
     study.path("evo/A", 3).write_bytes(b"CDF")
     with pytest.raises(DamagedRecordError, match=r"0003\.nc is damaged: it carries no checksum"):
         study.read("evo/A", 3)
-    with pytest.raises(StudyError, match=r"has no condition 'evo/C' \(did you mean 'evo/A'\?\); there are evo/A"):
+    with pytest.raises(
+        StudyError, match=r"has no condition 'evo/C' \(did you mean 'evo/A'\?\); there are evo/A"
+    ):
         study.experiment("evo/C")
 
 
@@ -109,7 +120,9 @@ def test_a_torn_line_among_the_sessions_is_passed_over(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["study.toml", "runs/evo/A/experiment.toml"])
 @pytest.mark.parametrize("kind", ["a link", "a pipe", "a folder"])
-def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(tmp_path: Path, name: str, kind: str) -> None:
+def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(
+    tmp_path: Path, name: str, kind: str
+) -> None:
     create(tmp_path / "study", [small("evo/A")], seed=1)
     path = tmp_path / "study" / name
     path.rename(tmp_path / "elsewhere.toml")

@@ -31,7 +31,9 @@ def test_a_study_holds_the_bits_of_its_runs_whatever_the_number_of_workers(tmp_p
     assert contents(one.directory) == contents(many.directory)
     for condition in one.experiments:
         for run in range(3):
-            xr.testing.assert_identical(one.read(condition, run), simulate(one.experiments[condition], seed=5, run=run))
+            xr.testing.assert_identical(
+                one.read(condition, run), simulate(one.experiments[condition], seed=5, run=run)
+            )
 
 
 def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path: Path) -> None:
@@ -44,7 +46,9 @@ def test_what_is_stored_is_not_run_again_and_a_larger_study_carries_on(tmp_path:
     assert contents(study.directory) == contents(small_study(tmp_path / "whole", runs=3).directory)
 
 
-def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(tmp_path: Path) -> None:
+def test_a_study_that_is_stopped_keeps_its_finished_runs_and_carries_on_to_the_same_bits(
+    tmp_path: Path,
+) -> None:
     study = create(tmp_path / "stopped", [small("evo/A"), small("evo+self-taught/A")], seed=5)
     steps = THREADS.do(study, plan(study, missing_runs(study, 6, ignore), workers=1), 1, CPU)
     while not contents(study.directory):
@@ -72,7 +76,9 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
     for _ in range(3):
         process = subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)])
         before = len(contents(directory)) if directory.exists() else 0
-        while process.poll() is None and (not directory.exists() or len(contents(directory)) < before + 4):
+        while process.poll() is None and (
+            not directory.exists() or len(contents(directory)) < before + 4
+        ):
             time.sleep(0.005)
         process.send_signal(signal.SIGKILL)
         process.wait()
@@ -86,7 +92,9 @@ def test_a_study_killed_in_the_middle_loses_only_the_runs_in_flight(tmp_path: Pa
 @pytest.mark.nightly  # two studies of 80 runs
 def test_two_processes_may_work_on_one_study(tmp_path: Path) -> None:
     directory = tmp_path / "shared"
-    processes = [subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)]
+    processes = [
+        subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)
+    ]
     assert [process.wait() for process in processes] == [0, 0]
     assert contents(directory) == contents(small_study(tmp_path / "whole", runs=40).directory)
 
@@ -108,7 +116,9 @@ def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) 
     assert contents(tmp_path) == sound
 
 
-def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_aside(tmp_path: Path) -> None:
+def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_aside(
+    tmp_path: Path,
+) -> None:
     study = small_study(tmp_path, [small("evo/A")], runs=2)
     foreign = study.path("evo/A", 7)
     shutil.copy(study.path("evo/A", 1), foreign)
@@ -116,13 +126,17 @@ def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_as
     assert missing_runs(study, 2, told.append) == {"evo/A": []}
     (sentence,) = told
     assert sentence.startswith(f"{foreign} is damaged: it is run 1 of evo/A")
-    assert sentence.endswith("it is kept as 0007.nc.damaged and run 7 is not done again, as --runs is 2")
+    assert sentence.endswith(
+        "it is kept as 0007.nc.damaged and run 7 is not done again, as --runs is 2"
+    )
     assert not foreign.exists()
     assert foreign.with_name("0007.nc.damaged").exists()
     open_study(tmp_path)
 
 
-def test_an_error_in_one_run_ends_the_study_and_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_in_one_run_ends_the_study_and_is_raised(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     study = create(tmp_path, [small("evo/A")], seed=5)
 
     def no_space(handle: int) -> None:
@@ -158,7 +172,12 @@ def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
 
 def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
     create(tmp_path, [small("evo/A"), small("evo/B")], seed=1)
-    assert dict(open_study(tmp_path).food_eaten.sizes) == {"condition": 2, "run": 0, "generation": 3, "agent": 20}
+    assert dict(open_study(tmp_path).food_eaten.sizes) == {
+        "condition": 2,
+        "run": 0,
+        "generation": 3,
+        "agent": 20,
+    }
 
 
 def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) -> None:
@@ -189,7 +208,9 @@ def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
     assert session["seconds"] > 0
 
 
-def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(tmp_path: Path) -> None:
+def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(
+    tmp_path: Path,
+) -> None:
     data = open_study(small_study(tmp_path / "study", runs=1).directory)
     assert {name: data[name].attrs["units"] for name in ("food_eaten", "energy", "parents")} == {
         "food_eaten": "items",

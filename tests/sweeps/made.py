@@ -8,7 +8,9 @@ import numpy as np
 import xarray as xr
 
 DIMS = ("run", "generation", "agent")
-GRID_ENERGY = np.array([[0, 1.5, 10], [0, 4.5, 14]])  # [learning.rate 0.1 and 0.01, items 0, 10 and 50]
+GRID_ENERGY = np.array(
+    [[0, 1.5, 10], [0, 4.5, 14]]
+)  # [learning.rate 0.1 and 0.01, items 0, 10 and 50]
 MEANINGS = {
     "learning.rate": "learning rate, per step",
     "world.food.0.count": "items in the region at any time",
@@ -33,11 +35,23 @@ def sample(points: int) -> xr.Dataset:
     selection = np.array(["rank", "roulette"])[np.arange(points) % 2]
     energy = count[:, None, None, None] * np.ones((points, 2, 3, 4))
     fields = {"learning.rate": rate, "world.food.0.count": count, "evolution.selection": selection}
-    return _sweep((("point", *DIMS), energy), {name: ("point", values) for name, values in fields.items()}, "sobol")
+    return _sweep(
+        (("point", *DIMS), energy),
+        {name: ("point", values) for name, values in fields.items()},
+        "sobol",
+    )
 
 
 def _sweep(eaten: Any, fields: dict[str, Any], design: str) -> xr.Dataset:
     coords = {name: (*given, {"long_name": MEANINGS[name]}) for name, given in fields.items()}
-    provenance = {"design": design, "fields": list(fields), "base": "evo/A", "set": ["lifetime.steps=1000"], "seed": 7}
+    provenance = {
+        "design": design,
+        "fields": list(fields),
+        "base": "evo/A",
+        "set": ["lifetime.steps=1000"],
+        "seed": 7,
+    }
     dims, values = eaten
-    return xr.Dataset({name: (dims, values.copy()) for name in ("energy", "food_eaten")}, coords, provenance)
+    return xr.Dataset(
+        {name: (dims, values.copy()) for name in ("energy", "food_eaten")}, coords, provenance
+    )

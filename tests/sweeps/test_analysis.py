@@ -27,16 +27,25 @@ def test_a_grid_is_told_point_by_point_in_the_order_of_its_file() -> None:
 def test_a_response_is_the_mean_over_all_other_fields_with_the_interval_over_runs() -> None:
     measured = responses.finals(grid(runs=2))
     found = responses.responses(measured, COUNT, "mean")
-    assert [(response.group, response.points) for response in found] == [("0", 2), ("10", 2), ("50", 2)]
+    assert [(response.group, response.points) for response in found] == [
+        ("0", 2),
+        ("10", 2),
+        ("50", 2),
+    ]
     assert [response.mean for response in found] == [0, 3, 12]
-    half = 12.706204736174698 * math.sqrt(2) * 0.5 / math.sqrt(2)  # t of one degree of freedom; runs differ by 1
+    half = (
+        12.706204736174698 * math.sqrt(2) * 0.5 / math.sqrt(2)
+    )  # t of one degree of freedom; runs differ by 1
     assert half > 3  # but no fitness lies below 0
     np.testing.assert_allclose([found[1].low, found[1].high], [0, 3 + half])
     assert found[0].low == found[0].high == 0
 
 
 def test_a_field_that_nothing_depends_on_has_a_flat_response() -> None:
-    means = [response.mean for response in responses.responses(responses.finals(grid(flat=True)), RATE, "best")]
+    means = [
+        response.mean
+        for response in responses.responses(responses.finals(grid(flat=True)), RATE, "best")
+    ]
     assert len(means) == 2 and means[0] == means[1]
 
 
@@ -77,12 +86,17 @@ def test_what_a_measure_depends_on_is_recovered_from_a_sample() -> None:
     found = {(one.field, one.measure): one for one in responses.correlations(measured)}
     assert found[COUNT, "mean"].rho > 0.95 and found[COUNT, "mean"].p_holm < 1e-9
     assert abs(found[RATE, "mean"].rho) < 0.3 and found[RATE, "mean"].p_holm > 0.05
-    assert (COUNT, "share") in found and math.isnan(found[COUNT, "share"].rho)  # everybody eats, always
+    assert (COUNT, "share") in found and math.isnan(
+        found[COUNT, "share"].rho
+    )  # everybody eats, always
     assert not any(field == "evolution.selection" for field, _ in found)  # a text has no rank
 
 
 def test_two_points_have_no_correlation() -> None:
-    assert all(math.isnan(one.rho) and math.isnan(one.p_holm) for one in responses.correlations(responses.finals(sample(2))))
+    assert all(
+        math.isnan(one.rho) and math.isnan(one.p_holm)
+        for one in responses.correlations(responses.finals(sample(2)))
+    )
 
 
 def test_the_table_for_other_programs_has_a_row_for_each_point_and_measure(tmp_path: Path) -> None:
@@ -93,7 +107,9 @@ def test_the_table_for_other_programs_has_a_row_for_each_point_and_measure(tmp_p
     assert lines[5] == "1,0.1,10,mean,1,1.5,,"
 
 
-@pytest.mark.parametrize("data", [grid(runs=1), sample(1), sample(3), grid().isel({RATE: [0], COUNT: [0]})])
+@pytest.mark.parametrize(
+    "data", [grid(runs=1), sample(1), sample(3), grid().isel({RATE: [0], COUNT: [0]})]
+)
 def test_small_sweeps_are_told_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

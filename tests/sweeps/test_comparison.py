@@ -19,7 +19,9 @@ PLAN = {
 }
 
 
-def test_points_are_compared_with_the_first_or_with_a_baseline(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_points_are_compared_with_the_first_or_with_a_baseline(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     study = bl.sweep(PLAN, out=tmp_path / "food")
     needed = "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
     assert needed in capsys.readouterr().out.split("runs: 8")[0], "before the runs"
@@ -29,10 +31,16 @@ def test_points_are_compared_with_the_first_or_with_a_baseline(tmp_path: Path, c
     rows, expected = pd.read_csv(study.directory / "statistics.csv"), study.compare()
     pd.testing.assert_frame_equal(rows, expected[rows.columns], check_dtype=False)
     turned = study.compare("point-0001")
-    assert set(turned["condition_a"]) == {"world.food.0.count = 50"} and (turned["effect"] == -expected["effect"]).all()
+    assert (
+        set(turned["condition_a"]) == {"world.food.0.count = 50"}
+        and (turned["effect"] == -expected["effect"]).all()
+    )
 
 
 def test_samples_and_many_points_are_not_compared() -> None:
     few, drawn = validate(PLAN, "it"), PLAN | {"design": "random", "samples": 5}
     assert are_compared(few, 100) and not are_compared(few, 101)
-    assert not are_compared(validate(drawn, "it"), 5) and describe_too_few_runs(validate(drawn, "it"), 5) == ""
+    assert (
+        not are_compared(validate(drawn, "it"), 5)
+        and describe_too_few_runs(validate(drawn, "it"), 5) == ""
+    )

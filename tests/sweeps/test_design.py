@@ -76,7 +76,9 @@ def test_a_grid_has_every_combination_and_opens_with_its_fields_as_dimensions(gr
 
 
 def test_where_there_is_no_food_nobody_eats_and_elsewhere_somebody_does(grid: Study) -> None:
-    eaten = open_sweep(grid.directory).food_eaten.sum(["run", "generation", "agent", "evolution.mutation_rate"])
+    eaten = open_sweep(grid.directory).food_eaten.sum(
+        ["run", "generation", "agent", "evolution.mutation_rate"]
+    )
     assert eaten.sel({"world.food.0.count": 0}) == 0
     assert eaten.sel({"world.food.0.count": 50}) > 0
 
@@ -97,7 +99,10 @@ def test_runs_that_are_not_stored_are_nan_and_the_rest_of_a_sweep_is_made_later_
     part = made(GRID, tmp_path, runs=1)
     part.path("point-0003", 0).unlink()
     data = open_sweep(part.directory)
-    assert data.energy.isnull().all(["run", "generation", "agent"]).values.tolist() == [[False] * 3, [True, False, False]]
+    assert data.energy.isnull().all(["run", "generation", "agent"]).values.tolist() == [
+        [False] * 3,
+        [True, False, False],
+    ]
     made(GRID, tmp_path, runs=2)
     xr.testing.assert_identical(open_sweep(part.directory), open_sweep(grid.directory))
 
@@ -108,7 +113,11 @@ def test_a_sweep_is_a_study(grid: Study) -> None:
 
 
 def test_a_list_takes_the_values_of_all_fields_together(tmp_path: Path) -> None:
-    text = 'design = "list"\n' + HEAD + "[fields]\nnetwork.hidden = [[10], [5, 5]]\n'network.biases' = [true, false]\n"
+    text = (
+        'design = "list"\n'
+        + HEAD
+        + "[fields]\nnetwork.hidden = [[10], [5, 5]]\n'network.biases' = [true, false]\n"
+    )
     data = open_sweep(made(text, tmp_path, runs=1).directory)
     assert dict(data.energy.sizes) == {"point": 2, "run": 1, "generation": 2, "agent": 4}
     assert data["network.hidden"].values.tolist() == ["[10]", "[5, 5]"]
@@ -121,14 +130,19 @@ def test_a_single_point_and_no_run_yet(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("design", ["sobol", "random"])
-def test_a_sample_is_the_same_each_time_within_bounds_and_whole_where_the_field_is(design: str, tmp_path: Path) -> None:
+def test_a_sample_is_the_same_each_time_within_bounds_and_whole_where_the_field_is(
+    design: str, tmp_path: Path
+) -> None:
     text = SOBOL.replace('"sobol"', f'"{design}"')
     points = points_of(text, tmp_path)
     assert points == points_of(text, tmp_path)
     assert points != points_of("seed = 1\n" + text, tmp_path)
     assert len(points) == 20
     radii, counts, reaches = np.array(
-        [(point.senses.visual_radius, point.world.food[0].count, point.contact.reach) for point in points]
+        [
+            (point.senses.visual_radius, point.world.food[0].count, point.contact.reach)
+            for point in points
+        ]
     ).T
     assert 1 <= radii.min() < 3 and 30 < radii.max() <= 100
     assert 6 <= np.sum(radii < 10) <= 14  # half of them, on a log scale
@@ -183,7 +197,9 @@ def test_an_experiment_may_be_a_file_beside_the_sweep(tmp_path: Path) -> None:
         ("runs = ", "is not TOML"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_refused_with_the_file_and_the_place(text: str, sentence: str, tmp_path: Path) -> None:
+def test_what_cannot_be_is_refused_with_the_file_and_the_place(
+    text: str, sentence: str, tmp_path: Path
+) -> None:
     with pytest.raises(ExperimentError) as refused:
         points_of(text, tmp_path)
     (line,) = str(refused.value).splitlines()
@@ -191,17 +207,25 @@ def test_what_cannot_be_is_refused_with_the_file_and_the_place(text: str, senten
     assert sentence in line
 
 
-def test_a_fault_that_many_points_share_is_named_once_and_every_other_beside_it(tmp_path: Path) -> None:
+def test_a_fault_that_many_points_share_is_named_once_and_every_other_beside_it(
+    tmp_path: Path,
+) -> None:
     text = HEAD + "[fields]\nlearning.rate = [1, 11, 12]\nnetwork.biases = [true, false]\n"
     with pytest.raises(ExperimentError) as refused:
         points_of(text, tmp_path)
-    assert [line.split(": ")[1] for line in str(refused.value).splitlines()] == ["point-0002", "point-0004"]
+    assert [line.split(": ")[1] for line in str(refused.value).splitlines()] == [
+        "point-0002",
+        "point-0004",
+    ]
 
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (GRID.replace("[0, 50]", "[0, 10, 50]"), "holds another sweep: of 6 points, not 9; choose another --out"),
+        (
+            GRID.replace("[0, 50]", "[0, 10, 50]"),
+            "holds another sweep: of 6 points, not 9; choose another --out",
+        ),
         (GRID.replace("[0, 50]", "[0, 40]"), "world.food"),
         ("seed = 3\n" + GRID, "its seed is 0, not 3"),
     ],
@@ -214,7 +238,9 @@ def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
     path.write_text(text)
     with pytest.raises(StudyError, match=sentence):
         sweep(path, out=grid.directory)
-    assert before == {path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()}
+    assert before == {
+        path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()
+    }
 
 
 def test_a_study_that_is_no_sweep_is_not_opened_as_one(tmp_path: Path) -> None:

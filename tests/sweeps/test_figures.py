@@ -26,7 +26,9 @@ DRAW: dict[str, Callable[[], Figure]] = {
 
 
 @pytest.mark.parametrize("name", DRAW)
-def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_print(name: str) -> None:
+def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_print(
+    name: str,
+) -> None:
     figure = DRAW[name]()
     assert figures.svg(figure) == figures.svg(DRAW[name]())
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
@@ -36,8 +38,20 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
 
 @pytest.mark.parametrize(
     "data",
-    [grid(runs=1), sample(1), sample(3), grid().isel({RATE: [0], COUNT: [0]}), grid().where(grid()[COUNT] < 50)],
-    ids=["one run", "one sampled point", "three sampled points", "one point where nobody eats", "points without a run"],
+    [
+        grid(runs=1),
+        sample(1),
+        sample(3),
+        grid().isel({RATE: [0], COUNT: [0]}),
+        grid().where(grid()[COUNT] < 50),
+    ],
+    ids=[
+        "one run",
+        "one sampled point",
+        "three sampled points",
+        "one point where nobody eats",
+        "points without a run",
+    ],
 )
 def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
@@ -63,10 +77,19 @@ def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
         (np.random.default_rng(1).uniform(1, 100, 64), "linear"),
     ],
 )
-def test_an_axis_is_logarithmic_where_the_values_are_spaced_so(values: list[float], scale: str) -> None:
+def test_an_axis_is_logarithmic_where_the_values_are_spaced_so(
+    values: list[float], scale: str
+) -> None:
     assert axis_scale(values) == scale
 
 
 def test_heat_maps_write_the_means_into_their_cells() -> None:
     figure = heat_maps(finals(grid()), RATE, COUNT)
-    assert [text.get_text() for text in figure.axes[1].texts] == ["0", "4.5", "14", "0", "1.5", "10"]
+    assert [text.get_text() for text in figure.axes[1].texts] == [
+        "0",
+        "4.5",
+        "14",
+        "0",
+        "1.5",
+        "10",
+    ]

@@ -28,7 +28,10 @@ def test_it_says_what_was_swept() -> None:
     assert said["learning.rate"] == "0.01, 0.1 (learning rate, per step)"
     assert (said["points"], said["independent runs of a point"], said["seed"]) == ("6", "3", "7")
     said = dict(overview(finals(sample(20))))
-    assert said["world.food.0.count"] == "1 to 20, 20 different values (items in the region at any time)"
+    assert (
+        said["world.food.0.count"]
+        == "1 to 20, 20 different values (items in the region at any time)"
+    )
 
 
 def test_a_reader_in_a_hurry_learns_the_best_point_and_what_each_field_does() -> None:
@@ -47,7 +50,9 @@ def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
         "responses-learning.rate-world.food.0.count",
     }
     assert "6 points" in text and "Rank correlations" not in text
-    assert "12.0 [9.52, 14.5]" in text  # along the count: mean over runs of 50 items, and its interval
+    assert (
+        "12.0 [9.52, 14.5]" in text
+    )  # along the count: mean over runs of 50 items, and its interval
 
 
 def test_a_sample_has_rank_correlations_and_no_heat_map(tmp_path: Path) -> None:
@@ -65,7 +70,9 @@ def test_small_sweeps_have_a_page_too(data: xr.Dataset, tmp_path: Path) -> None:
 def test_a_point_without_a_run_is_a_dash(tmp_path: Path) -> None:
     holed = grid()
     holed.energy[0, 1] = holed.food_eaten[0, 1] = np.nan
-    assert '<td class="right">0</td><td class="right">–</td>' in page_of(holed, tmp_path).read_text("utf-8")
+    assert '<td class="right">0</td><td class="right">–</td>' in page_of(holed, tmp_path).read_text(
+        "utf-8"
+    )
 
 
 @pytest.mark.parametrize("data", [grid(), sample(40)], ids=["grid", "sample"])

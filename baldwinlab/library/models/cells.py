@@ -29,7 +29,21 @@ from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.models.frames import foraged
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Cells, Field, Lives, Measure, Model, Variable, Variation, View, philox, unit
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Cells,
+    Field,
+    Lives,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    View,
+    philox,
+    unit,
+)
 
 INPUTS: Final = 4  # the angle and the distance of the nearest food, and the two bits of the action about to be done
 ACTIONS: Final = 2  # outputs that plan
@@ -37,7 +51,12 @@ SIDE, FOOD = 10, 10  # cells along an edge, and items
 FARTHEST: Final = np.float32(SIDE - 1) * np.float32(1.4142135)
 ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
 NOTHING, OWN_TEACHER, NEXT_SENSATION, NOISE = range(4)  # what is learned
-LEARNED: Final = {"none": NOTHING, "auto-teaching": OWN_TEACHER, "prediction": NEXT_SENSATION, "random-targets": NOISE}
+LEARNED: Final = {
+    "none": NOTHING,
+    "auto-teaching": OWN_TEACHER,
+    "prediction": NEXT_SENSATION,
+    "random-targets": NOISE,
+}
 PARTS_OF_LIFE: Final = 6  # of which the first and the last are compared
 WATCHED: Final = 20_000  # moves of a life that can be looked at, about
 DRAWS: Final = 4096  # for an environment: its own numbers, however many are drawn again
@@ -45,12 +64,22 @@ DRAWS: Final = 4096  # for an environment: its own numbers, however many are dra
 
 def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     """Of the average agent of a generation, or of the last where there are not so many."""
-    return lambda runs: runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+    return lambda runs: (
+        runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+    )
 
 
 def _life(model: CellForagers, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Cells:
     environments = min(model.environments, max(1, WATCHED // model.moves))
-    lived = model.forage(moment.seed, [moment.run], moment.generation, genomes[None, [agent]], agent, environments, environments)
+    lived = model.forage(
+        moment.seed,
+        [moment.run],
+        moment.generation,
+        genomes[None, [agent]],
+        agent,
+        environments,
+        environments,
+    )
     return foraged(SIDE, lived.food, lived.track, "environment")
 
 
@@ -60,7 +89,9 @@ class Foraged(NamedTuple):
     learned: npt.NDArray[np.float32]  # [run, agent, weight], the action module at death
     eaten: npt.NDArray[np.int32]  # [run, agent, environment]
     food: npt.NDArray[np.int64]  # [environment, item], the cells where food lay
-    track: npt.NDArray[np.int64]  # [environment, move, (place, heading)]; of both, as many environments at the end as were kept
+    track: npt.NDArray[
+        np.int64
+    ]  # [environment, move, (place, heading)]; of both, as many environments at the end as were kept
 
 
 class CellForagers(Model, name="cell-foragers"):
@@ -70,21 +101,34 @@ class CellForagers(Model, name="cell-foragers"):
         "none", description="what is learned in life"
     )
     rate: float = Field(
-        0.15, ge=0, le=10, description="learning rate; 0 is the twin, that has all that learning has but its effect"
+        0.15,
+        ge=0,
+        le=10,
+        description="learning rate; 0 is the twin, that has all that learning has but its effect",
     )
     hidden: int = Field(7, ge=1, le=100, description="hidden units of each module")
-    environments: int = Field(24, ge=6, le=1000, description="in a life, each with a place of birth and food of its own")
+    environments: int = Field(
+        24, ge=6, le=1000, description="in a life, each with a place of birth and food of its own"
+    )
     moves: int = Field(50, ge=1, le=10_000, description="steps in an environment")
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
-        "evolution": {"generations": 51, "selection": "best-copies", "variation": "few-mutations", "mutation_size": 1.0},
+        "evolution": {
+            "generations": 51,
+            "selection": "best-copies",
+            "variation": "few-mutations",
+            "mutation_size": 1.0,
+        },
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "food eaten in an environment"
     records: ClassVar[Mapping[str, Variable]] = {
         "gain": Variable(
-            OF_AGENT, np.float32, "items", "food in an environment in the last sixth of life, less that in the first"
+            OF_AGENT,
+            np.float32,
+            "items",
+            "food in an environment in the last sixth of life, less that in the first",
         ),
     }
     views: ClassVar[Mapping[str, View]] = {
@@ -99,7 +143,8 @@ class CellForagers(Model, name="cell-foragers"):
         "gain-20": Measure("gain within life in generation 20, items an environment", _gain(20)),
         "gain-50": Measure("gain within life in generation 50, items an environment", _gain(50)),
         "gain-falls": Measure(
-            "gain within life in generation 10, less that in 50", lambda runs: _gain(10)(runs) - _gain(50)(runs)
+            "gain within life in generation 10, less that in 50",
+            lambda runs: _gain(10)(runs) - _gain(50)(runs),
         ),
     }
 
@@ -132,7 +177,9 @@ class CellForagers(Model, name="cell-foragers"):
         drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
         return drawn.reshape(agents, modules, -1)
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         learned, eaten, *_ = self.forage(seed, runs, generation, genomes, 0, self.environments, 1)
         part = self.environments // PARTS_OF_LIFE
         gain = eaten[..., -part:].mean(axis=-1) - eaten[..., :part].mean(axis=-1)
@@ -154,17 +201,37 @@ class CellForagers(Model, name="cell-foragers"):
         fixed = np.ascontiguousarray(genomes[:, :, -1])
         eaten = poison.empty((*genomes.shape[:2], environments), np.int32)
         units = poison.empty((3, INPUTS + self.hidden + self.outputs), np.float32)
-        food, track = poison.empty((kept, FOOD), np.int64), poison.empty((kept, self.moves, 2), np.int64)
+        food, track = (
+            poison.empty((kept, FOOD), np.int64),
+            poison.empty((kept, self.moves, 2), np.int64),
+        )
         code = LEARNED[self.learning] if self.learns else NOTHING
         numbers = np.array([seed, generation, code, self.hidden, self.outputs, first], np.int64)
         scratch = units, poison.empty(FOOD, np.int64), food, track
-        forage(numbers, np.array(runs, np.int64), np.float32(self.rate), learned, fixed, *scratch, eaten)
+        forage(
+            numbers,
+            np.array(runs, np.int64),
+            np.float32(self.rate),
+            learned,
+            fixed,
+            *scratch,
+            eaten,
+        )
         return Foraged(learned, eaten, food, track)
 
 
 @entry
 def forage(
-    numbers: Any, runs: Any, rate: Any, weights: Any, fixed: Any, units: Any, food: Any, sown: Any, track: Any, eaten: Any
+    numbers: Any,
+    runs: Any,
+    rate: Any,
+    weights: Any,
+    fixed: Any,
+    units: Any,
+    food: Any,
+    sown: Any,
+    track: Any,
+    eaten: Any,
 ) -> None:
     """Fill `eaten` [run, agent, environment]; `weights` [run, agent, weight] change as agents learn.
 
@@ -178,13 +245,31 @@ def forage(
             for environment in range(eaten.shape[2]):
                 seen = sown[environment % kept], track[environment % kept]
                 eaten[run, agent, environment] = _visit(
-                    numbers, runs[run], agent, environment, rate, weights[run, agent], fixed[run, agent], units, food, seen
+                    numbers,
+                    runs[run],
+                    agent,
+                    environment,
+                    rate,
+                    weights[run, agent],
+                    fixed[run, agent],
+                    units,
+                    food,
+                    seen,
                 )
 
 
 @compiled
 def _visit(
-    numbers: Any, run: Any, lane: Any, environment: Any, rate: Any, weights: Any, fixed: Any, units: Any, food: Any, seen: Any
+    numbers: Any,
+    run: Any,
+    lane: Any,
+    environment: Any,
+    rate: Any,
+    weights: Any,
+    fixed: Any,
+    units: Any,
+    food: Any,
+    seen: Any,
 ) -> int:
     """The food that an agent eats in one environment; `seen` are where the food lay and the agent's track."""
     seed, generation, learned = numbers[0], numbers[1], numbers[2]
@@ -192,13 +277,20 @@ def _visit(
     sown, track = seen
     first = environment * DRAWS
     begin = philox(first, agent, generation, LIFE, seed, run)
-    place, heading = int(unit(begin[0]) * np.float32(SIDE * SIDE)), int(unit(begin[1]) * np.float32(4))
+    place, heading = (
+        int(unit(begin[0]) * np.float32(SIDE * SIDE)),
+        int(unit(begin[1]) * np.float32(4)),
+    )
     _sow(food, first, agent, generation, seed, run)
     for item in range(food.size):
         sown[item] = food[item]
     values, teacher, scratch = units[0], units[1], units[2]
     plan, eaten = 0, 0
-    since, stood, fed = -1, -1, 0  # a move before, how the agent stood after it, and what it had eaten by then
+    since, stood, fed = (
+        -1,
+        -1,
+        0,
+    )  # a move before, how the agent stood after it, and what it had eaten by then
     values[0], values[1] = _sense(food, place, heading)
     for move in range(track.shape[0]):
         values[2], values[3] = np.float32(plan >> 1), np.float32(plan & 1)
@@ -220,12 +312,24 @@ def _visit(
             for k in range(INPUTS):
                 teacher[k] = values[k]
             _answer(fixed, hidden, outputs, teacher)
-            _learn(weights, hidden, outputs, 0, rate, values, teacher[bits], teacher[bits + 1], scratch)
+            _learn(
+                weights, hidden, outputs, 0, rate, values, teacher[bits], teacher[bits + 1], scratch
+            )
         elif learned == NEXT_SENSATION:
             _learn(weights, hidden, outputs, ACTIONS, rate, values, angle, distance, scratch)
         elif learned == NOISE:
             coin = philox(first + DRAWS - 1 - move, agent, generation, LIFE, seed, run)
-            _learn(weights, hidden, outputs, ACTIONS, rate, values, unit(coin[0]), unit(coin[1]), scratch)
+            _learn(
+                weights,
+                hidden,
+                outputs,
+                ACTIONS,
+                rate,
+                values,
+                unit(coin[0]),
+                unit(coin[1]),
+                scratch,
+            )
         values[0], values[1] = angle, distance
     return eaten
 
@@ -245,7 +349,13 @@ def _sow(food: Any, first: Any, agent: Any, generation: Any, seed: Any, run: Any
         free = False
         while not free:
             draw += 1
-            cell, free = int(unit(philox(draw, agent, generation, LIFE, seed, run)[0]) * np.float32(SIDE * SIDE)), True
+            cell, free = (
+                int(
+                    unit(philox(draw, agent, generation, LIFE, seed, run)[0])
+                    * np.float32(SIDE * SIDE)
+                ),
+                True,
+            )
             for other in range(item):
                 free = free and food[other] != cell
             food[item] = cell
@@ -309,7 +419,15 @@ def _answer(weights: Any, hidden: Any, outputs: Any, values: Any) -> None:
 
 @compiled
 def _learn(
-    weights: Any, hidden: Any, outputs: Any, first: Any, rate: Any, values: Any, one: Any, other: Any, scratch: Any
+    weights: Any,
+    hidden: Any,
+    outputs: Any,
+    first: Any,
+    rate: Any,
+    values: Any,
+    one: Any,
+    other: Any,
+    scratch: Any,
 ) -> None:
     """One step of backpropagation from two outputs, the `first` and the next, towards `one` and `other`, and from no more."""
     after = (INPUTS + 1) * hidden
@@ -333,17 +451,27 @@ def _learn(
 class FewMutations(Variation, name="few-mutations"):
     """A copy of one parent, by a coin, of which so many weights, drawn anywhere in the genome, mutate: however long it is."""
 
-    mutations: int = Field(5, ge=0, le=1000, description="weights of a child that mutate; one may be drawn twice")
-    derived: ClassVar[Mapping[str, Any]] = {"size": lambda part, experiment: float(experiment.evolution.mutation_size)}
+    mutations: int = Field(
+        5, ge=0, le=1000, description="weights of a child that mutate; one may be drawn twice"
+    )
+    derived: ClassVar[Mapping[str, Any]] = {
+        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
+    }
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
-                child[module, weight] = fitter[module, weight] if gate < 0.5 else other[module, weight]
+                child[module, weight] = (
+                    fitter[module, weight] if gate < 0.5 else other[module, weight]
+                )
         for mutation in range(min(part.mutations, draws.shape[0])):
             weight = int(draws[mutation, 1] * child.size)
-            child[weight // child.shape[1], weight % child.shape[1]] += np.float32((2.0 * draws[mutation, 2] - 1.0) * part.size)
+            child[weight // child.shape[1], weight % child.shape[1]] += np.float32(
+                (2.0 * draws[mutation, 2] - 1.0) * part.size
+            )
 
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:

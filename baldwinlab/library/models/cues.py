@@ -27,7 +27,19 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.breeding import cut_at, is_of_fitter, joined
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, philox, unit
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Field,
+    Lives,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    philox,
+    unit,
+)
 
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)  # what a unit may be
 NOTHING: Final = -1
@@ -36,7 +48,11 @@ ONE, HALF, ZERO = np.float32(1), np.float32(0.5), np.float32(0)
 
 def _first(there: xr.DataArray) -> xr.DataArray:
     """The first generation in which it is so; as many as there are where it never is."""
-    return there.argmax("generation").where(there.any("generation"), there.sizes["generation"]).astype(np.float64)
+    return (
+        there.argmax("generation")
+        .where(there.any("generation"), there.sizes["generation"])
+        .astype(np.float64)
+    )
 
 
 def _time(runs: xr.Dataset) -> xr.DataArray:
@@ -51,9 +67,13 @@ def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
 class CueLearners(Model, name="cue-learners"):
     """Eaters who smell, see and may learn."""
 
-    accuracy: float = Field(0.75, ge=0.5, le=1, description="probability that food smells sweet, and poison sour")
+    accuracy: float = Field(
+        0.75, ge=0.5, le=1, description="probability that food smells sweet, and poison sour"
+    )
     learning: bool = Field(True, description="whether Hebbian links change in life")
-    rate: float = Field(0.1, gt=0, le=2, description="by which a Hebbian link changes at every item")
+    rate: float = Field(
+        0.1, gt=0, le=2, description="by which a Hebbian link changes at every item"
+    )
     units: int = Field(3, ge=2, le=8, description="units of a network")
     items: int = Field(100, ge=1, le=100_000, description="that drift by in a life")
 
@@ -70,17 +90,26 @@ class CueLearners(Model, name="cue-learners"):
             "items",
             "food less poison eaten, above half-way from what it would be by smell to what it would be by colour",
         ),
-        "by_colour": Variable(OF_AGENT, np.int32, "1", "1 where at death it eats what has food's colour, whatever the smell"),
+        "by_colour": Variable(
+            OF_AGENT,
+            np.int32,
+            "1",
+            "1 where at death it eats what has food's colour, whatever the smell",
+        ),
         "born_so": Variable(OF_AGENT, np.int32, "1", "1 where it did so at birth"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "time": Measure("generations until the average agent is half-way from smell to colour; all where it never is", _time),
+        "time": Measure(
+            "generations until the average agent is half-way from smell to colour; all where it never is",
+            _time,
+        ),
         "evolved": Measure(
             "1 where the average agent ever is half-way from smell to colour, else 0",
             lambda runs: (_time(runs) < runs.sizes["generation"]) * 1.0,
         ),
         "time-of-half": Measure(
-            "generations until half of the agents learn to eat by colour; all where they never do", _time_of_half
+            "generations until half of the agents learn to eat by colour; all where they never do",
+            _time_of_half,
         ),
     }
 
@@ -101,13 +130,25 @@ class CueLearners(Model, name="cue-learners"):
 
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
         draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
-        return np.array([[[_allele(gene, self.units, draw) for gene, draw in enumerate(one)]] for one in draws], np.float32)
+        return np.array(
+            [[[_allele(gene, self.units, draw) for gene, draw in enumerate(one)]] for one in draws],
+            np.float32,
+        )
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         shape, learned = genomes.shape[:2], genomes[:, :, 0].copy()
-        life = Life(seed, generation, self.items, self.accuracy, self.learning, np.float32(self.rate))
+        life = Life(
+            seed, generation, self.items, self.accuracy, self.learning, np.float32(self.rate)
+        )
         own = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
-        found = Found(poison.empty(shape), poison.empty(shape), poison.empty(shape, np.int32), poison.empty(shape, np.int32))
+        found = Found(
+            poison.empty(shape),
+            poison.empty(shape),
+            poison.empty(shape, np.int32),
+            poison.empty(shape, np.int32),
+        )
         eat(life, np.array(runs, np.int64), learned, own, found)
         beyond = (found.eaten - found.half_way).astype(np.float32)
         records = {"beyond": beyond, "by_colour": found.by_colour, "born_so": found.born_so}
@@ -149,13 +190,19 @@ def eat(life: Life, runs: Any, genomes: Any, own: Units, found: Found) -> None:
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]
             _read(genome, own)
-            patch = ONE if unit(philox(0, agent, life.generation, LIFE, life.seed, runs[run])[0]) < HALF else -ONE
+            patch = (
+                ONE
+                if unit(philox(0, agent, life.generation, LIFE, life.seed, runs[run])[0]) < HALF
+                else -ONE
+            )
             found.born_so[run, agent] = _is_by_colour(genome, own, patch)
             gained, best, by_smell = ZERO, ZERO, ZERO
             for item in range(life.items):
                 if item % 2 == 0:  # of one draw of the generator come two items
                     draw = 1 + item // 2
-                    first, second, third, fourth = philox(draw, agent, life.generation, LIFE, life.seed, runs[run])
+                    first, second, third, fourth = philox(
+                        draw, agent, life.generation, LIFE, life.seed, runs[run]
+                    )
                 else:
                     first, second = third, fourth
                 food = ONE if unit(first) < HALF else -ONE
@@ -184,7 +231,15 @@ def _eats(genome: Any, own: Units, red: Any, sweet: Any) -> bool:
     for one in range(own.kinds.size):
         kind = own.kinds[one]
         own.values[one] = (
-            red if kind == RED else -red if kind == GREEN else sweet if kind == SWEET else -sweet if kind == SOUR else ZERO
+            red
+            if kind == RED
+            else -red
+            if kind == GREEN
+            else sweet
+            if kind == SWEET
+            else -sweet
+            if kind == SOUR
+            else ZERO
         )
     for one in range(own.kinds.size):
         if own.kinds[one] == HIDDEN:
@@ -236,7 +291,11 @@ def _allele(gene: int, units: int, draw: float) -> Any:
     """The allele that a uniform number draws for a gene: a type, a strength, or whether a link is Hebbian."""
     if gene < units:
         return np.float32(int(6 * draw))
-    return np.float32(int(5 * draw)) * HALF - ONE if gene < units + units * units else np.float32(int(2 * draw))
+    return (
+        np.float32(int(5 * draw)) * HALF - ONE
+        if gene < units + units * units
+        else np.float32(int(2 * draw))
+    )
 
 
 class OnePointOfUnits(Variation, name="one-point-of-units"):
@@ -250,13 +309,19 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
 
     def check(self, experiment: Any) -> None:
         if experiment.model != CueLearners.name:
-            raise ValueError(f"evolution.variation = {self.name!r} is for the model {CueLearners.name!r} alone")
+            raise ValueError(
+                f"evolution.variation = {self.name!r} is for the model {CueLearners.name!r} alone"
+            )
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         cut = cut_at(gate, child.shape[1])
         for gene in range(child.shape[1]):
-            child[0, gene] = fitter[0, gene] if is_of_fitter(gene, cut, draws[0, 0]) else other[0, gene]
+            child[0, gene] = (
+                fitter[0, gene] if is_of_fitter(gene, cut, draws[0, 0]) else other[0, gene]
+            )
             if draws[gene, 1] < part.rate:
                 child[0, gene] = _allele(gene, part.units, draws[gene, 2])
 
@@ -266,6 +331,12 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
         types, links = part.units, part.units + part.units**2
         for gene, draw in enumerate(draws):
             if draw[1] < part.rate:
-                fresh = int(6 * draw[2]) if gene < types else int(5 * draw[2]) / 2 - 1 if gene < links else int(2 * draw[2])
+                fresh = (
+                    int(6 * draw[2])
+                    if gene < types
+                    else int(5 * draw[2]) / 2 - 1
+                    if gene < links
+                    else int(2 * draw[2])
+                )
                 child[gene] = fresh
         return [child]

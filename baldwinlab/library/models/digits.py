@@ -28,10 +28,25 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.breeding import flatten, split_modules
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, philox, uniforms, unit
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Field,
+    Lives,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    philox,
+    uniforms,
+    unit,
+)
 
 PIXELS, DIGITS = 35, 10
-BEFORE_LIFE: Final = 2**32 - 1  # the generation whose random numbers are those of the digits that all must read
+BEFORE_LIFE: Final = (
+    2**32 - 1
+)  # the generation whose random numbers are those of the digits that all must read
 LEVELS: Final = 16  # of a weight
 LARGEST: Final = np.float32(2)
 BETWEEN: Final = np.float32(4 / 15)  # a level and the next
@@ -56,7 +71,10 @@ def _at_last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
 def bitmaps() -> npt.NDArray[np.float32]:
     """The ten digits, [digit, pixel], 1 where there is ink."""
     rows = [line.split() for line in DRAWN.strip().splitlines()]
-    return np.array([[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(DIGITS)], np.float32)
+    return np.array(
+        [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(DIGITS)],
+        np.float32,
+    )
 
 
 @lru_cache(maxsize=64)
@@ -71,33 +89,50 @@ def lessons(seed: int, run: int, each: int, noise: float) -> npt.NDArray[np.floa
 class DigitReaders(Model, name="digit-readers"):
     """Networks that read digits."""
 
-    trials: int = Field(20, ge=0, le=100_000, description="of learning in a life, on average; 0 is to learn nothing")
+    trials: int = Field(
+        20, ge=0, le=100_000, description="of learning in a life, on average; 0 is to learn nothing"
+    )
     allotment: Literal["equal", "spread"] = Field(
-        "equal", description="equal: so many trials each; spread: from none to twice as many, all alike probable"
+        "equal",
+        description="equal: so many trials each; spread: from none to twice as many, all alike probable",
     )
     rate: float = Field(0.5, gt=0, le=10, description="learning rate")
     noise: float = Field(0.05, ge=0, le=0.5, description="probability that a pixel is turned over")
     hidden: int = Field(10, ge=1, le=100, description="hidden units")
     criterion: Literal["strongest", "all"] = Field(
-        "strongest", description="a digit is read right: if its output is the strongest; if all ten are on the right side of 1/2"
+        "strongest",
+        description="a digit is read right: if its output is the strongest; if all ten are on the right side of 1/2",
     )
-    each: int = Field(10, ge=1, le=1000, description="of each digit that are read at the end of a life")
+    each: int = Field(
+        10, ge=1, le=1000, description="of each digit that are read at the end of a life"
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
-        "evolution": {"generations": 51, "selection": "truncation", "variation": "four-bit-weights", "mutation_rate": 0.005},
+        "evolution": {
+            "generations": 51,
+            "selection": "truncation",
+            "variation": "four-bit-weights",
+            "mutation_rate": 0.005,
+        },
         "record": {"genome_every": 5},
     }
     payoff: ClassVar[str] = "share of digits read right"
     records: ClassVar[Mapping[str, Variable]] = {
         "innate_error": Variable(OF_AGENT, np.float32, "1", "share of digits misread at birth"),
         "error": Variable(OF_AGENT, np.float32, "1", "share of digits misread at the end of life"),
-        "used": Variable(OF_AGENT, np.int32, "trials", "trials of the agent's life, and the reading at its end"),
+        "used": Variable(
+            OF_AGENT, np.int32, "trials", "trials of the agent's life, and the reading at its end"
+        ),
     }
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
-        "innate-error": Measure("share of digits misread at birth in the last generation", _at_last("innate_error")),
-        "error": Measure("share of digits misread after learning in the last generation", _at_last("error")),
+        "innate-error": Measure(
+            "share of digits misread at birth in the last generation", _at_last("innate_error")
+        ),
+        "error": Measure(
+            "share of digits misread after learning in the last generation", _at_last("error")
+        ),
     }
 
     @property
@@ -115,16 +150,26 @@ class DigitReaders(Model, name="digit-readers"):
         return (PIXELS + 1) * self.hidden + (self.hidden + 1) * DIGITS
 
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
-        levels = (LEVELS * moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(np.int64)
+        levels = (
+            LEVELS * moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        ).astype(np.int64)
         drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * BETWEEN - LARGEST
         return drawn
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         learned = genomes[:, :, 0].copy()
-        used, wrong = poison.empty(learned.shape[:2], np.int32), poison.empty((*learned.shape[:2], 2), np.int32)
+        used, wrong = (
+            poison.empty(learned.shape[:2], np.int32),
+            poison.empty((*learned.shape[:2], 2), np.int32),
+        )
         scratch = poison.empty((3, max(self.hidden, DIGITS)), np.float32)
         for place, run in enumerate(runs):
-            numbers = np.array([seed, run, generation, self.hidden, self.trials, self.allotment == "spread"], np.int64)
+            numbers = np.array(
+                [seed, run, generation, self.hidden, self.trials, self.allotment == "spread"],
+                np.int64,
+            )
             learnt, read = lessons(seed, run, self.each, self.noise)
             school(
                 numbers,
@@ -140,19 +185,39 @@ class DigitReaders(Model, name="digit-readers"):
         errors = wrong / (DIGITS * self.each)
         innate, error = errors[:, :, 0].astype(np.float32), errors[:, :, 1].astype(np.float32)
         energy = 1 - errors[:, :, 1]
-        return Lives(energy, np.zeros_like(energy), learned, {"innate_error": innate, "error": error, "used": used + 1})
+        return Lives(
+            energy,
+            np.zeros_like(energy),
+            learned,
+            {"innate_error": innate, "error": error, "used": used + 1},
+        )
 
 
 @entry
 def school(
-    numbers: Any, strict: bool, rate: Any, learnt: Any, read: Any, weights: Any, scratch: Any, used: Any, wrong: Any
+    numbers: Any,
+    strict: bool,
+    rate: Any,
+    learnt: Any,
+    read: Any,
+    weights: Any,
+    scratch: Any,
+    used: Any,
+    wrong: Any,
 ) -> None:
     """Teach all agents of a run, and examine them at birth and afterwards: `wrong` [agent, 2]. `weights` [agent, weight] change.
 
     `numbers` are seed, run, generation, hidden units, trials, and whether these are spread; `learnt` and `read` have a digit a
     row, as many of each; `scratch` has three rows for units. `used` [agent] are trials.
     """
-    seed, run, generation, hidden, trials, spread = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
+    seed, run, generation, hidden, trials, spread = (
+        numbers[0],
+        numbers[1],
+        numbers[2],
+        numbers[3],
+        numbers[4],
+        numbers[5],
+    )
     units, outputs, errors, each = scratch[0], scratch[1], scratch[2], read.shape[0] // DIGITS
     for agent in range(used.size):
         own = weights[agent]
@@ -164,7 +229,11 @@ def school(
             shown = int(unit(word) * np.float32(learnt.shape[0]))
             _answer(learnt[shown], own, hidden, units, outputs)
             _descend(rate, shown // each, learnt[shown], own, hidden, units, outputs, errors)
-        wrong[agent, 1] = _misread(read, own, hidden, units, outputs, strict) if used[agent] > 0 else wrong[agent, 0]
+        wrong[agent, 1] = (
+            _misread(read, own, hidden, units, outputs, strict)
+            if used[agent] > 0
+            else wrong[agent, 0]
+        )
 
 
 @compiled
@@ -203,7 +272,16 @@ def _answer(pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any) ->
 
 
 @compiled
-def _descend(rate: Any, right: Any, pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any, errors: Any) -> None:
+def _descend(
+    rate: Any,
+    right: Any,
+    pixels: Any,
+    weights: Any,
+    hidden: Any,
+    units: Any,
+    outputs: Any,
+    errors: Any,
+) -> None:
     """One step down the gradient of half the squared error, where the output of the `right` digit should be 1, all others 0."""
     after = (PIXELS + 1) * hidden
     for digit in range(DIGITS):
@@ -231,20 +309,30 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     A weight is -2 and so many times 4/15, a number of four bits.
     """
 
-    crossed: float = Field(0.5, ge=0, le=1, description="share of the children that have weights of both parents")
+    crossed: float = Field(
+        0.5, ge=0, le=1, description="share of the children that have weights of both parents"
+    )
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
+    }
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         length, crossing = child.size, gate < part.crossed  # of the modules in a row
-        place = gate / part.crossed if crossing else (gate - part.crossed) / (1.0 - part.crossed)  # uniform, in either case
+        place = (
+            gate / part.crossed if crossing else (gate - part.crossed) / (1.0 - part.crossed)
+        )  # uniform, in either case
         half = int(place * 2 * (length - 1))
         cut = 1 + half // 2 if crossing else length
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                of_fitter = (draw < cut) == (half % 2 == 0)  # a coin decides whose weights come first
+                of_fitter = (draw < cut) == (
+                    half % 2 == 0
+                )  # a coin decides whose weights come first
                 inherited = fitter[module, weight] if of_fitter else other[module, weight]
                 child[module, weight] = _turned(inherited, draws[draw], part.rate)
 
@@ -261,7 +349,9 @@ class FourBitWeights(Variation, name="four-bit-weights"):
         for weight, draw in enumerate(draws):
             turned = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
             if turned:
-                child[weight] = (int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ turned) * 4 / 15 - 2
+                child[weight] = (
+                    int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ turned
+                ) * 4 / 15 - 2
         return split_modules(child, len(fitter[0]))
 
 

@@ -43,7 +43,11 @@ def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: 
 
 
 def in_t_mazes(
-    turns: int, high: Sequence[int], ways: npt.NDArray[Any], at_end: npt.NDArray[Any], in_all: npt.NDArray[Any]
+    turns: int,
+    high: Sequence[int],
+    ways: npt.NDArray[Any],
+    at_end: npt.NDArray[Any],
+    in_all: npt.NDArray[Any],
 ) -> Cells:
     """Trips into mazes of one or two turning points on the way from home to an end; a corridor lies between any of these.
 
@@ -53,7 +57,10 @@ def in_t_mazes(
     """
     paths = [_path(turns, trip[trip != NOT_THERE].tolist()) for trip in ways]
     steps = [len(path) for path in paths]
-    gained = [np.where(np.arange(count) > 2 * turns, worth, 0.0) for count, worth in zip(steps, at_end, strict=True)]
+    gained = [
+        np.where(np.arange(count) > 2 * turns, worth, 0.0)
+        for count, worth in zip(steps, at_end, strict=True)
+    ]
     for trip, worth in zip(gained, in_all, strict=True):
         trip[-1] = worth
     mazes = np.stack([_t_maze(turns, end) for end in range(2**turns)])
@@ -86,10 +93,18 @@ def _path(turns: int, ways: Sequence[int]) -> list[tuple[int, int, int]]:
 
 def _t_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
     """What lies in each [row, column], where that end has the high reward."""
-    paths = [_path(turns, [each for turn in turned for each in (0, turn)] + [0]) for turned in product((-1, 1), repeat=turns)]
+    paths = [
+        _path(turns, [each for turn in turned for each in (0, turn)] + [0])
+        for turned in product((-1, 1), repeat=turns)
+    ]
     maze = np.full((2 * turns + 3, 7), WALL, np.uint8)
-    for (row, column, _), (to_row, to_column, _) in (step for path in paths for step in pairwise(path)):
-        maze[min(row, to_row) : max(row, to_row) + 1, min(column, to_column) : max(column, to_column) + 1] = 0
+    for (row, column, _), (to_row, to_column, _) in (
+        step for path in paths for step in pairwise(path)
+    ):
+        maze[
+            min(row, to_row) : max(row, to_row) + 1,
+            min(column, to_column) : max(column, to_column) + 1,
+        ] = 0
     for end, path in enumerate(paths):
         maze[path[-1][:2]] = HIGH if end == high else LOW
     return maze

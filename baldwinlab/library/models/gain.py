@@ -27,7 +27,9 @@ from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.founders import draw_normal
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
-STEEPEST: Final = 300.0  # logarithm of fitness beyond which the ground is level, so that fitness stays a number
+STEEPEST: Final = (
+    300.0  # logarithm of fitness beyond which the ground is level, so that fitness stays a number
+)
 LOG10_E: Final = 0.43429448190325182765
 
 
@@ -39,20 +41,36 @@ def _climb(runs: xr.Dataset) -> xr.DataArray:
 class SlopeClimbers(Model, name="slope-climbers"):
     """Numbers on a slope, which learn a step uphill."""
 
-    rise: float = Field(0.0, ge=-10, le=10, description="slope of the logarithm of fitness at x = 0")
-    bend: float = Field(1.0, ge=-10, le=10, description="curvature of the logarithm of fitness: convex above 0, concave below")
+    rise: float = Field(
+        0.0, ge=-10, le=10, description="slope of the logarithm of fitness at x = 0"
+    )
+    bend: float = Field(
+        1.0,
+        ge=-10,
+        le=10,
+        description="curvature of the logarithm of fitness: convex above 0, concave below",
+    )
     learning: bool = Field(True, description="whether a step is learned in life")
     step: float = Field(0.3, ge=-10, le=10, description="that learning adds to x")
     start: float = Field(0.75, ge=-10, le=10, description="mean x of the founders")
-    spread: float = Field(0.1, ge=0, le=10, description="standard deviation of x among the founders")
+    spread: float = Field(
+        0.1, ge=0, le=10, description="standard deviation of x among the founders"
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
-        "evolution": {"generations": 21, "variation": "gaussian", "mutation_rate": 1.0, "mutation_size": 0.03},
+        "evolution": {
+            "generations": 21,
+            "variation": "gaussian",
+            "mutation_rate": 1.0,
+            "mutation_size": 0.03,
+        },
     }
     records: ClassVar[Mapping[str, Variable]] = {
         "innate_x": Variable(OF_AGENT, np.float32, "x", "x at birth"),
-        "uphill": Variable(OF_AGENT, np.int32, "1", "1 where fitness rises with x at birth, else 0"),
+        "uphill": Variable(
+            OF_AGENT, np.int32, "1", "1 where fitness rises with x at birth, else 0"
+        ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "climb": Measure("rise of mean innate x, first to last generation", _climb),
@@ -68,7 +86,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
 
     def check(self, experiment: Any) -> None:
         if self.rise == self.bend == 0:
-            raise ValueError("slope_climbers.rise and slope_climbers.bend are both 0: there is no slope")
+            raise ValueError(
+                "slope_climbers.rise and slope_climbers.bend are both 0: there is no slope"
+            )
 
     def without_learner(self) -> SlopeClimbers:
         return self.model_copy(update={"learning": False})
@@ -81,16 +101,23 @@ class SlopeClimbers(Model, name="slope-climbers"):
         draw_normal(moment, FOUNDER, genomes, 0)
         return np.float32(self.start) + np.float32(self.spread) * genomes
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         born = genomes[:, :, 0, 0]
         learned = born + np.float32(self.step if self.learning else 0)
         energy = self.fitness(learned.astype(np.float64))
-        records = {"innate_x": born.copy(), "uphill": (self.rise + self.bend * born > 0).astype(np.int32)}
+        records = {
+            "innate_x": born.copy(),
+            "uphill": (self.rise + self.bend * born > 0).astype(np.int32),
+        }
         return Lives(energy, np.zeros_like(energy), learned[:, :, None], records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """f(x) of any x, of the same shape."""
-        found: npt.NDArray[np.float64] = np.clip(self.rise * x + self.bend * x * x / 2, -STEEPEST, STEEPEST)
+        found: npt.NDArray[np.float64] = np.clip(
+            self.rise * x + self.bend * x * x / 2, -STEEPEST, STEEPEST
+        )
         raise_all(found.reshape(-1))
         return found
 

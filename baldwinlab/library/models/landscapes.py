@@ -25,9 +25,23 @@ import xarray as xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.parts import LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, View, Walk, uniforms
+from baldwinlab.parts import (
+    LIFE,
+    OF_AGENT,
+    Field,
+    Lives,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    View,
+    Walk,
+    uniforms,
+)
 
-BEFORE_LIFE: Final = 2**32 - 1  # the generation whose random numbers are the landscape's and the first string's
+BEFORE_LIFE: Final = (
+    2**32 - 1
+)  # the generation whose random numbers are the landscape's and the first string's
 LONGEST: Final = 16  # bits, as all strings are looked at, to scale the landscape
 
 
@@ -49,7 +63,9 @@ def landscape(seed: int, run: int, bits: int, others: int) -> npt.NDArray[np.flo
 
 def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     """Of a generation, or of the last where there are not so many."""
-    return lambda runs: runs[name].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+    return lambda runs: (
+        runs[name].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+    )
 
 
 def _climb(model: NKClimbers, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Walk:
@@ -74,30 +90,53 @@ class NKClimbers(Model, name="nk-climbers"):
     """Bit strings that climb in life."""
 
     bits: int = Field(16, ge=2, le=LONGEST, description="length of a string: N")
-    others: int = Field(0, ge=0, le=LONGEST - 1, description="bits beside its own that each table is asked by: K")
-    trials: int = Field(30, ge=0, le=10_000, description="in a life, each a flip of one bit; 0 is to learn nothing")
-    cost: float = Field(0.0, ge=0, le=1, description="of each bit in which an agent dies other than it was born, fitness")
+    others: int = Field(
+        0, ge=0, le=LONGEST - 1, description="bits beside its own that each table is asked by: K"
+    )
+    trials: int = Field(
+        30, ge=0, le=10_000, description="in a life, each a flip of one bit; 0 is to learn nothing"
+    )
+    cost: float = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description="of each bit in which an agent dies other than it was born, fitness",
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
-        "evolution": {"generations": 151, "selection": "larger-tournament", "variation": "bit-flips", "mutation_rate": 1 / 32},
+        "evolution": {
+            "generations": 151,
+            "selection": "larger-tournament",
+            "variation": "bit-flips",
+            "mutation_rate": 1 / 32,
+        },
         "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"),
-        "learned": Variable(OF_AGENT, np.float32, "1", "fitness of the string at death, without its cost, 0 to 1"),
-        "changed": Variable(OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"),
+        "innate": Variable(
+            OF_AGENT, np.float32, "1", "fitness of the string as it was born, 0 to 1"
+        ),
+        "learned": Variable(
+            OF_AGENT, np.float32, "1", "fitness of the string at death, without its cost, 0 to 1"
+        ),
+        "changed": Variable(
+            OF_AGENT, np.int32, "bits", "bits in which it dies other than it was born"
+        ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     views: ClassVar[Mapping[str, View]] = {
         "climb": View(
-            "How high a string stands after each trial of its life, beside the average and the best of its generation.", _climb
+            "How high a string stands after each trial of its life, beside the average and the best of its generation.",
+            _climb,
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate": Measure("innate fitness in generation 150", _mean("innate", 150)),
         "changed": Measure("bits changed by learning in generation 150", _mean("changed", 150)),
-        "changed-at-first": Measure("bits changed by learning in generation 2", _mean("changed", 2)),
+        "changed-at-first": Measure(
+            "bits changed by learning in generation 2", _mean("changed", 2)
+        ),
         "changed-falls": Measure(
             "bits changed by learning in generation 2, less those in 150",
             lambda runs: _mean("changed", 2)(runs) - _mean("changed", 150)(runs),
@@ -114,10 +153,14 @@ class NKClimbers(Model, name="nk-climbers"):
 
     def check(self, experiment: Any) -> None:
         if self.others >= self.bits:
-            raise ValueError(f"nk_climbers.others = {self.others} must be less than nk_climbers.bits = {self.bits}")
+            raise ValueError(
+                f"nk_climbers.others = {self.others} must be less than nk_climbers.bits = {self.bits}"
+            )
 
     def without_learner(self) -> NKClimbers:
-        return self.model_copy(update={"trials": 0, "cost": 0.0})  # who changes no bit pays for none
+        return self.model_copy(
+            update={"trials": 0, "cost": 0.0}
+        )  # who changes no bit pays for none
 
     def weights(self) -> int:
         return self.bits
@@ -128,10 +171,14 @@ class NKClimbers(Model, name="nk-climbers"):
 
     def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
         """The strings [..., agent] of genomes [..., agent, module, bit], each as a number."""
-        strings: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (1 << np.arange(self.bits))
+        strings: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (
+            1 << np.arange(self.bits)
+        )
         return strings
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         powers = 1 << np.arange(self.bits)
         born = self.numbers(genomes)
         died, innate, learned = born.copy(), poison.empty(born.shape), poison.empty(born.shape)
@@ -165,10 +212,14 @@ class BitFlips(Variation, name="bit-flips"):
     """A copy of one parent, by a coin, of which each bit may flip."""
 
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
+    }
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         for module in range(child.shape[0]):
             for bit in range(child.shape[1]):
                 inherited = fitter[module, bit] if gate < 0.5 else other[module, bit]
@@ -178,4 +229,6 @@ class BitFlips(Variation, name="bit-flips"):
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         parent, rest = fitter if gate < 0.5 else other, iter(draws)
-        return [[1 - bit if next(rest)[1] < part.rate else bit for bit in module] for module in parent]
+        return [
+            [1 - bit if next(rest)[1] < part.rate else bit for bit in module] for module in parent
+        ]

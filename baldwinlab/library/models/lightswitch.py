@@ -33,13 +33,32 @@ from baldwinlab.engine.lanes import square_root
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.breeding import cut_at, flatten, is_of_fitter, joined, split_modules
 from baldwinlab.library.plasticity import change
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Field,
+    Lives,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    uniforms,
+)
 
-INPUTS: Final = 11  # four of the lamp, three of the stripe, three of walls, and a bias that is always 1
+INPUTS: Final = (
+    11  # four of the lamp, three of the stripe, three of walls, and a bias that is always 1
+)
 GENES: Final = 5  # of a neuron, or of a synapse: bits
 SMALL: Final = 0.1  # the greatest weight at birth
-SPEED, TURN = np.float32(0.02), np.float32(0.15)  # sides a step, and half the tangent of half the angle, at full speed
-REACH, NEAR = np.float32(0.2), np.float32(0.1)  # of the lamp and the stripe; from where a wall is felt
+SPEED, TURN = (
+    np.float32(0.02),
+    np.float32(0.15),
+)  # sides a step, and half the tangent of half the angle, at full speed
+REACH, NEAR = (
+    np.float32(0.2),
+    np.float32(0.1),
+)  # of the lamp and the stripe; from where a wall is felt
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
 # Where the stripe and the lamp are (x, y each), how much of a sense arrives, and how much of the left wheel's speed.
 WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
@@ -65,7 +84,9 @@ class LightSwitch(Model, name="light-switch"):
         "source",
         description="whose genes give a synapse's sign, where genes are of neurons; of the source, inputs have a sign, too",
     )
-    plasticity: bool = Field(True, description="whether weights change in life, where genes are rules")
+    plasticity: bool = Field(
+        True, description="whether weights change in life, where genes are rules"
+    )
     neurons: int = Field(6, ge=2, le=100, description="of which the last two drive the wheels")
     moves: int = Field(500, ge=1, le=100_000, description="steps of a life")
     change: Literal["places", "senses", "wheels"] = Field(
@@ -75,7 +96,12 @@ class LightSwitch(Model, name="light-switch"):
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 100},
-        "evolution": {"generations": 41, "selection": "best-copies", "variation": "bit-flips", "mutation_rate": 0.05},
+        "evolution": {
+            "generations": 41,
+            "selection": "best-copies",
+            "variation": "bit-flips",
+            "mutation_rate": 0.05,
+        },
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "share of life under the lit lamp"
@@ -85,10 +111,15 @@ class LightSwitch(Model, name="light-switch"):
         "changed": Variable(OF_AGENT, np.float32, "1", "the same in a world that is changed"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "changed": Measure("share of steps under the lit lamp in a changed world, last ten generations", _last("changed")),
+        "changed": Measure(
+            "share of steps under the lit lamp in a changed world, last ten generations",
+            _last("changed"),
+        ),
         "kept": Measure(
             "share of the score that is kept in a changed world, last ten generations",
-            lambda runs: _last("changed")(runs) / _last("score")(runs).where(lambda score: score > 0),
+            lambda runs: (
+                _last("changed")(runs) / _last("score")(runs).where(lambda score: score > 0)
+            ),
         ),
     }
 
@@ -113,45 +144,89 @@ class LightSwitch(Model, name="light-switch"):
         return self.neurons if self.coding == "neurons" else self.synapses
 
     def weights(self) -> int:
-        return GENES * self.coded + (INPUTS if self.coding == "neurons" and self.sign == "source" else 0)
+        return GENES * self.coded + (
+            INPUTS if self.coding == "neurons" and self.sign == "source" else 0
+        )
 
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
         draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
         drawn: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
         return drawn
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         shape = genomes.shape[:2]
-        signs, rules, rates, born = self._read(seed, runs, generation, (genomes[:, :, 0] > 0.5).astype(np.int64))
-        begin = np.stack([uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]).astype(np.float32)
+        signs, rules, rates, born = self._read(
+            seed, runs, generation, (genomes[:, :, 0] > 0.5).astype(np.int64)
+        )
+        begin = np.stack(
+            [uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]
+        ).astype(np.float32)
         found = []
         for world in (WORLD, CHANGED[self.change]):
             lit = poison.empty(shape, np.int64)
             values = poison.empty((2, INPUTS + self.neurons), np.float32)
-            drive(self.moves, np.array(world, np.float32), begin, signs, rules, rates, born.copy(), values, lit)
+            drive(
+                self.moves,
+                np.array(world, np.float32),
+                begin,
+                signs,
+                rules,
+                rates,
+                born.copy(),
+                values,
+                lit,
+            )
             found.append(lit / self.moves)
         score, changed = found
         records = {"score": score.astype(np.float32), "changed": changed.astype(np.float32)}
         return Lives(score, np.zeros(shape), None, records)
 
-    def _read(self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]) -> tuple[Any, ...]:
+    def _read(
+        self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]
+    ) -> tuple[Any, ...]:
         """Signs, rules, rates and weights at birth, [run, agent, neuron, source] each, by the genes `bits` [run, agent, bit]."""
         synapses = (*bits.shape[:2], self.neurons, INPUTS + self.neurons)
         genes = bits[..., : GENES * self.coded].reshape(*synapses[:3], -1, GENES)
         negative = genes[..., 0]
         if self.coding == "neurons" and self.sign == "source":
-            negative = np.concatenate([bits[..., GENES * self.coded :], negative[..., 0]], axis=-1)[:, :, None]
+            negative = np.concatenate([bits[..., GENES * self.coded :], negative[..., 0]], axis=-1)[
+                :, :, None
+            ]
         rates = (0.3 * self.learns * (2 * genes[..., 3] + genes[..., 4])).astype(np.float32)
-        of_synapses = (1 - 2 * negative).astype(np.float32), 2 * genes[..., 1] + genes[..., 2], rates
+        of_synapses = (
+            (1 - 2 * negative).astype(np.float32),
+            2 * genes[..., 1] + genes[..., 2],
+            rates,
+        )
         signs, rules, rates = (np.broadcast_to(each, synapses).copy() for each in of_synapses)
         if self.coding == "strengths":
-            return signs, rules, rates, ((genes[..., 1:] * (8, 4, 2, 1)).sum(axis=-1) / 15).astype(np.float32)
-        draws = [uniforms(seed, run, generation, LIFE, (1 + bits.shape[1], self.synapses))[1:, :, 0] for run in runs]
+            return (
+                signs,
+                rules,
+                rates,
+                ((genes[..., 1:] * (8, 4, 2, 1)).sum(axis=-1) / 15).astype(np.float32),
+            )
+        draws = [
+            uniforms(seed, run, generation, LIFE, (1 + bits.shape[1], self.synapses))[1:, :, 0]
+            for run in runs
+        ]
         return signs, rules, rates, (SMALL * np.stack(draws)).astype(np.float32).reshape(synapses)
 
 
 @entry
-def drive(moves: int, world: Any, begin: Any, signs: Any, rules: Any, rates: Any, weights: Any, values: Any, lit: Any) -> None:
+def drive(
+    moves: int,
+    world: Any,
+    begin: Any,
+    signs: Any,
+    rules: Any,
+    rates: Any,
+    weights: Any,
+    values: Any,
+    lit: Any,
+) -> None:
     """Fill `lit` [run, agent] with the steps under the lit lamp; `weights` [run, agent, neuron, source] change as agents learn.
 
     `begin` [run, 4] are uniform numbers, of place and heading; `values` [2, input and neuron] is scratch.
@@ -159,15 +234,34 @@ def drive(moves: int, world: Any, begin: Any, signs: Any, rules: Any, rates: Any
     for run in range(lit.shape[0]):
         for agent in range(lit.shape[1]):
             lit[run, agent] = _life(
-                moves, world, begin[run], signs[run, agent], rules[run, agent], rates[run, agent], weights[run, agent], values
+                moves,
+                world,
+                begin[run],
+                signs[run, agent],
+                rules[run, agent],
+                rates[run, agent],
+                weights[run, agent],
+                values,
             )
 
 
 @compiled
-def _life(moves: Any, world: Any, begin: Any, signs: Any, rules: Any, rates: Any, weights: Any, values: Any) -> int:
+def _life(
+    moves: Any,
+    world: Any,
+    begin: Any,
+    signs: Any,
+    rules: Any,
+    rates: Any,
+    weights: Any,
+    values: Any,
+) -> int:
     now, before = values[0], values[1]
     now[:] = ZERO
-    x, y = np.float32(0.3) + np.float32(0.4) * begin[0], np.float32(0.2) + np.float32(0.6) * begin[1]
+    x, y = (
+        np.float32(0.3) + np.float32(0.4) * begin[0],
+        np.float32(0.2) + np.float32(0.6) * begin[1],
+    )
     along, across = TWO * begin[2] - ONE, TWO * begin[3] - ONE
     length = square_root(along * along + across * across)
     along, across = (along / length, across / length) if length > ZERO else (ONE, ZERO)
@@ -181,7 +275,9 @@ def _life(moves: Any, world: Any, begin: Any, signs: Any, rules: Any, rates: Any
         _think(signs, rules, rates, weights, before, now)
         left, right = TWO * now[now.size - 2] - ONE, TWO * now[now.size - 1] - ONE
         left = left * world[5]
-        turn = TURN * (right - left) / TWO  # of half the angle the tangent, so that no sine is needed
+        turn = (
+            TURN * (right - left) / TWO
+        )  # of half the angle the tangent, so that no sine is needed
         square = turn * turn
         cosine, sine = (ONE - square) / (ONE + square), TWO * turn / (ONE + square)
         along, across = along * cosine - across * sine, across * cosine + along * sine
@@ -202,14 +298,23 @@ def _sense(world: Any, is_lit: Any, x: Any, y: Any, along: Any, across: Any, val
     distance = square_root(dx * dx + dy * dy)
     light = max(ZERO, ONE - distance) / distance if is_lit and distance > ZERO else ZERO
     ahead, left = light * (dx * along + dy * across), light * (dy * along - dx * across)
-    values[0], values[1], values[2], values[3] = max(ZERO, ahead), max(ZERO, left), max(ZERO, -ahead), max(ZERO, -left)
+    values[0], values[1], values[2], values[3] = (
+        max(ZERO, ahead),
+        max(ZERO, left),
+        max(ZERO, -ahead),
+        max(ZERO, -left),
+    )
     dx, dy = world[0] - x, world[1] - y
     ahead, left = dx * along + dy * across, dy * along - dx * across
     seen = ahead > abs(left)  # within an eighth of a turn
     values[4] = ONE if seen and THREE * left > ahead else ZERO
     values[5] = ONE if seen and THREE * abs(left) <= ahead else ZERO
     values[6] = ONE if seen and THREE * left < -ahead else ZERO
-    values[7], values[8], values[9] = _wall(x, y, along, across), _wall(x, y, -across, along), _wall(x, y, across, -along)
+    values[7], values[8], values[9] = (
+        _wall(x, y, along, across),
+        _wall(x, y, -across, along),
+        _wall(x, y, across, -along),
+    )
     for i in range(INPUTS - 1):
         values[i] *= world[4]
     values[INPUTS - 1] = ONE
@@ -243,10 +348,14 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     """One parent's bits up to a cut, the other's from there; then each bit may flip."""
 
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
-    derived: ClassVar[Mapping[str, Any]] = {"rate": lambda part, experiment: float(experiment.evolution.mutation_rate)}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate)
+    }
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         cut = cut_at(gate, child.size)  # of the modules in a row
         for module in range(child.shape[0]):
             for bit in range(child.shape[1]):
@@ -258,5 +367,8 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     @staticmethod
     def oracle(part: Any, fitter: Any, other: Any, draws: Any, gate: float) -> Any:
         inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
-        child = [1 - bit if draw[1] < part.rate else bit for bit, draw in zip(inherited, draws, strict=True)]
+        child = [
+            1 - bit if draw[1] < part.rate else bit
+            for bit, draw in zip(inherited, draws, strict=True)
+        ]
         return split_modules(child, len(fitter[0]))

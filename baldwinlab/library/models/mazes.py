@@ -35,13 +35,28 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.engine.lanes import clamp
 from baldwinlab.library.models.frames import NOT_THERE, in_t_mazes
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Cells, Field, Lives, Model, Variable, View, Walk, uniforms
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Cells,
+    Field,
+    Lives,
+    Model,
+    Variable,
+    View,
+    Walk,
+    uniforms,
+)
 
 INPUTS: Final = 5
 TURNING, END, HOME, REWARD, BIAS = range(INPUTS)
 CORRIDOR: Final = -1  # where no input but the bias is 1
 RULE: Final = 5  # genes after those of the weights: A, B, C, D and the rate
-WEIGHT, RATE = np.float32(10), np.float32(100)  # the greatest size of a weight, and of the rate; a gene is a share of it
+WEIGHT, RATE = (
+    np.float32(10),
+    np.float32(100),
+)  # the greatest size of a weight, and of the rate; a gene is a share of it
 HIGH, LOW, CRASHES, LOST = range(4)  # what is counted of trips
 STEP, TRIP, LIFETIME = range(3)  # for which activations last
 LASTS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
@@ -53,8 +68,12 @@ class Explored(NamedTuple):
     """What came of lives, and the course of the last trips."""
 
     learned: npt.NDArray[np.float32]  # [run, agent, weight], genes at death
-    counts: npt.NDArray[np.int64]  # [run, agent, kept, 4], of each trip, or of all where one is kept
-    ways: npt.NDArray[np.int64]  # [kept, place] of one agent: -1 left, 0 straight on, 1 right, NOT_THERE where it did not come
+    counts: npt.NDArray[
+        np.int64
+    ]  # [run, agent, kept, 4], of each trip, or of all where one is kept
+    ways: npt.NDArray[
+        np.int64
+    ]  # [kept, place] of one agent: -1 left, 0 straight on, 1 right, NOT_THERE where it did not come
 
 
 def gained(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
@@ -66,7 +85,9 @@ def gained(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
 
 def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Cells:
     trips = min(model.trips, WATCHED)
-    lived = model.explore(moment.seed, [moment.run], moment.generation, genomes[None, [agent]], trips, trips)
+    lived = model.explore(
+        moment.seed, [moment.run], moment.generation, genomes[None, [agent]], trips, trips
+    )
     maze = model.maze(moment.seed, moment.run, moment.generation)
     high = [where_high(maze, trip) for trip in range(trips)]
     counts = lived.counts[0, 0]
@@ -75,22 +96,39 @@ def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: 
 
 def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Walk:
     trips = min(model.trips, WATCHED)
-    counts = model.explore(moment.seed, [moment.run], moment.generation, genomes[None], trips, trips).counts[0]
+    counts = model.explore(
+        moment.seed, [moment.run], moment.generation, genomes[None], trips, trips
+    ).counts[0]
     returns = np.pad(gained(counts.cumsum(axis=1)), ((0, 0), (1, 0)))
-    lines = {f"agent {agent}": returns[agent], "average of all": returns.mean(axis=0), "best of all": returns.max(axis=0)}
+    lines = {
+        f"agent {agent}": returns[agent],
+        "average of all": returns.mean(axis=0),
+        "best of all": returns.max(axis=0),
+    }
     return Walk(lines, "trip", "reward gained until then")
 
 
 class TMazes(Model, name="t-mazes"):
     """Networks that learn in T-mazes in which end the high reward is."""
 
-    turns: Literal[1, 2] = Field(1, description="turning points on the way to an end: 1 of the single maze, 2 of the double")
-    homing: bool = Field(False, description="whether the way home is to be found; if not, a trip ends at the maze end")
+    turns: Literal[1, 2] = Field(
+        1, description="turning points on the way to an end: 1 of the single maze, 2 of the double"
+    )
+    homing: bool = Field(
+        False,
+        description="whether the way home is to be found; if not, a trip ends at the maze end",
+    )
     trips: int = Field(100, ge=4, le=100_000, description="in a life")
-    standard: int = Field(3, ge=0, le=50, description="neurons beside the output that excite or inhibit")
-    modulatory: int = Field(1, ge=0, le=50, description="neurons that gate plasticity; without any, nothing gates it")
+    standard: int = Field(
+        3, ge=0, le=50, description="neurons beside the output that excite or inhibit"
+    )
+    modulatory: int = Field(
+        1, ge=0, le=50, description="neurons that gate plasticity; without any, nothing gates it"
+    )
     plasticity: bool = Field(True, description="whether synapses change in life")
-    memory: Literal["step", "trip", "life"] = Field("trip", description="how long activations last, before they are 0 again")
+    memory: Literal["step", "trip", "life"] = Field(
+        "trip", description="how long activations last, before they are 0 again"
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 200},
@@ -114,7 +152,10 @@ class TMazes(Model, name="t-mazes"):
             "reward lies, and when it moves, is drawn for each generation.",
             _trips,
         ),
-        "returns": View("What an agent has gained after each trip, beside the average and the best of its generation.", _returns),
+        "returns": View(
+            "What an agent has gained after each trip, beside the average and the best of its generation.",
+            _returns,
+        ),
     }
 
     @property
@@ -146,9 +187,15 @@ class TMazes(Model, name="t-mazes"):
         where, when, whither, _ = uniforms(seed, run, generation, LIFE, (1, 1))[0, 0]
         ends = 2**self.turns
         first, earliest, latest = int(where * ends), self.trips * 35 // 100, self.trips * 65 // 100
-        return first, earliest + int(when * (latest - earliest + 1)), (first + 1 + int(whither * (ends - 1))) % ends
+        return (
+            first,
+            earliest + int(when * (latest - earliest + 1)),
+            (first + 1 + int(whither * (ends - 1))) % ends,
+        )
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         learned, counts, _ = self.explore(seed, runs, generation, genomes, self.trips, 1)
         energy = gained(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
@@ -156,7 +203,13 @@ class TMazes(Model, name="t-mazes"):
         return Lives(energy, np.zeros_like(energy), learned, records)
 
     def explore(
-        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32], trips: int, kept: int
+        self,
+        seed: int,
+        runs: Sequence[int],
+        generation: int,
+        genomes: npt.NDArray[np.float32],
+        trips: int,
+        kept: int,
     ) -> Explored:
         """So many trips of lives, of which as many are kept apart."""
         sizes = np.full(self.weights(), WEIGHT)
@@ -173,7 +226,9 @@ class TMazes(Model, name="t-mazes"):
 
 
 @entry
-def explore(numbers: Any, mazes: Any, weights: Any, values: Any, done: Any, counts: Any, ways: Any) -> None:
+def explore(
+    numbers: Any, mazes: Any, weights: Any, values: Any, done: Any, counts: Any, ways: Any
+) -> None:
     """Fill `counts` [run, agent, kept, 4] of trips; `weights` [run, agent, weight] change as agents learn.
 
     `numbers` are neurons, modulatory ones, whether there is plasticity, how long activations last, turning points, whether to go
@@ -249,7 +304,9 @@ def _act(numbers: Any, weights: Any, values: Any, place: Any, reward: Any) -> in
     for neuron in range(neurons):
         first = neuron * values.size
         sensed = _sum(weights, first, values, 0, INPUTS)
-        values[INPUTS + neuron] = _answer(sensed + _sum(weights, first, values, INPUTS + modulatory, values.size))
+        values[INPUTS + neuron] = _answer(
+            sensed + _sum(weights, first, values, INPUTS + modulatory, values.size)
+        )
     if numbers[2] == 1:
         _change(neurons, modulatory, weights, values)
     out = values[values.size - 1]
@@ -275,7 +332,13 @@ def _answer(total: Any) -> Any:
 def _change(neurons: Any, modulatory: Any, weights: Any, values: Any) -> None:
     """Let every synapse from an input or a standard neuron change, as far as modulatory neurons let it."""
     rule = neurons * values.size
-    a, b, c, d, rate = weights[rule], weights[rule + 1], weights[rule + 2], weights[rule + 3], weights[rule + 4]
+    a, b, c, d, rate = (
+        weights[rule],
+        weights[rule + 1],
+        weights[rule + 2],
+        weights[rule + 3],
+        weights[rule + 4],
+    )
     for neuron in range(neurons):
         first, y = neuron * values.size, values[INPUTS + neuron]
         sent = _sum(weights, first, values, INPUTS, INPUTS + modulatory)

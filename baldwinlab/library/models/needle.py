@@ -21,7 +21,18 @@ import xarray as xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.library.breeding import cut_at, flatten, is_of_fitter, joined, split_modules
-from baldwinlab.parts import FOUNDER, LIFE, OF_AGENT, Field, Lives, Measure, Model, Variable, Variation, uniforms
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    OF_AGENT,
+    Field,
+    Lives,
+    Measure,
+    Model,
+    Variable,
+    Variation,
+    uniforms,
+)
 
 UNSET: Final = 0.5  # the allele ?
 MOST: Final = 19.0  # that can be gained above the 1 that everybody has
@@ -52,9 +63,18 @@ class HintonNowlan(Model, name="hinton-nowlan"):
 
     loci: int = Field(20, ge=1, le=60, description="length of a string")
     trials: int = Field(1000, ge=1, le=100_000, description="for which a life has time")
-    guessing: bool = Field(True, description="whether a ? is guessed in life; if not, it is never right")
-    unset: float = Field(0.5, ge=0, le=1, description="share of ? among the founders' alleles; the rest are 0 and 1 alike")
-    counts_success: bool = Field(True, description="whether the trial that succeeds is one of those used up")
+    guessing: bool = Field(
+        True, description="whether a ? is guessed in life; if not, it is never right"
+    )
+    unset: float = Field(
+        0.5,
+        ge=0,
+        le=1,
+        description="share of ? among the founders' alleles; the rest are 0 and 1 alike",
+    )
+    counts_success: bool = Field(
+        True, description="whether the trial that succeeds is one of those used up"
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
@@ -64,7 +84,9 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         "ones": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 1, the right one"),
         "unset": Variable(OF_AGENT, np.float32, "1", "share of alleles that are ?"),
         "zeros": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 0"),
-        "succeeded": Variable(OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"),
+        "succeeded": Variable(
+            OF_AGENT, np.int32, "1", "1 where all alleles were right in a trial, else 0"
+        ),
         "used": Variable(OF_AGENT, np.int32, "trials", "trials of the agent's life"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET, "1": 1.0}
@@ -74,11 +96,20 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         "unset": Measure("share of ? in the last generation", _at_last("unset")),
         "zeros": Measure("share of 0 in the last generation", _at_last("zeros")),
         "take-off": Measure("generation in which half of the agents succeed", _take_off),
-        "unset-at-take-off": Measure("share of ? when half of the agents succeed", _unset_at_take_off),
-        "fall": Measure("share of ? then, less that at last", lambda runs: _unset_at_take_off(runs) - _at_last("unset")(runs)),
-        "taken-off": Measure("1 where half of the agents ever succeed, else 0", lambda runs: _take_off(runs).notnull() * 1.0),
+        "unset-at-take-off": Measure(
+            "share of ? when half of the agents succeed", _unset_at_take_off
+        ),
+        "fall": Measure(
+            "share of ? then, less that at last",
+            lambda runs: _unset_at_take_off(runs) - _at_last("unset")(runs),
+        ),
+        "taken-off": Measure(
+            "1 where half of the agents ever succeed, else 0",
+            lambda runs: _take_off(runs).notnull() * 1.0,
+        ),
         "hit": Measure(
-            "1 where anybody ever succeeds, else 0", lambda runs: runs["succeeded"].max(("generation", "agent")).astype(float)
+            "1 where anybody ever succeeds, else 0",
+            lambda runs: runs["succeeded"].max(("generation", "agent")).astype(float),
         ),
     }
 
@@ -99,11 +130,17 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
         draws = moment.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
         half = (1 - self.unset) / 2
-        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(np.float32)
+        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET)[:, None].astype(
+            np.float32
+        )
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         genomes = genomes[:, :, 0]
-        luck = np.stack([uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs])
+        luck = np.stack(
+            [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
+        )
         unset = (genomes == UNSET).sum(axis=-1)
         able = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
         first = self._first_success(unset, luck)
@@ -115,12 +152,16 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             "unset": (unset / self.loci).astype(np.float32),
             "zeros": (genomes == 0).mean(axis=-1, dtype=np.float32),
             "succeeded": succeeded.astype(np.int32),
-            "used": np.where(succeeded, first, self.trials if self.guessing else 1).astype(np.int32),
+            "used": np.where(succeeded, first, self.trials if self.guessing else 1).astype(
+                np.int32
+            ),
         }
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
         return Lives(energy, np.zeros_like(energy), learned, records)
 
-    def _first_success(self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+    def _first_success(
+        self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.int64]:
         """The trial in which so many coins first fall right, [run, agent]; trials + 1 where they do not in a life.
 
         A trial fails with chance 1 - 2^-unset, so the first t all do with its power t: that of the last before the success
@@ -168,7 +209,9 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             )
 
     @staticmethod
-    def vary(part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome) -> None:
+    def vary(
+        part: Any, fitter: OneGenome, other: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
         cut = cut_at(gate, child.size)  # of the modules in a row
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
@@ -187,5 +230,8 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
             return 0.0 if draw < zero else 1.0 if draw >= 1 - zero else 0.5
 
         inherited = joined(flatten(fitter), flatten(other), gate, draws[0][0])
-        child = [mutant(draw[2]) if draw[1] < part.rate else old for old, draw in zip(inherited, draws, strict=True)]
+        child = [
+            mutant(draw[2]) if draw[1] < part.rate else old
+            for old, draw in zip(inherited, draws, strict=True)
+        ]
         return split_modules(child, len(fitter[0]))

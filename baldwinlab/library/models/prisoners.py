@@ -32,15 +32,30 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Matrix, Measure, Model, Variable, View
 
-PAIRS: Final = ("DD", "DC", "CD", "CC")  # of moves, one's own first: what a strategy has an entry for
+PAIRS: Final = (
+    "DD",
+    "DC",
+    "CD",
+    "CC",
+)  # of moves, one's own first: what a strategy has an entry for
 GENOMES: Final = 256  # as numbers: the moves in bits 0 to 3, what is plastic in bits 4 to 7
-PAYOFF: Final = np.array([1.0, 5.0, 0.0, 3.0])  # of each pair: punishment, temptation, sucker's payoff, reward
-FIRST: Final[Mapping[str, tuple[int, ...]]] = {"any": (0, 1, 2, 3), "defection": (0,), "cooperation": (3,)}  # alike likely
+PAYOFF: Final = np.array(
+    [1.0, 5.0, 0.0, 3.0]
+)  # of each pair: punishment, temptation, sucker's payoff, reward
+FIRST: Final[Mapping[str, tuple[int, ...]]] = {
+    "any": (0, 1, 2, 3),
+    "defection": (0,),
+    "cooperation": (3,),
+}  # alike likely
 
 _GENOME = np.arange(GENOMES)[:, None]
 _PLASTIC = (_GENOME >> np.arange(4, 8)) & 1  # [genome, pair]
-_ENTRY = np.where(_PLASTIC, 2, (_GENOME >> np.arange(4)) & 1)  # [genome, pair]: 0 is D, 1 is C, 2 is x
-STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x", repeat=4))  # by number: a digit an entry
+_ENTRY = np.where(
+    _PLASTIC, 2, (_GENOME >> np.arange(4)) & 1
+)  # [genome, pair]: 0 is D, 1 is C, 2 is x
+STRATEGIES: Final = tuple(
+    "".join(reversed(entries)) for entries in product("01x", repeat=4)
+)  # by number: a digit an entry
 STRATEGY: Final = (_ENTRY @ 3 ** np.arange(4)).astype(np.int8)  # of each genome, by number
 OUTSTANDING: Final = "x00x"
 SHOWN: Final = 8  # genomes, the commonest, in the view of payoffs
@@ -59,11 +74,17 @@ def payoffs(rounds: int, noise: float, learning: bool, first: str) -> npt.NDArra
         other_after = _learned(other, seen, move_of_other, move) if learning else other
         made = 2 * move + move_of_other
         outcomes.append((chance, PAYOFF[made], (after * GENOMES + other_after) * 4 + made))
-    ahead = np.zeros(GENOMES * GENOMES * 4)  # the payoff of the rounds to come, by both genomes as they are now and the pair
+    ahead = np.zeros(
+        GENOMES * GENOMES * 4
+    )  # the payoff of the rounds to come, by both genomes as they are now and the pair
     for _ in range(rounds):
-        ahead = np.sum([chance * (now + ahead[state]) for chance, now, state in outcomes], axis=0).ravel()
+        ahead = np.sum(
+            [chance * (now + ahead[state]) for chance, now, state in outcomes], axis=0
+        ).ravel()
     by_pair, begins = ahead.reshape(GENOMES, GENOMES, 4), FIRST[first]
-    found: npt.NDArray[np.float64] = np.sum([by_pair[:, :, begin] for begin in begins], axis=0) / (rounds * len(begins))
+    found: npt.NDArray[np.float64] = np.sum([by_pair[:, :, begin] for begin in begins], axis=0) / (
+        rounds * len(begins)
+    )
     found.flags.writeable = False  # as it is kept
     return found
 
@@ -124,9 +145,13 @@ def _outstanding(runs: xr.Dataset) -> xr.DataArray:
     return counts.sel(strategy=OUTSTANDING) / counts.sum("strategy")
 
 
-def _at(of: Callable[[xr.Dataset], xr.DataArray], generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
+def _at(
+    of: Callable[[xr.Dataset], xr.DataArray], generation: int
+) -> Callable[[xr.Dataset], xr.DataArray]:
     """Of a generation, or of the last where there are not so many."""
-    return lambda runs: of(runs.isel(generation=[min(generation, runs.sizes["generation"] - 1)])).isel(generation=0)
+    return lambda runs: of(
+        runs.isel(generation=[min(generation, runs.sizes["generation"] - 1)])
+    ).isel(generation=0)
 
 
 def _leads(runs: xr.Dataset) -> xr.DataArray:
@@ -141,21 +166,36 @@ def _ahead(runs: xr.Dataset) -> xr.DataArray:
     return (leading == OUTSTANDING).astype(float) - (leading == rival)
 
 
-def _against_each_other(model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Matrix:
+def _against_each_other(
+    model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> Matrix:
     """What the commonest genomes of a generation get from each other."""
     there = np.bincount(_numbers(genomes), minlength=GENOMES)
-    commonest = [int(genome) for genome in np.argsort(-there, kind="stable")[:SHOWN] if there[genome]]
-    names = [
-        f"{STRATEGIES[STRATEGY[genome]]} born {''.join('DC'[genome >> pair & 1] for pair in range(4))}" for genome in commonest
+    commonest = [
+        int(genome) for genome in np.argsort(-there, kind="stable")[:SHOWN] if there[genome]
     ]
-    rows = [f"{name}, {there[genome] / len(genomes):.1%}" for name, genome in zip(names, commonest, strict=True)]
+    names = [
+        f"{STRATEGIES[STRATEGY[genome]]} born {''.join('DC'[genome >> pair & 1] for pair in range(4))}"
+        for genome in commonest
+    ]
+    rows = [
+        f"{name}, {there[genome] / len(genomes):.1%}"
+        for name, genome in zip(names, commonest, strict=True)
+    ]
     payoff = payoffs(model.rounds, model.noise, model.learning, model.first)
-    return Matrix(rows, names, payoff[np.ix_(commonest, commonest)], "mean payoff of a round to the row, from the column")
+    return Matrix(
+        rows,
+        names,
+        payoff[np.ix_(commonest, commonest)],
+        "mean payoff of a round to the row, from the column",
+    )
 
 
 def _numbers(genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     """Genomes [..., 1, bit] as the numbers that they are."""
-    found: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (1 << np.arange(2 * len(PAIRS)))
+    found: npt.NDArray[np.int64] = (genomes[..., 0, :] > 0.5).astype(np.int64) @ (
+        1 << np.arange(2 * len(PAIRS))
+    )
     return found
 
 
@@ -163,16 +203,23 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     """Prisoners who learn within a match what is plastic in their strategies."""
 
     rounds: int = Field(50, ge=1, le=1000, description="of a match")
-    noise: float = Field(1 / 25, ge=0, le=0.5, description="chance that a move is not the one that was meant")
-    learning: bool = Field(True, description="whether plastic entries learn; if not, they stay as they were born")
+    noise: float = Field(
+        1 / 25, ge=0, le=0.5, description="chance that a move is not the one that was meant"
+    )
+    learning: bool = Field(
+        True, description="whether plastic entries learn; if not, they stay as they were born"
+    )
     first: Literal["any", "defection", "cooperation"] = Field(
-        "any", description="pair of moves that is taken to lie before a match: any of the four alike, DD, or CC"
+        "any",
+        description="pair of moves that is taken to lie before a match: any of the four alike, DD, or CC",
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
         "evolution": {"generations": 2001, "variation": "bit-flips", "mutation_rate": 1 / 1500},
-        "record": {"genome_every": 21},  # those that the assay `innate` lives again, so that none has to be bred again
+        "record": {
+            "genome_every": 21
+        },  # those that the assay `innate` lives again, so that none has to be bred again
     }
     payoff: ClassVar[str] = "mean payoff of a round"
     records: ClassVar[Mapping[str, Variable]] = {
@@ -189,23 +236,34 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     views: ClassVar[Mapping[str, View]] = {
-        "payoffs": View("What the commonest genomes get from each other.", _against_each_other, of_an_agent=False)
+        "payoffs": View(
+            "What the commonest genomes get from each other.",
+            _against_each_other,
+            of_an_agent=False,
+        )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "least-payoff": Measure(
             "lowest mean payoff of the average agent before generation 150",
             lambda runs: _payoff(runs.isel(generation=slice(150))).min("generation"),
         ),
-        "payoff-500": Measure("mean payoff of the average agent in generation 500", _at(_payoff, 500)),
-        "payoff-2000": Measure("mean payoff of the average agent in generation 2000", _at(_payoff, 2000)),
+        "payoff-500": Measure(
+            "mean payoff of the average agent in generation 500", _at(_payoff, 500)
+        ),
+        "payoff-2000": Measure(
+            "mean payoff of the average agent in generation 2000", _at(_payoff, 2000)
+        ),
         "most-plasticity": Measure(
             "percentage of entries that are plastic, in the generation with most",
             lambda runs: 100 * _plasticity(runs).max("generation"),
         ),
         "plasticity-2000": Measure(
-            "percentage of entries that are plastic in generation 2000", lambda runs: 100 * _at(_plasticity, 2000)(runs)
+            "percentage of entries that are plastic in generation 2000",
+            lambda runs: 100 * _at(_plasticity, 2000)(runs),
         ),
-        "x00x-leads": Measure("1 where [x00x] is the commonest strategy in generation 2000, else 0", _at(_leads, 2000)),
+        "x00x-leads": Measure(
+            "1 where [x00x] is the commonest strategy in generation 2000, else 0", _at(_leads, 2000)
+        ),
         "x00x-ahead": Measure(
             "1 where [x00x] is the commonest strategy in generation 2000, -1 where the one is that leads most of the other runs",
             _at(_ahead, 2000),
@@ -222,7 +280,9 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
 
     def check(self, experiment: Any) -> None:
         if experiment.population.size < 2:
-            raise ValueError("population.size = 1 must be at least 2, as a prisoner's payoff is against others")
+            raise ValueError(
+                "population.size = 1 must be at least 2, as a prisoner's payoff is against others"
+            )
 
     def without_learner(self) -> PlasticPrisoners:
         return self.model_copy(update={"learning": False})
@@ -234,7 +294,9 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
         return np.asarray(draws < 0.5, np.float32)
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         numbers = _numbers(genomes)
         payoff = payoffs(self.rounds, self.noise, self.learning, self.first)
         worth, energy = np.zeros(GENOMES), poison.empty(numbers.shape)
@@ -243,7 +305,13 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             energy[run] = worth[there]
         return Lives(energy, np.zeros_like(energy), None, {"strategy": STRATEGY[numbers]})
 
-    def oracle(self, own: Sequence[float], other: Sequence[float], pair: int, slips: Sequence[tuple[bool, bool]]) -> float:
+    def oracle(
+        self,
+        own: Sequence[float],
+        other: Sequence[float],
+        pair: int,
+        slips: Sequence[tuple[bool, bool]],
+    ) -> float:
         """The payoff of a round to the first of two genomes, move by move: `slips` of both say where a move is not as meant."""
         tables, plastic, total = [list(own[:4]), list(other[:4])], [own[4:], other[4:]], 0.0
         for slip in slips:

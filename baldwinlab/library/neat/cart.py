@@ -17,10 +17,16 @@ from baldwinlab.engine.jit import compiled
 
 PARTS: Final = 6  # of a state
 TRACK, UPRIGHT = 2.4, 36 * np.pi / 180  # m either way; rad either way
-CART, MASSES, HALVES = 1.0, (0.1, 0.01), (0.5, 0.05)  # kg, kg, and half of the lengths in m: 1 m and 0.1 m
+CART, MASSES, HALVES = (
+    1.0,
+    (0.1, 0.01),
+    (0.5, 0.05),
+)  # kg, kg, and half of the lengths in m: 1 m and 0.1 m
 FORCE, GRAVITY, HINGE = 10.0, -9.8, 2e-6  # N, m/s^2, friction of a hinge
 STEP: Final = 0.01  # s, of which there are two to a push
-SINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(9, -1, -1))  # in powers of the square
+SINE = tuple(
+    (-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(9, -1, -1)
+)  # in powers of the square
 COSINE = tuple((-1.0) ** k / float(np.prod(np.arange(1.0, 2 * k + 1))) for k in range(10, -1, -1))
 
 
@@ -53,14 +59,18 @@ def _slope(state: Any, push: float, friction: float, slope: Any) -> None:
         angle, turning = state[2 + 2 * pole], state[3 + 2 * pole]
         sine, cosine = sine_of(angle), cosine_of(angle)
         drag = friction * turning / (MASSES[pole] * HALVES[pole])
-        force += MASSES[pole] * (HALVES[pole] * turning * turning * sine + 0.75 * cosine * (drag + GRAVITY * sine))
+        force += MASSES[pole] * (
+            HALVES[pole] * turning * turning * sine + 0.75 * cosine * (drag + GRAVITY * sine)
+        )
         mass += MASSES[pole] * (1.0 - 0.75 * cosine * cosine)
     slope[0], slope[1] = state[1], force / mass
     for pole in range(2):
         angle, turning = state[2 + 2 * pole], state[3 + 2 * pole]
         drag = friction * turning / (MASSES[pole] * HALVES[pole])
         slope[2 + 2 * pole] = turning
-        slope[3 + 2 * pole] = -0.75 / HALVES[pole] * (slope[1] * cosine_of(angle) + GRAVITY * sine_of(angle) + drag)
+        slope[3 + 2 * pole] = (
+            -0.75 / HALVES[pole] * (slope[1] * cosine_of(angle) + GRAVITY * sine_of(angle) + drag)
+        )
 
 
 @compiled

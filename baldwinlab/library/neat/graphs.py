@@ -35,7 +35,9 @@ def require_neat(experiment: Any, holder: str) -> None:
     """Raises ValueError where another variation than `neat` would make genomes that are no graphs."""
     evolution = experiment.evolution
     if evolution.variation != "neat" and evolution.inheritance != "none":
-        raise ValueError(f"{holder} is bred by evolution.variation = 'neat', and not {evolution.variation!r}")
+        raise ValueError(
+            f"{holder} is bred by evolution.variation = 'neat', and not {evolution.variation!r}"
+        )
 
 
 def entries(links: int) -> int:
@@ -43,7 +45,9 @@ def entries(links: int) -> int:
     return HEAD + GENE * links
 
 
-def minimal(inputs: int, outputs: int, links: int, weights: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+def minimal(
+    inputs: int, outputs: int, links: int, weights: npt.NDArray[Any]
+) -> npt.NDArray[np.float32]:
     """Networks without hidden nodes, every input linked with every output: [agent, entry], from `weights` [agent, link]."""
     made = np.zeros((len(weights), entries(links)), np.float32)
     made[:, : inputs * outputs] = weights
@@ -58,9 +62,15 @@ def begin(graph: Graph, inputs: int, outputs: int) -> None:
     first, links = inputs + outputs, inputs * outputs
     for entry in range(HEAD + GENE * links, graph.size):
         graph[entry] = ZERO
-    for link in range(links - 1, -1, -1):  # from the last on, so that no weight is written over before it is read
+    for link in range(
+        links - 1, -1, -1
+    ):  # from the last on, so that no weight is written over before it is read
         gene, weight = HEAD + GENE * link, graph[link]
-        graph[gene + NUMBER], graph[gene + SOURCE], graph[gene + TARGET] = first + link, link // outputs, inputs + link % outputs
+        graph[gene + NUMBER], graph[gene + SOURCE], graph[gene + TARGET] = (
+            first + link,
+            link // outputs,
+            inputs + link % outputs,
+        )
         graph[gene + WEIGHT], graph[gene + ENABLED] = weight, ONE
     graph[INPUTS], graph[OUTPUTS], graph[LEDGER] = inputs, outputs, first + links - 1
     graph[NEWEST], graph[SPECIES], graph[STALE], graph[STALE_OF_ALL] = ONE, ONE, ZERO, ZERO
@@ -98,7 +108,9 @@ def makes_a_node(graph: Graph, link: int) -> bool:
 def has_link(graph: Graph, source: Any, target: Any) -> bool:
     found = False
     for link in range(links_of(graph)):
-        found = found or (graph[gene_at(link) + SOURCE] == source and graph[gene_at(link) + TARGET] == target)
+        found = found or (
+            graph[gene_at(link) + SOURCE] == source and graph[gene_at(link) + TARGET] == target
+        )
     return found
 
 
@@ -178,10 +190,15 @@ def _total(graph: Graph, inputs: int, outputs: int, links: int, values: Any, row
     heard, total = True, ZERO
     for link in range(links):
         gene = gene_at(link)
-        if graph[gene + ENABLED] > ZERO and row_of(graph, inputs, outputs, links, graph[gene + TARGET], values.size) == row:
+        if (
+            graph[gene + ENABLED] > ZERO
+            and row_of(graph, inputs, outputs, links, graph[gene + TARGET], values.size) == row
+        ):
             source = row_of(graph, inputs, outputs, links, graph[gene + SOURCE], values.size)
             value = ONE if source < 0 else values[source]
-            heard = heard and (source < inputs or value != UNKNOWN)  # an input may be what no node answers
+            heard = heard and (
+                source < inputs or value != UNKNOWN
+            )  # an input may be what no node answers
             total += graph[gene + WEIGHT] * value
     return heard, total
 

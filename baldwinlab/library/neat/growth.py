@@ -55,7 +55,9 @@ def cross(part: Any, other: Graph, draws: Draws, child: Graph) -> None:
             enabled = enabled and other[gene_at(theirs) + ENABLED] > ZERO
             if draws[OF_LINKS + link, 0] >= 0.5:
                 child[gene + WEIGHT] = other[gene_at(theirs) + WEIGHT]
-        child[gene + ENABLED] = ONE if enabled or draws[OF_LINKS + link, 1] >= part.stays_disabled else ZERO
+        child[gene + ENABLED] = (
+            ONE if enabled or draws[OF_LINKS + link, 1] >= part.stays_disabled else ZERO
+        )
 
 
 @compiled
@@ -102,11 +104,16 @@ def add_node(part: Any, draws: Draws, children: Genome, number: int, first: int,
 @compiled
 def _may_be_split(graph: Graph, link: int) -> bool:
     """Whether a link is enabled and does not come from the bias."""
-    return bool(graph[gene_at(link) + ENABLED] > ZERO and graph[gene_at(link) + SOURCE] != graph[INPUTS] - ONE)
+    return bool(
+        graph[gene_at(link) + ENABLED] > ZERO
+        and graph[gene_at(link) + SOURCE] != graph[INPUTS] - ONE
+    )
 
 
 @compiled
-def add_link(part: Any, draws: Draws, children: Genome, number: int, first: int, last: int, marks: Any) -> Any:
+def add_link(
+    part: Any, draws: Draws, children: Genome, number: int, first: int, last: int, marks: Any
+) -> Any:
     """Join two nodes of child `number` that are not joined, in a loop only where there are. Gives the ledger's last number."""
     child = children[number, 0]
     if draws[0, 2] >= part.add_link or links_of(child) + 1 > room(child):
@@ -118,7 +125,9 @@ def add_link(part: Any, draws: Draws, children: Genome, number: int, first: int,
     link = np.float32(_known_link(children, number, first, source, target))
     if link == ZERO:
         link, last = np.float32(last + 1), last + 1
-    _insert(child, link, source, target, np.float32((2.0 * draws[1, 1] - 1.0) * np.float64(part.range)))
+    _insert(
+        child, link, source, target, np.float32((2.0 * draws[1, 1] - 1.0) * np.float64(part.range))
+    )
     return last
 
 
@@ -130,7 +139,9 @@ def _pair(graph: Graph, loops: bool, chosen: int, marks: Any) -> Any:
     for begin in range(nodes):
         for end in range(int(graph[INPUTS]), nodes):
             one, other = node_of(graph, begin), node_of(graph, end)
-            if not has_link(graph, one, other) and (loops or not leads_to(graph, other, one, marks)):
+            if not has_link(graph, one, other) and (
+                loops or not leads_to(graph, other, one, marks)
+            ):
                 if count == chosen:
                     source, target = one, other
                 count += 1
@@ -145,7 +156,11 @@ def _known_node(children: Genome, number: int, first: int, source: Any, target: 
         child = children[earlier, 0]
         for link in range(links_of(child)):
             node = child[gene_at(link) + NUMBER]
-            splits = node >= first and makes_a_node(child, link) and child[gene_at(link) + SOURCE] == source
+            splits = (
+                node >= first
+                and makes_a_node(child, link)
+                and child[gene_at(link) + SOURCE] == source
+            )
             if splits and _number_of(child, node, target) == node + ONE:
                 found = node
     return found

@@ -38,7 +38,9 @@ class Growing(Network, name="growing"):
         "evolution.variation": "neat",
         "evolution.selection": "species",
     }
-    steepness: float = Field(4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))")
+    steepness: float = Field(
+        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+    )
 
     derived: ClassVar[Mapping[str, Any]] = {
         "inputs": lambda part, experiment: len(experiment.inputs),
@@ -54,7 +56,9 @@ class Growing(Network, name="growing"):
             )
         require_neat(experiment, "network.kind = 'growing'")
         if network.biases:
-            raise ValueError("network.kind = 'growing' has its bias as a node: network.biases must be false")
+            raise ValueError(
+                "network.kind = 'growing' has its bias as a node: network.biases must be false"
+            )
         needed = (len(experiment.inputs) + 1) * len(experiment.actions)
         if len(network.hidden) != 1 or _room(experiment) < needed:
             raise ValueError(
@@ -73,5 +77,7 @@ class Growing(Network, name="growing"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        graph = [float(entry) for entry in naive.weights(agent.action_module)][: entries(int(part.room))]
+        graph = [float(entry) for entry in naive.weights(agent.action_module)][
+            : entries(int(part.room))
+        ]
         return oracle.activate(graph, float(part.steepness), [*agent.inputs, 1.0])

@@ -31,7 +31,11 @@ Genes = dict[int, list[float]]  # by number: source, target, weight, enabled
 
 def genes_of(graph: Any) -> Genes:
     genes = [graph[first : first + GENE] for first in range(HEAD, len(graph), GENE)]
-    return {int(number): [source, target, weight, enabled] for number, source, target, weight, enabled in genes if number}
+    return {
+        int(number): [source, target, weight, enabled]
+        for number, source, target, weight, enabled in genes
+        if number
+    }
 
 
 def distance(part: Any, one: Genes, other: Genes) -> float:
@@ -42,7 +46,11 @@ def distance(part: Any, one: Genes, other: Genes) -> float:
     size = max(len(one), len(other))
     size = 1 if size < SMALL else size
     mean = sum(shared) / len(shared) if shared else 0.0
-    return float(part.excess * excess / size + part.disjoint * (len(alone) - excess) / size + part.difference * mean)
+    return float(
+        part.excess * excess / size
+        + part.disjoint * (len(alone) - excess) / size
+        + part.difference * mean
+    )
 
 
 def activate(graph: Any, steepness: float, inputs: Any) -> list[float]:
@@ -53,13 +61,17 @@ def activate(graph: Any, steepness: float, inputs: Any) -> list[float]:
     def value(node: float) -> float:
         if node < first:
             return float(inputs[int(node)])
-        total = sum(weight * value(source) for source, target, weight, _ in enabled if target == node)
+        total = sum(
+            weight * value(source) for source, target, weight, _ in enabled if target == node
+        )
         return float(1 / (1 + np.exp(-steepness * total)))
 
     return [value(first + output) for output in range(outputs)]
 
 
-def step(graph: Any, steepness: float, inputs: Any, before: dict[float, float]) -> dict[float, float]:
+def step(
+    graph: Any, steepness: float, inputs: Any, before: dict[float, float]
+) -> dict[float, float]:
     """What nodes say that hear anybody, by name, where all answer at once: they hear inputs now, and nodes as `before`."""
     first = int(graph[INPUTS])
     heard = before | {float(node): float(value) for node, value in enumerate(inputs)}
@@ -76,11 +88,20 @@ def _standings(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
     found: dict[float, dict[str, Any]] = {}
     for species in sorted({agent[0][SPECIES] for agent in genome}):
         members = [number for number, agent in enumerate(genome) if agent[0][SPECIES] == species]
-        head, best = genome[members[0]][0], max(float(np.float32(fitness[number])) for number in members)
+        head, best = (
+            genome[members[0]][0],
+            max(float(np.float32(fitness[number])) for number in members),
+        )
         gains = best > head[BEST]
         stale = 0 if gains else int(head[STALE]) + 1
         mean = sum(fitness[number] for number in members) / len(members)
-        found[species] = {"members": members, "mean": mean, "now": best, "best": max(best, head[BEST]), "stale": stale}
+        found[species] = {
+            "members": members,
+            "mean": mean,
+            "now": best,
+            "best": max(best, head[BEST]),
+            "stale": stale,
+        }
     return found
 
 
@@ -109,7 +130,9 @@ def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[in
     means = [each["mean"] for each in breeding.values()]
     if not any(means):
         means = [1.0] * len(means)
-    everybody = sorted(range(len(genome)), key=lambda agent: (-genome[agent][0][SPECIES], fitness[agent], agent))
+    everybody = sorted(
+        range(len(genome)), key=lambda agent: (-genome[agent][0][SPECIES], fitness[agent], agent)
+    )
     found: list[list[int]] = []
     for number, each in enumerate(breeding.values()):
         best_first = sorted(each["members"], key=lambda agent: (-fitness[agent], -agent))
@@ -125,12 +148,19 @@ def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[in
     return found
 
 
-def children(part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any) -> list[list[list[float]]]:
+def children(
+    part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any
+) -> list[list[list[float]]]:
     room = (len(genome[0][0]) - HEAD) // GENE
     ledger, known = int(genome[0][0][LEDGER]), dict[tuple[str, float, float], int]()
     made: list[Genes] = []
     for (one, other), (of_child, of_new, *of_links) in zip(pairs, draws, strict=True):
-        if other != ITSELF and one != other and (part.blind or fitness[one] == fitness[other]) and of_new[2] < 0.5:
+        if (
+            other != ITSELF
+            and one != other
+            and (part.blind or fitness[one] == fitness[other])
+            and of_new[2] < 0.5
+        ):
             one, other = other, one
         genes = genes_of(genome[one][0])
         made.append(genes)
@@ -141,11 +171,19 @@ def children(part: Any, genome: Any, fitness: Any, pairs: Any, draws: Any) -> li
         if of_child[0] < part.mutated:
             for gene, draw in zip(genes.values(), of_links, strict=False):
                 size = 2 * draw[3] - 1
-                gene[2] = gene[2] + size * part.perturbation if draw[2] < part.perturbed else size * part.range
+                gene[2] = (
+                    gene[2] + size * part.perturbation
+                    if draw[2] < part.perturbed
+                    else size * part.range
+                )
         bias = genome[0][0][INPUTS] - 1
-        splittable = [number for number in sorted(genes) if genes[number][3] and genes[number][0] != bias]
+        splittable = [
+            number for number in sorted(genes) if genes[number][3] and genes[number][0] != bias
+        ]
         if of_child[1] < part.add_node and splittable and len(genes) + 2 <= room:
-            source, target, weight, _ = split = genes[splittable[int(of_child[3] * len(splittable))]]
+            source, target, weight, _ = split = genes[
+                splittable[int(of_child[3] * len(splittable))]
+            ]
             node = known.setdefault(("node", source, target), ledger + 1)
             ledger = max(ledger, node + 1)
             known[("link", source, node)], known[("link", node, target)] = node, node + 1
@@ -179,10 +217,16 @@ def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]
             behind[source] |= behind[target]
     joined = {(gene[0], gene[1]) for gene in genes.values()}
     pairs = [(source, target) for source in nodes for target in nodes[inputs:]]
-    return [pair for pair in pairs if pair not in joined and (part.loops or pair[0] not in behind[pair[1]])]
+    return [
+        pair
+        for pair in pairs
+        if pair not in joined and (part.loops or pair[0] not in behind[pair[1]])
+    ]
 
 
-def _heads(part: Any, genome: Any, fitness: Any, made: list[Genes], draws: Any, ledger: int) -> list[list[float]]:
+def _heads(
+    part: Any, genome: Any, fitness: Any, made: list[Genes], draws: Any, ledger: int
+) -> list[list[float]]:
     """The heads of the children's genomes: which species each is of, and how that stands."""
     there = _standings(genome, fitness)
     best_of_all, stale_of_all = _standing_of_all(genome, fitness)
@@ -193,7 +237,9 @@ def _heads(part: Any, genome: Any, fitness: Any, made: list[Genes], draws: Any, 
     newest = genome[0][0][NEWEST]
     heads = []
     for genes in made:
-        mine = next((each for each in species if distance(part, each[1], genes) < part.threshold), None)
+        mine = next(
+            (each for each in species if distance(part, each[1], genes) < part.threshold), None
+        )
         if mine is None:
             newest += 1
             species.append(mine := (newest, genes, -inf, 0))

@@ -28,7 +28,9 @@ from baldwinlab.parts.evolution import ITSELF, copy_genome
 
 def _holder(experiment: Any) -> Any:
     """The part that says what genomes are."""
-    return experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
+    return (
+        experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
+    )
 
 
 def require_graphs(experiment: Any, what: str) -> None:
@@ -44,15 +46,35 @@ class Species(Selection, name="species"):
     """Species have children in proportion to their mean fitness, which is that shared among their members."""
 
     least: ClassVar[float] = 0.0
-    survivors: float = Field(0.2, ge=0, le=1, description="share of a species that breeds, its best, and one more (ours)")
-    champion_of: int = Field(5, ge=0, le=1_000_000, description="the best of a species with more members than this lives on")
-    cloned: float = Field(0.25, ge=0, le=1, description="share of the children that have a single parent, and mutate")
-    between: float = Field(0.001, ge=0, le=1, description="probability that the other parent is anybody of the population")
+    survivors: float = Field(
+        0.2, ge=0, le=1, description="share of a species that breeds, its best, and one more (ours)"
+    )
+    champion_of: int = Field(
+        5,
+        ge=0,
+        le=1_000_000,
+        description="the best of a species with more members than this lives on",
+    )
+    cloned: float = Field(
+        0.25, ge=0, le=1, description="share of the children that have a single parent, and mutate"
+    )
+    between: float = Field(
+        0.001,
+        ge=0,
+        le=1,
+        description="probability that the other parent is anybody of the population",
+    )
     stale_after: int = Field(
-        15, ge=1, le=1_000_000, description="generations without a gain after which a species has no children"
+        15,
+        ge=1,
+        le=1_000_000,
+        description="generations without a gain after which a species has no children",
     )
     narrows_after: int = Field(
-        20, ge=1, le=1_000_000, description="generations in which nobody gains after which the two best species alone breed"
+        20,
+        ge=1,
+        le=1_000_000,
+        description="generations in which nobody gains after which the two best species alone breed",
     )
 
     def check(self, experiment: Any) -> None:
@@ -60,11 +82,19 @@ class Species(Selection, name="species"):
 
     @staticmethod
     def pair(
-        part: Any, genome: Genome, fitness: Fitness, uniforms: Uniforms, shares: Keys, order: Order, parents: Parents
+        part: Any,
+        genome: Genome,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
     ) -> None:
         for agent in range(fitness.size):
             shares[agent] = -genome[agent, 0, SPECIES]
-        sort_by(shares, fitness, order)  # species by species, the oldest last, and of each the fittest last
+        sort_by(
+            shares, fitness, order
+        )  # species by species, the oldest last, and of each the fittest last
         total, all_breed, alike = _total(part, genome, fitness)
         children, given, first, end = parents.shape[0], 0.0, 0, fitness.size
         species = next_species(genome, 0)
@@ -104,11 +134,16 @@ def _total(part: Any, genome: Genome, fitness: Fitness) -> Any:
 
 
 @compiled
-def _mate(part: Any, uniforms: Uniforms, order: Order, begin: int, end: int, child: int, parents: Parents) -> None:
+def _mate(
+    part: Any, uniforms: Uniforms, order: Order, begin: int, end: int, child: int, parents: Parents
+) -> None:
     """Two of those that survive of a species, which stand last from `begin` to `end`; or one; or one and anybody."""
     draws = uniforms[child]
     survivors = min(end - begin, int(np.float64(part.survivors) * (end - begin)) + 1)
-    one, other = order[end - 1 - int(draws[0, 0] * survivors)], order[end - 1 - int(draws[0, 3] * survivors)]
+    one, other = (
+        order[end - 1 - int(draws[0, 0] * survivors)],
+        order[end - 1 - int(draws[0, 3] * survivors)],
+    )
     if draws[0, 2] < part.between:
         other = order[int(draws[0, 3] * order.size)]
     if draws[0, 1] < part.cloned:
@@ -121,22 +156,60 @@ class Neat(Variation, name="neat"):
 
     settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {
-        "blind": lambda part, experiment: experiment.evolution.selection == "neutral",  # then nobody counts as the fitter one
-        "loops": lambda part, experiment: bool(getattr(_holder(experiment), "loops", False)),  # whether new links may close any
-        "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,  # with the bias, of foragers
+        "blind": lambda part, experiment: (
+            experiment.evolution.selection == "neutral"
+        ),  # then nobody counts as the fitter one
+        "loops": lambda part, experiment: bool(
+            getattr(_holder(experiment), "loops", False)
+        ),  # whether new links may close any
+        "inputs": lambda part, experiment: (
+            len(getattr(experiment, "inputs", ())) + 1
+        ),  # with the bias, of foragers
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),
     }
-    mutated: float = Field(0.8, ge=0, le=1, description="share of the children whose weights mutate")
-    perturbed: float = Field(0.9, ge=0, le=1, description="probability that a weight that mutates is perturbed, else drawn anew")
-    perturbation: float = Field(1.0, ge=0, le=1000, description="a perturbation adds U(-this, this) (ours)")
-    range: float = Field(5.0, ge=0, le=1000, description="a weight that is drawn anew is of U(-this, this) (ours)")
-    add_node: float = Field(0.03, ge=0, le=1, description="probability that a child has a new node, which splits a link")
+    mutated: float = Field(
+        0.8, ge=0, le=1, description="share of the children whose weights mutate"
+    )
+    perturbed: float = Field(
+        0.9,
+        ge=0,
+        le=1,
+        description="probability that a weight that mutates is perturbed, else drawn anew",
+    )
+    perturbation: float = Field(
+        1.0, ge=0, le=1000, description="a perturbation adds U(-this, this) (ours)"
+    )
+    range: float = Field(
+        5.0, ge=0, le=1000, description="a weight that is drawn anew is of U(-this, this) (ours)"
+    )
+    add_node: float = Field(
+        0.03, ge=0, le=1, description="probability that a child has a new node, which splits a link"
+    )
     add_link: float = Field(0.05, ge=0, le=1, description="probability that a child has a new link")
-    stays_disabled: float = Field(0.75, ge=0, le=1, description="probability that a link that a parent has disabled is so, too")
-    excess: float = Field(1.0, ge=0, le=1000, description="c1 of the distance: weight of genes beyond the other's last")
-    disjoint: float = Field(1.0, ge=0, le=1000, description="c2 of the distance: weight of genes that the other has not")
-    difference: float = Field(0.4, ge=0, le=1000, description="c3 of the distance: weight of the mean difference of weights")
-    threshold: float = Field(3.0, gt=0, le=1000, description="networks that are nearer than this are of one species")
+    stays_disabled: float = Field(
+        0.75,
+        ge=0,
+        le=1,
+        description="probability that a link that a parent has disabled is so, too",
+    )
+    excess: float = Field(
+        1.0,
+        ge=0,
+        le=1000,
+        description="c1 of the distance: weight of genes beyond the other's last",
+    )
+    disjoint: float = Field(
+        1.0, ge=0, le=1000, description="c2 of the distance: weight of genes that the other has not"
+    )
+    difference: float = Field(
+        0.4,
+        ge=0,
+        le=1000,
+        description="c3 of the distance: weight of the mean difference of weights",
+    )
+    threshold: float = Field(
+        3.0, gt=0, le=1000, description="networks that are nearer than this are of one species"
+    )
 
     def check(self, experiment: Any) -> None:
         require_graphs(experiment, "evolution.variation = 'neat'")
@@ -148,7 +221,13 @@ class Neat(Variation, name="neat"):
 
     @staticmethod
     def vary_all(
-        part: Any, moment: Moment, genome: Genome, fitness: Fitness, parents: Parents, draws: Uniforms, children: Genome
+        part: Any,
+        moment: Moment,
+        genome: Genome,
+        fitness: Fitness,
+        parents: Parents,
+        draws: Uniforms,
+        children: Genome,
     ) -> None:
         first = int(genome[0, 0, LEDGER]) + 1
         last, links = first - 1, room(genome[0, 0])
@@ -158,7 +237,9 @@ class Neat(Variation, name="neat"):
             copy_genome(genome[one], children[child])
             if other == ITSELF:
                 continue
-            rng.draw_uniforms(moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, used)
+            rng.draw_uniforms(
+                moment.seed, moment.run, moment.generation, rng.INHERITANCE, child, used
+            )
             if one != other:
                 if (part.blind or fitness[one] == fitness[other]) and used[1, 2] < 0.5:
                     one, other = other, one

@@ -24,7 +24,13 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.library.neat.cart import FORCE, HINGE, PARTS, STEP, move, stands
-from baldwinlab.library.neat.graphs import INFINITE_GENES, entries, list_links, minimal, require_neat
+from baldwinlab.library.neat.graphs import (
+    INFINITE_GENES,
+    entries,
+    list_links,
+    minimal,
+    require_neat,
+)
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
 
@@ -36,10 +42,24 @@ LAST: Final = 100  # steps whose unrest is told
 class Poles(Model):
     """What the tasks have in common."""
 
-    longest: int = Field(100_000, ge=1, le=1_000_000, description="steps of 0.02 s for which the poles must stay upright")
-    links: int = Field(100, ge=PARTS + 1, le=1000, description="links for which a genome has room, enabled or not (ours)")
-    steepness: float = Field(4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))")
-    newborn_range: float = Field(1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)")
+    longest: int = Field(
+        100_000,
+        ge=1,
+        le=1_000_000,
+        description="steps of 0.02 s for which the poles must stay upright",
+    )
+    links: int = Field(
+        100,
+        ge=PARTS + 1,
+        le=1000,
+        description="links for which a genome has room, enabled or not (ours)",
+    )
+    steepness: float = Field(
+        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+    )
+    newborn_range: float = Field(
+        1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)"
+    )
 
     graphs: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
@@ -74,9 +94,16 @@ class Poles(Model):
         shape = (*graphs.shape[:2], len(starts))
         steps, unrest = poison.empty(shape, np.int64), poison.empty(shape)
         units = poison.empty((2, len(self.sensed) + self.links + 1), np.float32)
-        scratch = (units, poison.empty((2, self.links, 3), np.float32), poison.empty((7, PARTS)), poison.empty(LAST))
+        scratch = (
+            units,
+            poison.empty((2, self.links, 3), np.float32),
+            poison.empty((7, PARTS)),
+            poison.empty(LAST),
+        )
         how = (np.array(self.sensed), self.loops, longest, np.float32(self.steepness))
-        balance(np.ascontiguousarray(graphs), np.array(starts, float), *how, *scratch, steps, unrest)
+        balance(
+            np.ascontiguousarray(graphs), np.array(starts, float), *how, *scratch, steps, unrest
+        )
         return steps, unrest
 
 
@@ -91,12 +118,16 @@ class NeatPoles(Poles, name="neat-poles"):
     }
     payoff: ClassVar[str] = "steps balanced"
     records: ClassVar[Mapping[str, Variable]] = {
-        "solves": Variable(OF_AGENT, np.int32, "", "1 where both poles stayed upright for the longest time, else 0"),
+        "solves": Variable(
+            OF_AGENT, np.int32, "", "1 where both poles stayed upright for the longest time, else 0"
+        ),
         **SHAPE,
     }
     measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["solves"] == 1)
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         graphs = genomes[:, :, 0]
         steps = self.balanced(graphs, [START], self.longest)[0][..., 0]
         energy = steps.astype(np.float64)
@@ -119,7 +150,9 @@ def balance(
             links = plan_answer(graphs[run, agent], sensed.size, loops, plan[0], plan[1], units[1])
             for start in range(starts.shape[0]):
                 _begin(starts[start], loops, units, motion[0], recent)
-                lived = _live(plan[1], links, sensed, loops, longest, steepness, units, motion, recent)
+                lived = _live(
+                    plan[1], links, sensed, loops, longest, steepness, units, motion, recent
+                )
                 steps[run, agent, start], total = lived, 0.0
                 for step in range(LAST):
                     total += recent[step]
@@ -139,12 +172,22 @@ def _begin(start: Any, loops: bool, units: Any, state: Any, recent: Any) -> None
 
 @compiled
 def _live(
-    plan: Any, links: int, sensed: Any, loops: bool, longest: int, steepness: Any, units: Any, motion: Any, recent: Any
+    plan: Any,
+    links: int,
+    sensed: Any,
+    loops: bool,
+    longest: int,
+    steepness: Any,
+    units: Any,
+    motion: Any,
+    recent: Any,
 ) -> int:
     """The steps until something falls."""
     state, step, heard, said = motion[0], 0, units[1 if loops else 0], units[0]
     while step < longest and stands(state):
-        push = FORCE * (2.0 * np.float64(answer_once(plan, links, steepness, sensed, state, heard, said)) - 1.0)
+        push = FORCE * (
+            2.0 * np.float64(answer_once(plan, links, steepness, sensed, state, heard, said)) - 1.0
+        )
         if loops:
             for row in range(said.size):
                 heard[row] = said[row]
@@ -190,7 +233,9 @@ def _may_answer(found: Any, count: int, row: int, done: Any) -> bool:
 
 
 @compiled
-def answer_once(plan: Any, links: int, steepness: Any, sensed: Any, state: Any, heard: Any, said: Any) -> Any:
+def answer_once(
+    plan: Any, links: int, steepness: Any, sensed: Any, state: Any, heard: Any, said: Any
+) -> Any:
     """What the output says, in (0, 1): every node that hears anybody answers what it hears into `said` [row].
 
     `heard` [row] is `said` itself where nodes answer one after the other; else what they said a step before, but for what is

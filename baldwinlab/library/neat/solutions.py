@@ -19,7 +19,9 @@ from baldwinlab.parts import OF_AGENT, Measure, Variable
 SHAPE: Final[Mapping[str, Variable]] = {
     "hidden": Variable(OF_AGENT, np.int32, "nodes", "hidden nodes"),
     "enabled": Variable(OF_AGENT, np.int32, "links", "enabled links"),
-    "species": Variable(OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"),
+    "species": Variable(
+        OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"
+    ),
 }
 
 Solves = Callable[[xr.Dataset], xr.DataArray]  # from runs, whether each agent solves the task
@@ -37,7 +39,9 @@ def shape_of(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int
     return {name: each.astype(np.int32) for name, each in found.items()}
 
 
-def of_solutions(solves: Solves, recorded: Mapping[str, str] = MappingProxyType({})) -> Mapping[str, Measure]:
+def of_solutions(
+    solves: Solves, recorded: Mapping[str, str] = MappingProxyType({})
+) -> Mapping[str, Measure]:
     """Measures of a model whose agents are networks, by name; but for `solved`, NaN of a run without a solution.
 
     `recorded` says of further records what they mean, of the first solution.
@@ -46,12 +50,16 @@ def of_solutions(solves: Solves, recorded: Mapping[str, str] = MappingProxyType(
     def ever(runs: xr.Dataset) -> xr.DataArray:
         return solves(runs).any(("generation", "agent")) * 1.0
 
-    def first(told: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]]) -> Callable[[xr.Dataset], xr.DataArray]:
+    def first(
+        told: Callable[[xr.Dataset, npt.NDArray[np.intp]], npt.NDArray[Any]],
+    ) -> Callable[[xr.Dataset], xr.DataArray]:
         """What is told of the place [run] that the first solution has among the networks of its run."""
 
         def of(runs: xr.Dataset) -> xr.DataArray:
             place = _in_order(solves(runs)).argmax(axis=1)
-            return xr.DataArray(told(runs, place), {"run": runs["run"]}, "run").where(ever(runs) == 1)
+            return xr.DataArray(told(runs, place), {"run": runs["run"]}, "run").where(
+                ever(runs) == 1
+            )
 
         return of
 
@@ -60,8 +68,13 @@ def of_solutions(solves: Solves, recorded: Mapping[str, str] = MappingProxyType(
 
     return {
         "solved": Measure("1 where a network ever solves it, else 0", ever),
-        "generations": Measure("generations to the first solution", first(lambda runs, place: place // runs.sizes["agent"] + 1)),
-        "evaluations": Measure("networks tried to the first solution", first(lambda runs, place: place + 1)),
+        "generations": Measure(
+            "generations to the first solution",
+            first(lambda runs, place: place // runs.sizes["agent"] + 1),
+        ),
+        "evaluations": Measure(
+            "networks tried to the first solution", first(lambda runs, place: place + 1)
+        ),
         "hidden": of_record("hidden", "hidden nodes of the first solution"),
         "enabled": of_record("enabled", "enabled links of the first solution"),
         **{name: of_record(name, meaning) for name, meaning in recorded.items()},

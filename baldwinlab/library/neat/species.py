@@ -52,7 +52,9 @@ def distance(part: Any, one: Graph, other: Graph) -> float:
         mine, theirs = mine + int(ahead), theirs + int(behind)
     excess, size = of_one - mine + of_other - theirs, max(of_one, of_other)
     genes = np.float64(part.excess) * excess + np.float64(part.disjoint) * disjoint
-    return genes / (size if size >= SMALL else 1) + np.float64(part.difference) * (difference / max(1, matching))
+    return genes / (size if size >= SMALL else 1) + np.float64(part.difference) * (
+        difference / max(1, matching)
+    )
 
 
 @compiled
@@ -72,7 +74,11 @@ def standing(genome: Genome, fitness: Fitness, species: Any) -> Any:
     size, total, best, before, stale = 0, 0.0, -math.inf, -math.inf, 0
     for agent in range(fitness.size):
         if genome[agent, 0, SPECIES] == species:
-            size, total, best = size + 1, total + fitness[agent], max(best, np.float64(np.float32(fitness[agent])))
+            size, total, best = (
+                size + 1,
+                total + fitness[agent],
+                max(best, np.float64(np.float32(fitness[agent]))),
+            )
             before, stale = np.float64(genome[agent, 0, BEST]), int(genome[agent, 0, STALE])
     return size, total / max(1, size), best, max(best, before), 0 if best > before else stale + 1
 
@@ -118,11 +124,16 @@ def settle(part: Any, moment: Moment, genome: Genome, fitness: Fitness, children
     best_of_all, stale_of_all = standing_of_all(genome, fitness)
     for child in range(children.shape[0]):
         children[child, 0, SPECIES] = ZERO
-        children[child, 0, BEST_OF_ALL], children[child, 0, STALE_OF_ALL] = np.float32(best_of_all), np.float32(stale_of_all)
+        children[child, 0, BEST_OF_ALL], children[child, 0, STALE_OF_ALL] = (
+            np.float32(best_of_all),
+            np.float32(stale_of_all),
+        )
     species, count = next_species(genome, 0), 0
     while species > ZERO:
         size, _, _, best, stale = standing(genome, fitness, species)
-        draw = rng.uniform(rng.philox(1, count, moment.generation, rng.INHERITANCE, moment.seed, moment.run)[3])
+        draw = rng.uniform(
+            rng.philox(1, count, moment.generation, rng.INHERITANCE, moment.seed, moment.run)[3]
+        )
         representative = genome[_member(genome, species, int(draw * size)), 0]
         _take(part, representative, species, np.float32(best), stale, children)
         species, count = next_species(genome, species), count + 1
@@ -148,7 +159,9 @@ def _member(genome: Genome, species: Any, number: int) -> int:
 
 
 @compiled
-def _take(part: Any, representative: Graph, species: Any, best: Any, stale: int, children: Genome) -> None:
+def _take(
+    part: Any, representative: Graph, species: Any, best: Any, stale: int, children: Genome
+) -> None:
     """Take all children into a species that are near its representative, and of no other yet."""
     for child in range(children.shape[0]):
         graph = children[child, 0]

@@ -34,7 +34,12 @@ from baldwinlab.parts import OF_AGENT, Field, Lives, Measure, Variable
 
 ENOUGH: Final = 200  # start states
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)  # where a start state lies in each of the four ranges
-RANGES: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))  # m, m/s, rad and rad/s either way, of cart and long pole
+RANGES: Final = (
+    2.16,
+    1.35,
+    np.radians(3.6),
+    np.radians(8.6),
+)  # m, m/s, rad and rad/s either way, of cart and long pole
 STARTS: Final = [
     [*((2 * share - 1) * most for share, most in zip(shares, RANGES, strict=True)), 0.0, 0.0]
     for shares in product(SHARES, repeat=len(RANGES))
@@ -44,9 +49,17 @@ STARTS: Final = [
 class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     """Networks that grow until they keep two poles upright whose velocities they do not sense."""
 
-    longest: int = Field(1000, ge=1, le=1_000_000, description="steps of 0.02 s in which fitness is found, from any start")
+    longest: int = Field(
+        1000,
+        ge=1,
+        le=1_000_000,
+        description="steps of 0.02 s in which fitness is found, from any start",
+    )
     proof: int = Field(
-        100_000, ge=1, le=1_000_000, description="steps for which the best of a generation must balance to be tried elsewhere"
+        100_000,
+        ge=1,
+        le=1_000_000,
+        description="steps for which the best of a generation must balance to be tried elsewhere",
     )
 
     loops: ClassVar[bool] = True
@@ -58,12 +71,20 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     }
     payoff: ClassVar[str] = "Gruau's fitness"
     records: ClassVar[Mapping[str, Variable]] = {
-        "balanced": Variable(OF_AGENT, np.int32, "steps", "steps balanced of those in which fitness is found"),
+        "balanced": Variable(
+            OF_AGENT, np.int32, "steps", "steps balanced of those in which fitness is found"
+        ),
         "proven": Variable(
-            OF_AGENT, np.int32, "steps", "steps that the best of the generation balanced when tried for longer, else 0"
+            OF_AGENT,
+            np.int32,
+            "steps",
+            "steps that the best of the generation balanced when tried for longer, else 0",
         ),
         "generalises": Variable(
-            OF_AGENT, np.int32, "", "start states of 625 from which it balances, if it did in the longer trial, else 0"
+            OF_AGENT,
+            np.int32,
+            "",
+            "start states of 625 from which it balances, if it did in the longer trial, else 0",
         ),
         **SHAPE,
     }
@@ -72,16 +93,27 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         {"generalises": "start states, of 625, from which the first solution balances"},
     )
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         graphs = genomes[:, :, 0]
         steps, unrest = (found[..., 0] for found in self.balanced(graphs, [START], self.longest))
-        rest = np.divide(0.75, unrest, out=np.zeros_like(unrest), where=(steps >= LAST) & (unrest > 0))
+        rest = np.divide(
+            0.75, unrest, out=np.zeros_like(unrest), where=(steps >= LAST) & (unrest > 0)
+        )
         energy = 0.1 * steps / self.longest + 0.9 * rest
         proven, generalises = np.zeros((2, *steps.shape), np.int32)
         for run, best in enumerate(energy.argmax(axis=1)):
             champion = graphs[run : run + 1, best : best + 1]
             proven[run, best] = self.balanced(champion, [START], self.proof)[0].item()
             if proven[run, best] == self.proof:
-                generalises[run, best] = (self.balanced(champion, STARTS, self.longest)[0] == self.longest).sum()
-        records = {"balanced": steps.astype(np.int32), "proven": proven, "generalises": generalises, **shape_of(graphs)}
+                generalises[run, best] = (
+                    self.balanced(champion, STARTS, self.longest)[0] == self.longest
+                ).sum()
+        records = {
+            "balanced": steps.astype(np.int32),
+            "proven": proven,
+            "generalises": generalises,
+            **shape_of(graphs),
+        }
         return Lives(energy, np.zeros_like(energy), None, records)

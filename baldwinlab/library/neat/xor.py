@@ -31,9 +31,15 @@ ANSWERS: Final = (0, 1, 1, 0)
 class NeatXor(Model, name="neat-xor"):
     """Networks that grow until they know the exclusive or."""
 
-    links: int = Field(60, ge=3, le=1000, description="links for which a genome has room, enabled or not (ours)")
-    steepness: float = Field(4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))")
-    newborn_range: float = Field(1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)")
+    links: int = Field(
+        60, ge=3, le=1000, description="links for which a genome has room, enabled or not (ours)"
+    )
+    steepness: float = Field(
+        4.9, gt=0, le=1000, description="a node answers 1 / (1 + exp(-steepness x total))"
+    )
+    newborn_range: float = Field(
+        1.0, ge=0, le=1000, description="weights of founders are of U(-this, this) (ours)"
+    )
 
     graphs: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
@@ -47,7 +53,9 @@ class NeatXor(Model, name="neat-xor"):
         **SHAPE,
     }
 
-    measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["right"] == len(QUESTIONS))
+    measures: ClassVar[Mapping[str, Measure]] = of_solutions(
+        lambda runs: runs["right"] == len(QUESTIONS)
+    )
 
     def without_learner(self) -> NeatXor:
         return self
@@ -63,7 +71,9 @@ class NeatXor(Model, name="neat-xor"):
         draws = moment.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
         return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
         units = poison.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
@@ -75,8 +85,13 @@ class NeatXor(Model, name="neat-xor"):
 
     def oracle(self, graph: Any) -> float:
         """The fitness of one network, [entry]."""
-        answers = [oracle.activate(graph, self.steepness, (*question, 1))[0] for question in QUESTIONS]
-        return float((4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True))) ** 2)
+        answers = [
+            oracle.activate(graph, self.steepness, (*question, 1))[0] for question in QUESTIONS
+        ]
+        return float(
+            (4 - sum(abs(found - right) for found, right in zip(answers, ANSWERS, strict=True)))
+            ** 2
+        )
 
 
 @entry

@@ -33,7 +33,9 @@ def _map(experiment: Experiment, seen: Look) -> str:
     lying = " and ".join(f"{number:,} items of {name}" for name, number in counts.items())
     return _joined(
         f"{experiment.population.size:,} agents are born in the dashed circle and live {experiment.lifetime.steps:,} steps.",
-        f"In the tinted regions lie {lying}; what is eaten lies elsewhere in its region at once." if lying else "",
+        f"In the tinted regions lie {lying}; what is eaten lies elsewhere in its region at once."
+        if lying
+        else "",
         *(_words(feature) for feature in experiment.parts("world.features")),
         "Who leaves the map on one side comes back on the other.",
     )
@@ -44,7 +46,9 @@ def _senses(experiment: Experiment, seen: Look) -> str:
     sees = f"The pale disc is what an agent sees, {radius:g} units far; a sector lights up while its sensor fires"
     sees += ", the brighter, the more." if experiment.real_valued else "."
     looks = any(sector is not None for sector in seen.sectors)
-    return _joined(*(_words(sense) for sense in experiment.parts("senses.kinds")), sees if looks else "")
+    return _joined(
+        *(_words(sense) for sense in experiment.parts("senses.kinds")), sees if looks else ""
+    )
 
 
 def _network(experiment: Experiment, seen: Look) -> str:
@@ -57,9 +61,15 @@ def _network(experiment: Experiment, seen: Look) -> str:
 
 
 def _learning(experiment: Experiment, seen: Look) -> str:
-    modules = f"A genome holds {len(seen.modules)} networks: the {'; the '.join(seen.modules)}." if len(seen.modules) > 1 else ""
+    modules = (
+        f"A genome holds {len(seen.modules)} networks: the {'; the '.join(seen.modules)}."
+        if len(seen.modules) > 1
+        else ""
+    )
     elders = _words(experiment.part("evolution.inheritance")) if elders_teach(experiment) else ""
-    return _joined("What happens in life:", _words(experiment.part("learning.rule")), modules, elders)
+    return _joined(
+        "What happens in life:", _words(experiment.part("learning.rule")), modules, elders
+    )
 
 
 def _what_to_look_for(experiment: Experiment) -> str:

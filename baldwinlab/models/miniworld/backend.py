@@ -36,7 +36,9 @@ class Batch(Protocol):
 
 class Backend(NamedTuple):
     name: str  # "cpu" or "cuda"
-    batch: Callable[[Experiment, int, Sequence[int]], Batch]  # of an experiment, a seed, and the runs of a study
+    batch: Callable[
+        [Experiment, int, Sequence[int]], Batch
+    ]  # of an experiment, a seed, and the runs of a study
     worlds: int  # that best live side by side in a batch, if there are so many
 
 

@@ -37,7 +37,15 @@ FOUND: Final = (
     "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
 """What `measure` answers, in this order."""
-REGION: Final = ("left", "right", "upper", "lower", "count", "energy", "kind")  # the columns of `Setting.regions`
+REGION: Final = (
+    "left",
+    "right",
+    "upper",
+    "lower",
+    "count",
+    "energy",
+    "kind",
+)  # the columns of `Setting.regions`
 TEACHERS: Final = ("inherited", "shuffled", "fresh")  # by number, as `Population.teacher` has them
 NO_NUMBER, MISFIT, STRANGER = 1, 2, 3  # what may be wrong with a generation: `Population.fault`
 
@@ -95,7 +103,9 @@ class Population(NamedTuple):
     cost: Any
     energy: Any  # fitness
     parents: Any  # int32 [child, 2]
-    origin: Any  # int32 [agent, 2], of which of the life's first newborns who lives at its end descends
+    origin: (
+        Any  # int32 [agent, 2], of which of the life's first newborns who lives at its end descends
+    )
     uniforms: Any  # float64 [child, 2, 4]
     draws: Any  # float64 [module and weight, 4], scratch
     shares: Any  # float64 [agent], scratch
@@ -125,15 +135,35 @@ def measure(setting: Setting) -> None:
     for layer in range(1, setting.sizes.size):
         units += setting.sizes[layer]
         weights += (setting.sizes[layer - 1] + int(setting.biases)) * setting.sizes[layer]
-    some, length, stops = max(1, regions), weights + int(setting.evolved_rate), setting.learning_stops
+    some, length, stops = (
+        max(1, regions),
+        weights + int(setting.evolved_rate),
+        setting.learning_stops,
+    )
     answers = setting.actions << min(setting.inputs, MOST_INPUTS)
     lanes = (setting.agents + WIDTH - 1) // WIDTH * WIDTH
     slots, ends, fixed = items + WIDTH * some, cells + some, max(1, setting.modules - 1) * weights
-    whole = (regions, regions + 1, some, items, slots, cells, ends, units, weights, answers, lanes, length, fixed)
+    whole = (
+        regions,
+        regions + 1,
+        some,
+        items,
+        slots,
+        cells,
+        ends,
+        units,
+        weights,
+        answers,
+        lanes,
+        length,
+        fixed,
+    )
     for number in range(len(whole)):
         setting.found[number] = float(whole[number])
     setting.found[len(whole)] = float(setting.modules * length)
-    setting.found[len(whole) + 1] = radius_of_alert(setting.reach, setting.square_contact, setting.stride)
+    setting.found[len(whole) + 1] = radius_of_alert(
+        setting.reach, setting.square_contact, setting.stride
+    )
     setting.found[len(whole) + 2] = float(setting.steps if stops < 0 else min(stops, setting.steps))
 
 
@@ -141,7 +171,9 @@ def measure(setting: Setting) -> None:
 def _grid(setting: Setting, region: int) -> tuple[Any, Any]:
     left, right, upper, lower = _edges(setting, region)
     count = int(setting.regions[region, 4])
-    return columns_and_rows(right - left, lower - upper, count, setting.visual_radius, setting.agents)
+    return columns_and_rows(
+        right - left, lower - upper, count, setting.visual_radius, setting.agents
+    )
 
 
 @compiled
@@ -160,12 +192,22 @@ def furnish(setting: Setting, model: Any, state: Any, population: Population) ->
     for region in range(setting.regions.shape[0]):
         left, right, upper, lower = _edges(setting, region)
         columns, rows = _grid(setting, region)
-        model.regions[region, 0], model.regions[region, 1] = np.float32(left), np.float32(right - left)
-        model.regions[region, 2], model.regions[region, 3] = np.float32(upper), np.float32(lower - upper)
+        model.regions[region, 0], model.regions[region, 1] = (
+            np.float32(left),
+            np.float32(right - left),
+        )
+        model.regions[region, 2], model.regions[region, 3] = (
+            np.float32(upper),
+            np.float32(lower - upper),
+        )
         model.grid[region, 0], model.grid[region, 1] = columns, rows
         for axis, count in ((0, columns), (1, rows)):
-            model.cell_size[region, axis] = np.float32(np.float64(model.regions[region, 2 * axis + 1]) / count)
-        model.images[region] = images_of(right - left, lower - upper, margin, setting.width, setting.height)
+            model.cell_size[region, axis] = np.float32(
+                np.float64(model.regions[region, 2 * axis + 1]) / count
+            )
+        model.images[region] = images_of(
+            right - left, lower - upper, margin, setting.width, setting.height
+        )
         model.region_kind[region] = population.kinds[region] = int(setting.regions[region, 6])
         population.energies[region] = setting.regions[region, 5]
         model.region_items[region], model.region_cells[region] = items, cells
@@ -212,7 +254,9 @@ def ask(state: Any, population: Population) -> None:
 def link(state: Any, population: Population) -> None:
     """Between which units a module has links, where it is no layers, whoever has it."""
     units, found = population.asked_units.shape[0], population.asked_links
-    population.asked_count[0] = links(taken(state).network, population.asked_weights, units, 0, found)
+    population.asked_count[0] = links(
+        taken(state).network, population.asked_weights, units, 0, found
+    )
 
 
 def reckon(model: Any, state: Any, population: Population) -> None:
@@ -221,7 +265,10 @@ def reckon(model: Any, state: Any, population: Population) -> None:
     of_kind[:] = 0
     _copy(state.genome[0], population.genome)  # some may have been born in the midst of life
     for agent in range(model.agents):
-        population.origin[agent, 0], population.origin[agent, 1] = state.origin[0, agent, 0], state.origin[0, agent, 1]
+        population.origin[agent, 0], population.origin[agent, 1] = (
+            state.origin[0, agent, 0],
+            state.origin[0, agent, 1],
+        )
         population.energy[agent], cost[agent] = np.nan, 0.0
         for region in range(eaten.shape[1]):
             eaten[agent, region] = state.eaten_in_life[region, agent]
@@ -261,7 +308,15 @@ def breed(population: Population) -> None:
     if population.fault[0] == 0:
         moment = Moment(population.seed, population.run, population.generation + 1)
         inherited, energy, children = population.inherited, population.energy, population.children
-        breed_children(population.variation, moment, inherited, energy, population.parents, population.draws, children)
+        breed_children(
+            population.variation,
+            moment,
+            inherited,
+            energy,
+            population.parents,
+            population.draws,
+            children,
+        )
         trace_back(population.origin, population.parents)
         _copy(population.children, population.genome)
         _deal_teachers(population, moment)
@@ -277,9 +332,15 @@ def _copy(genome: Any, into: Any) -> None:
 
 @compiled
 def _choose_parents(population: Population) -> None:
-    agents, generation, uniforms = population.genome.shape[0], population.generation + 1, population.uniforms
+    agents, generation, uniforms = (
+        population.genome.shape[0],
+        population.generation + 1,
+        population.uniforms,
+    )
     for child in range(agents):
-        draw_uniforms(population.seed, population.run, generation, SELECTION, child, uniforms[child])
+        draw_uniforms(
+            population.seed, population.run, generation, SELECTION, child, uniforms[child]
+        )
     population.parents[:] = -1
     of_chosen(population.schemes, population.selection, population)
     if has_stranger(population.parents, agents):
@@ -300,7 +361,9 @@ def _deal_teachers(population: Population, moment: Moment) -> None:
         draw_normal(moment, population.purposes[1], population.genome, 1)
         return
     for child in range(population.genome.shape[0]):
-        draw_uniforms(moment.seed, moment.run, moment.generation, TEACHER, child, population.uniforms[child])
+        draw_uniforms(
+            moment.seed, moment.run, moment.generation, TEACHER, child, population.uniforms[child]
+        )
     draws = population.uniforms[:, 0, 0]
     sort_by(draws, draws, population.order)
     deal(population.children, population.order, population.genome)
@@ -313,7 +376,9 @@ def of_chosen(schemes: Any, number: int, population: Any) -> None:
 
 @compiled
 def _draw_parents(scheme: Any, of: Any) -> None:
-    draw_parents(scheme, of.elite, of.inherited, of.energy, of.uniforms, of.shares, of.order, of.parents)
+    draw_parents(
+        scheme, of.elite, of.inherited, of.energy, of.uniforms, of.shares, of.order, of.parents
+    )
 
 
 def _choose_of_chosen(schemes: Any, *others: Any) -> Callable[..., Any]:

@@ -39,7 +39,9 @@ class Batch:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        self._kept = self._live = kept(_live_of(experiment), phases_of(self.state), short_loops=True)
+        self._kept = self._live = kept(
+            _live_of(experiment), phases_of(self.state), short_loops=True
+        )
         self._shape = (len(runs), experiment.population.size)
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
@@ -74,5 +76,11 @@ class Batch:
 def compile_lives(experiment: Experiment) -> None:
     """Compile what these lives run, if it is not kept: a batch of one world lives for a step."""
     batch = Batch(experiment, seed=0, runs=[0])
-    batch.begin(0, np.zeros((1, experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32))
+    batch.begin(
+        0,
+        np.zeros(
+            (1, experiment.population.size, len(experiment.modules), experiment.genome_length),
+            np.float32,
+        ),
+    )
     batch.live(0, 1)

@@ -71,9 +71,13 @@ class Batch:
         if problem := available():
             raise ValueError(problem)
         if agents > LARGEST_WORLD:
-            raise ValueError(f"backend cuda holds at most {LARGEST_WORLD} agents in a world: population.size = {agents}")
+            raise ValueError(
+                f"backend cuda holds at most {LARGEST_WORLD} agents in a world: population.size = {agents}"
+            )
         if 2 * agents * experiment.lifetime.steps >= 2**31:
-            raise ValueError("backend cuda counts turns in 32 bits: lifetime.steps * population.size must be less than 2**30")
+            raise ValueError(
+                "backend cuda counts turns in 32 bits: lifetime.steps * population.size must be less than 2**30"
+            )
         worlds = worlds_in_thread_block(agents, len(runs))
         padded = -(-len(runs) // worlds) * worlds
         self.model, self._host = make_model(experiment, padded), make_state(experiment, padded)
@@ -81,7 +85,10 @@ class Batch:
         self._shape = (len(runs), agents)
         self._stream = cuda.stream()
         self._launch = (padded // worlds, worlds * agents, self._stream)
-        self._model, self._state = _on_device(self.model, self._stream), _on_device(self._host, self._stream)
+        self._model, self._state = (
+            _on_device(self.model, self._stream),
+            _on_device(self._host, self._stream),
+        )
         self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
         self._genomes[:] = 0
         self._claims = cuda.device_array_like(self._host.touched, self._stream)

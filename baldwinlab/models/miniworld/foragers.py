@@ -18,7 +18,9 @@ from baldwinlab.parts.models import Lives, Survivors
 class Foragers:
     """Several runs of one experiment that live side by side."""
 
-    def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None) -> None:
+    def __init__(
+        self, experiment: Experiment, seed: int, runs: Sequence[int], backend: Backend | None = None
+    ) -> None:
         self._experiment = experiment
         self._batch = (backend or CPU).batch(experiment, seed, runs)
 
@@ -48,10 +50,14 @@ def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float
     )
 
 
-def eaten_by_kind(experiment: Experiment, eaten: npt.NDArray[np.int32]) -> dict[str, npt.NDArray[np.int32]]:
+def eaten_by_kind(
+    experiment: Experiment, eaten: npt.NDArray[np.int32]
+) -> dict[str, npt.NDArray[np.int32]]:
     """Items eaten in life [run, agent]: food, and every other kind by its name; of `eaten` [run, agent, region]."""
     kinds = [region.kind for region in item_regions(experiment)] or [FOOD]
     return {
-        "food_eaten" if kind == FOOD else f"{kind}_eaten": eaten[..., [k == kind for k in kinds]].sum(axis=-1, dtype=np.int32)
+        "food_eaten" if kind == FOOD else f"{kind}_eaten": eaten[
+            ..., [k == kind for k in kinds]
+        ].sum(axis=-1, dtype=np.int32)
         for kind in item_kinds(experiment)
     }

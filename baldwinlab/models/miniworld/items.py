@@ -13,7 +13,18 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.lanes import WIDTH, Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, put
+from baldwinlab.engine.lanes import (
+    WIDTH,
+    Lane,
+    Mask,
+    Value,
+    any_of,
+    bundle,
+    choose,
+    get,
+    lanes_in_bundle,
+    put,
+)
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import forbidden, wrapped
@@ -32,7 +43,9 @@ def is_one_cell(model: Model, region: int) -> bool:
 @compiled
 def slots_of(model: Model, region: int) -> tuple[int, int]:
     """All slots of a region: from the first, without the second."""
-    return model.region_items[region] + region * WIDTH, model.region_items[region + 1] + region * WIDTH
+    return model.region_items[region] + region * WIDTH, model.region_items[
+        region + 1
+    ] + region * WIDTH
 
 
 @compiled
@@ -44,7 +57,10 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
     x, y, searching = ZERO, ZERO, MOST_PLACES
     while searching > 0:
         words = philox(state.appearances[world, item], item, state.generation[0], FOOD, seed, run)
-        x, y = wrapped(left + width * unit(words[0]), model.width), wrapped(upper + height * unit(words[1]), model.height)
+        x, y = (
+            wrapped(left + width * unit(words[0]), model.width),
+            wrapped(upper + height * unit(words[1]), model.height),
+        )
         state.appearances[world, item] += 1
         searching = searching - 1 if forbidden(state.features, model, x, y) else 0
     state.item_x[world, item] = x
@@ -60,10 +76,16 @@ def grow(model: Model, state: State, world: int, region: int, item: int) -> None
 @compiled
 def _find_cells(model: Model, state: State, world: int, region: int) -> None:
     """Fill `item_cell` of the items of a region: the cell that each lies in."""
-    left, upper, first_cell = model.regions[region, 0], model.regions[region, 2], model.region_cells[region]
+    left, upper, first_cell = (
+        model.regions[region, 0],
+        model.regions[region, 2],
+        model.region_cells[region],
+    )
     width, height = model.cell_size[region, 0], model.cell_size[region, 1]
     columns, rows = model.grid[region, 0], model.grid[region, 1]
-    for item in range(model.region_items[region], model.region_items[region + 1]):  # by `get`, which lets compilers take many
+    for item in range(
+        model.region_items[region], model.region_items[region + 1]
+    ):  # by `get`, which lets compilers take many
         column = np.int32((get(state.item_x, world, item) - left) / width)
         row = np.int32((get(state.item_y, world, item) - upper) / height)
         cell = first_cell + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1)
@@ -99,13 +121,17 @@ def settle(model: Model, state: State, world: int, region: int) -> None:
 
 
 @compiled
-def image(model: Model, region: int, number: int, x: np.float32, y: np.float32) -> tuple[np.float32, np.float32]:
+def image(
+    model: Model, region: int, number: int, x: np.float32, y: np.float32
+) -> tuple[np.float32, np.float32]:
     """The same place, seen from the region: beside it if there is but one image to look at, else a map's span off or not."""
     if model.images[region] == 1:
         centre_x = model.regions[region, 0] + model.regions[region, 1] * HALF
         centre_y = model.regions[region, 2] + model.regions[region, 3] * HALF
         return beside(x, centre_x, model.width), beside(y, centre_y, model.height)
-    return x + np.float32(number % 3 - 1) * model.width, y + np.float32(number // 3 - 1) * model.height
+    return x + np.float32(number % 3 - 1) * model.width, y + np.float32(
+        number // 3 - 1
+    ) * model.height
 
 
 @compiled
@@ -117,7 +143,9 @@ def beside(position: Value, centre: np.float32, span: np.float32) -> Value:
 
 
 @compiled
-def cells_within(model: Model, region: int, axis: int, position: np.float32, radius: np.float32) -> tuple[int, int]:
+def cells_within(
+    model: Model, region: int, axis: int, position: np.float32, radius: np.float32
+) -> tuple[int, int]:
     """The columns (axis 0) or rows (axis 1) of cells within `radius` of a position: from the first, without the second."""
     if model.grid[region, axis] == 1 and model.images[region] == 1:
         return 0, 1
@@ -125,20 +153,28 @@ def cells_within(model: Model, region: int, axis: int, position: np.float32, rad
     reach = radius + ONE  # with room for rounding
     if offset + reach < ZERO or offset - reach > model.regions[region, 2 * axis + 1]:
         return 0, 0
-    first = int((offset - reach) / model.cell_size[region, axis])  # math.floor would be a call, of a seventh of the time
+    first = int(
+        (offset - reach) / model.cell_size[region, axis]
+    )  # math.floor would be a call, of a seventh of the time
     last = int((offset + reach) / model.cell_size[region, axis])
     return max(first, 0), min(last + 1, model.grid[region, axis])
 
 
 @compiled
-def slots_in_row(model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]) -> tuple[int, int]:
+def slots_in_row(
+    model: Model, state: State, world: int, region: int, row: int, columns: tuple[int, int]
+) -> tuple[int, int]:
     """The slots of a row's cells from the first of `columns`, without the second: from the first slot, without the second."""
     cell = model.region_cells[region] + region + row * model.grid[region, 0]
-    return get(state.cell_slots, world, cell + columns[0]), get(state.cell_slots, world, cell + columns[1])
+    return get(state.cell_slots, world, cell + columns[0]), get(
+        state.cell_slots, world, cell + columns[1]
+    )
 
 
 @compiled
-def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32) -> Mask:
+def touches(
+    model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32
+) -> Mask:
     """Whether a body at (x, y) touches the item (R2)."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
@@ -148,7 +184,16 @@ def touches(model: Model, state: State, world: int, slot: Lane, x: np.float32, y
 
 
 @compiled
-def _eat_from(model: Model, state: State, world: int, region: int, lane: int, step: int, x: np.float32, y: np.float32) -> None:
+def _eat_from(
+    model: Model,
+    state: State,
+    world: int,
+    region: int,
+    lane: int,
+    step: int,
+    x: np.float32,
+    y: np.float32,
+) -> None:
     """Eat what a body at (x, y) touches of a region."""
     columns = cells_within(model, region, 0, x, DIAGONAL * model.reach)
     first_row, last_row = cells_within(model, region, 1, y, DIAGONAL * model.reach)
@@ -158,7 +203,9 @@ def _eat_from(model: Model, state: State, world: int, region: int, lane: int, st
             if any_of(touches(model, state, world, bundle(first), x, y)):
                 for slot in range(first, min(first + lanes_in_bundle(), end)):
                     item = state.slot_item[world, slot]
-                    if state.touched[world, item] != step and touches(model, state, world, slot, x, y):
+                    if state.touched[world, item] != step and touches(
+                        model, state, world, slot, x, y
+                    ):
                         state.eaten_in_life[region, lane] += 1
                         state.touched[world, item] = step
                         grow(model, state, world, region, item)

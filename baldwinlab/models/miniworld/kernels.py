@@ -17,7 +17,16 @@ from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
 from baldwinlab.models.miniworld.birth import be_first, build_all
-from baldwinlab.models.miniworld.items import DIAGONAL, cells_within, grow, image, settle, slots_in_row, tidy, touches
+from baldwinlab.models.miniworld.items import (
+    DIAGONAL,
+    cells_within,
+    grow,
+    image,
+    settle,
+    slots_in_row,
+    tidy,
+    touches,
+)
 from baldwinlab.models.miniworld.life import (
     One,
     advance_all,
@@ -61,7 +70,9 @@ def _contend(who: Any, model: Model, state: State, step: int, claim: int, taking
                         if not taking:
                             cuda.atomic.max(who.claims, (world, item), claim)
                         elif who.claims[world, item] == claim:
-                            who.claims[world, item] = claim + 1  # no claim is odd: nobody takes it a second time
+                            who.claims[world, item] = (
+                                claim + 1
+                            )  # no claim is odd: nobody takes it a second time
                             state.touched[world, item] = step
                             state.eaten_in_life[region, lane] += 1
                             grow(model, state, world, region, item)
@@ -73,7 +84,9 @@ def _share(who: Any, model: Model, state: State, step: int) -> None:
     """All eat. Items stay where they are until all of the batch's agents have come to claim."""
     agent, agents = who.first_agent, model.agents
     turn = (agent + agents - step % agents) % agents
-    claim = 2 * (step * agents + agents - 1 - turn)  # later steps outbid earlier ones, earlier turns later ones
+    claim = 2 * (
+        step * agents + agents - 1 - turn
+    )  # later steps outbid earlier ones, earlier turns later ones
     found = _contend(who, model, state, step, claim, False)
     if cuda.syncthreads_or(int32(found)) != 0:
         if found:
@@ -148,27 +161,42 @@ Loner.part, Neighbour.part = _Loner, _Neighbour  # type: ignore[attr-defined]
 
 
 @device
-def _alone(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
+def _alone(
+    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+) -> None:
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
-        take_step(Loner(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step)
+        take_step(
+            Loner(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step
+        )
 
 
 @device
-def _among_others(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
+def _among_others(
+    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+) -> None:
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
-        take_step(Neighbour(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims), model, state, step)
+        take_step(
+            Neighbour(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims),
+            model,
+            state,
+            step,
+        )
 
 
 @device
-def _in_turn(model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int) -> None:
+def _in_turn(
+    model: Model, state: State, claims: Any, world: int, agent: int, first_step: int, last_step: int
+) -> None:
     """Agent after agent, in the step's order, each finds what the last one left (R7)."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         for turn in range(model.agents):
             if agent == (step + turn) % model.agents:
-                take_step(One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step)
+                take_step(
+                    One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step
+                )
             cuda.syncthreads()
         if agent == 0:
             advance_all(state.features, model, state, world, step)
@@ -191,7 +219,9 @@ def begin_kernel(threads: int) -> Any:
         inherit(state.rule, model, state, state.genes, lane)
         hatch(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
-            for item in range(model.region_items[region] + agent, model.region_items[region + 1], model.agents):
+            for item in range(
+                model.region_items[region] + agent, model.region_items[region + 1], model.agents
+            ):
                 claims[world, item] = -1
                 state.touched[world, item] = -1
                 state.appearances[world, item] = 0
@@ -223,16 +253,34 @@ def make(Network, any_lane):
 def source_of_life(model: Model, state: State, sequential: bool) -> str:
     """The source of a kernel in which a generation lives: what is constant in it, the compiler can unroll or leave out."""
     together = _looks_at_others(state)
-    own = {} if together else {name: getattr(state, name) for name, array in ARRAYS.items() if array.owner == "agent"}
+    own = (
+        {}
+        if together
+        else {
+            name: getattr(state, name) for name, array in ARRAYS.items() if array.owner == "agent"
+        }
+    )
     derived = type(state.network).part.derived
-    network = {name: f"network_{name}" if name in derived else f"state.network.{name}" for name in state.network._fields}
-    mine = {name: f"any_lane({name}, state.{name}.shape[1])" if name in own else f"state.{name}" for name in State._fields}
+    network = {
+        name: f"network_{name}" if name in derived else f"state.network.{name}"
+        for name in state.network._fields
+    }
+    mine = {
+        name: f"any_lane({name}, state.{name}.shape[1])" if name in own else f"state.{name}"
+        for name in State._fields
+    }
     if network:
         mine["network"] = f"Network({_arguments(network)})"
     return _LIVE.format(
-        constants=_lines(f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived),
-        arrays=_lines(f"{name} = cuda.local.array(({a.shape[0]}, 1), np.{a.dtype})" for name, a in own.items()),
-        model=_arguments({name: f"shared.{name}" for name in Model._fields} | {"inputs": str(model.inputs)}),
+        constants=_lines(
+            f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived
+        ),
+        arrays=_lines(
+            f"{name} = cuda.local.array(({a.shape[0]}, 1), np.{a.dtype})" for name, a in own.items()
+        ),
+        model=_arguments(
+            {name: f"shared.{name}" for name in Model._fields} | {"inputs": str(model.inputs)}
+        ),
         state=_arguments(mine),
         copies_in=_lines(f"_copy(state.{name}, mine.{name}, lane)" for name in own),
         copies_out=_lines(f"_copy(mine.{name}, state.{name}, lane)" for name in own),
@@ -257,12 +305,18 @@ def _arguments(values: dict[str, str]) -> str:
 
 def _constant(value: Any) -> str:
     """The source of a number or an array."""
-    return f"np.array({value.tolist()!r}, np.{value.dtype})" if isinstance(value, np.ndarray) else repr(value)
+    return (
+        f"np.array({value.tolist()!r}, np.{value.dtype})"
+        if isinstance(value, np.ndarray)
+        else repr(value)
+    )
 
 
 @cache
 def live_kernel(threads: int, source: str, network: Any) -> Any:
     """The kernel of that source, for a network, which is a kind of part."""
     made: dict[str, Any] = {}
-    exec(source, globals(), made)  # with this module's names: the simulator puts its own `cuda` there
+    exec(
+        source, globals(), made
+    )  # with this module's names: the simulator puts its own `cuda` there
     return kernel(threads)(made["make"](network.Compiled, any_lane))

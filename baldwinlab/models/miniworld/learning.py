@@ -43,7 +43,9 @@ class SelfTaught(LearningRule, name="self-taught"):
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, state.weights, state.activations, state.errors, state.targets, lane)
+        backward(
+            state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
+        )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -63,7 +65,9 @@ class Drift(LearningRule, name="drift"):
         "shadow": per_agent("weights"),  # the weights as self-teaching would have made them
         "shadow_activations": per_agent("units"),
         "newborn": per_agent("weights"),  # the weights at birth
-        "signs": per_agent("weights"),  # 1 or -1, whether a weight moves as the shadow's or against it
+        "signs": per_agent(
+            "weights"
+        ),  # 1 or -1, whether a weight moves as the shadow's or against it
     }
 
     @staticmethod
@@ -85,15 +89,32 @@ class Drift(LearningRule, name="drift"):
             put(part.shadow_activations, k, lane, get(state.activations, k, lane))
         forward(state.network, part.shadow, part.shadow_activations, lane)
         rate = get(state.rate, 0, lane)
-        backward(state.network, rate, part.shadow, part.shadow_activations, state.errors, state.targets, lane)
+        backward(
+            state.network,
+            rate,
+            part.shadow,
+            part.shadow_activations,
+            state.errors,
+            state.targets,
+            lane,
+        )
         for weight in range(state.weights.shape[0]):
             moved = get(part.shadow, weight, lane) - get(part.newborn, weight, lane)
-            put(state.weights, weight, lane, get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved)
+            put(
+                state.weights,
+                weight,
+                lane,
+                get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved,
+            )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         shadow = naive.module(agent.own["shadow"])
-        naive.backpropagate(shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate)
+        naive.backpropagate(
+            shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate
+        )
         agent.own["shadow"] = naive.weights(shadow)
         each = zip(agent.own["newborn"], agent.own["signs"], agent.own["shadow"], strict=True)
-        agent.action_module = naive.module([born + sign * (taught - born) for born, sign, taught in each])
+        agent.action_module = naive.module(
+            [born + sign * (taught - born) for born, sign, taught in each]
+        )

@@ -65,7 +65,12 @@ def look_round(who: Any, model: Model, state: State, step: int) -> None:
     watch(who, model, state, step)
     for world in range(who.first_world, who.last_world):
         for number in range(wake(model, state, world, who.first_agent, who.last_agent)):
-            perceive(model, state, world, get(state.awake, 0, world * model.agents + who.first_agent + number))
+            perceive(
+                model,
+                state,
+                world,
+                get(state.awake, 0, world * model.agents + who.first_agent + number),
+            )
 
 
 @compiled
@@ -164,7 +169,9 @@ def all_of(model: Model, state: State) -> Everyone:
     return Everyone(0, state.places.shape[1], lanes_in_bundle(), 0, model.worlds, 0, model.agents)
 
 
-def live_together(model: Model, state: State, newborn: bool, first_step: int, last_step: int) -> None:
+def live_together(
+    model: Model, state: State, newborn: bool, first_step: int, last_step: int
+) -> None:
     """Be born, if newborn, and live through the steps from `first_step` up to, and without, `last_step`; all at a time."""
     model, state = by_reference(model), by_reference(state)
     if newborn:
@@ -176,7 +183,9 @@ def live_together(model: Model, state: State, newborn: bool, first_step: int, la
             advance_all(state.features, model, state, world, step)
 
 
-def live_one_by_one(model: Model, state: State, newborn: bool, first_step: int, last_step: int) -> None:
+def live_one_by_one(
+    model: Model, state: State, newborn: bool, first_step: int, last_step: int
+) -> None:
     """As `live_together`, but agent after agent (R7)."""
     model, state = by_reference(model), by_reference(state)
     if newborn:
@@ -186,6 +195,8 @@ def live_one_by_one(model: Model, state: State, newborn: bool, first_step: int, 
             agent = step % model.agents
             for _ in range(model.agents):
                 lane = world * model.agents + agent
-                take_step(One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step)
+                take_step(
+                    One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step
+                )
                 agent = agent + 1 if agent + 1 < model.agents else 0
             advance_all(state.features, model, state, world, step)

@@ -46,15 +46,21 @@ class Mark(NamedTuple):
 
 class Look(NamedTuple):
     inputs: tuple[str, ...]
-    real: tuple[bool, ...]  # of each input, whether it is a number between 0 and 1, and not just one of them
+    real: tuple[
+        bool, ...
+    ]  # of each input, whether it is a number between 0 and 1, and not just one of them
     sectors: tuple[Sector | None, ...]  # of each input; None for one that looks nowhere
     actions: tuple[str, ...]
     headings: int  # a heading is written in turns of 360 degrees / headings
     item_kinds: tuple[Kind, ...]
     marks: tuple[Mark, ...]
     modules: tuple[str, ...]  # the networks of a genome, in words
-    answers: tuple[str, ...]  # the first outputs of the second of them; none where these are actions, too
-    memory: tuple[tuple[int, int], ...]  # pairs of a network's units: the second remembers the first
+    answers: tuple[
+        str, ...
+    ]  # the first outputs of the second of them; none where these are actions, too
+    memory: tuple[
+        tuple[int, int], ...
+    ]  # pairs of a network's units: the second remembers the first
     lessons: bool  # whether it is known from whom each learns
 
     def to_dict(self) -> dict[str, Any]:
@@ -73,29 +79,44 @@ def look(experiment: Experiment) -> Look:
     return Look(
         inputs=experiment.inputs,
         real=tuple(sense.real for sense in senses for _ in sense.inputs),
-        sectors=tuple(Sector(sector[0], sector[1], radius) if sector else None for sector in sectors),
+        sectors=tuple(
+            Sector(sector[0], sector[1], radius) if sector else None for sector in sectors
+        ),
         actions=experiment.actions,
         headings=HEADING_COUNT,
-        item_kinds=tuple(Kind(region.kind, region.color, region.count) for region in item_regions(experiment)),
+        item_kinds=tuple(
+            Kind(region.kind, region.color, region.count) for region in item_regions(experiment)
+        ),
         marks=_marks(experiment),
         modules=_networks(experiment.modules, rule.answers),
         answers=rule.answers,
-        memory=network.memory(len(experiment.inputs), experiment.network.hidden, len(experiment.actions)),
+        memory=network.memory(
+            len(experiment.inputs), experiment.network.hidden, len(experiment.actions)
+        ),
         lessons=bool(rule.learns_from),
     )
 
 
 def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, ...]:
     does = " and ".join(answers) or "teaches"
-    words = {"action": "action module", "reinforcement": f"reinforcement module: {does}, fixed for life"}
+    words = {
+        "action": "action module",
+        "reinforcement": f"reinforcement module: {does}, fixed for life",
+    }
     return tuple(words[module] for module in modules if module in words)
 
 
 def _marks(experiment: Experiment) -> tuple[Mark, ...]:
     """Regions of items, where agents are born, and what features add."""
     start = experiment.world.start
-    around = ((start.x - start.radius, start.x + start.radius), (start.y - start.radius, start.y + start.radius))
-    regions = [_mark("rectangle", region.x, region.y, region.color, region.kind) for region in item_regions(experiment)]
+    around = (
+        (start.x - start.radius, start.x + start.radius),
+        (start.y - start.radius, start.y + start.radius),
+    )
+    regions = [
+        _mark("rectangle", region.x, region.y, region.color, region.kind)
+        for region in item_regions(experiment)
+    ]
     features = [
         _mark(mark["shape"], mark["x"], mark["y"], mark["color"], mark["label"], solid=True)
         for feature in experiment.parts("world.features")
@@ -104,7 +125,14 @@ def _marks(experiment: Experiment) -> tuple[Mark, ...]:
     return (*regions, _mark("disc", *around, "edge", "start"), *features)
 
 
-def _mark(kind: str, x: tuple[float, float], y: tuple[float, float], colour: str, label: str, solid: bool = False) -> Mark:
+def _mark(
+    kind: str,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    colour: str,
+    label: str,
+    solid: bool = False,
+) -> Mark:
     return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], colour, label, solid)
 
 

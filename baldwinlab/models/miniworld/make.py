@@ -14,8 +14,21 @@ from baldwinlab.engine.lanes import WIDTH
 from baldwinlab.engine.phases import Array, functions_of
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.recall import MOST_INPUTS, kind_of_recall
-from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert, share_looked_at
-from baldwinlab.models.miniworld.state import ARRAYS, FOOD, HEADING_COUNT, WRITTEN_BY_LAUNCHERS, Floats, Model, State
+from baldwinlab.models.miniworld.regions import (
+    columns_and_rows,
+    images_of,
+    radius_of_alert,
+    share_looked_at,
+)
+from baldwinlab.models.miniworld.state import (
+    ARRAYS,
+    FOOD,
+    HEADING_COUNT,
+    WRITTEN_BY_LAUNCHERS,
+    Floats,
+    Model,
+    State,
+)
 from baldwinlab.parts.kinds import ItemRegion, Part, compiled_values
 
 FOOD_COLOR: Final = "green"  # of `baldwinlab.palette`
@@ -36,9 +49,12 @@ def _aligned(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
 def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
     """All regions of items: the world's food, then what features add."""
     food = tuple(
-        ItemRegion(kind=FOOD, x=r.x, y=r.y, count=r.count, energy=r.energy, color=FOOD_COLOR) for r in experiment.world.food
+        ItemRegion(kind=FOOD, x=r.x, y=r.y, count=r.count, energy=r.energy, color=FOOD_COLOR)
+        for r in experiment.world.food
     )
-    return food + tuple(region for feature in experiment.parts("world.features") for region in feature.items())
+    return food + tuple(
+        region for feature in experiment.parts("world.features") for region in feature.items()
+    )
 
 
 def item_kinds(experiment: Experiment) -> tuple[str, ...]:
@@ -48,7 +64,9 @@ def item_kinds(experiment: Experiment) -> tuple[str, ...]:
 
 def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
     """For a part's `derived`: the number of a kind of items, -1 where there are none."""
-    return lambda part, experiment: item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
+    return lambda part, experiment: (
+        item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
+    )
 
 
 def _span(region: ItemRegion) -> tuple[float, float]:
@@ -57,12 +75,21 @@ def _span(region: ItemRegion) -> tuple[float, float]:
 
 def _share_looked_at(region: ItemRegion, experiment: Experiment) -> float:
     """Of a region's area, in whose cells an agent looks at the items; 1 where they are not worth sorting."""
-    return float(share_looked_at(*_span(region), region.count, experiment.senses.visual_radius, experiment.population.size))
+    return float(
+        share_looked_at(
+            *_span(region),
+            region.count,
+            experiment.senses.visual_radius,
+            experiment.population.size,
+        )
+    )
 
 
 def _grid(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
     """Columns and rows of the cells that a region's items are sorted into."""
-    return columns_and_rows(*_span(region), region.count, experiment.senses.visual_radius, experiment.population.size)
+    return columns_and_rows(
+        *_span(region), region.count, experiment.senses.visual_radius, experiment.population.size
+    )
 
 
 def items_looked_at(experiment: Experiment) -> int:
@@ -84,7 +111,9 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
     world, contact = experiment.world, experiment.contact
     cosine, sine = _circle()
     regions, stride = item_regions(experiment), experiment.part("motor.body").stride
-    boxes = np.array([(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32).reshape(-1, 4)
+    boxes = np.array(
+        [(r.x[0], r.x[1] - r.x[0], r.y[0], r.y[1] - r.y[0]) for r in regions], np.float32
+    ).reshape(-1, 4)
     alert_radius = radius_of_alert(contact.reach, contact.shape == "square", stride)
     margin = max(experiment.senses.visual_radius, alert_radius) + stride
     grid = np.array([_grid(region, experiment) for region in regions], np.int64).reshape(-1, 2)
@@ -97,7 +126,9 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
         random_headings=world.start.headings == "random",
-        region_kind=np.array([item_kinds(experiment).index(region.kind) for region in regions], np.int64),
+        region_kind=np.array(
+            [item_kinds(experiment).index(region.kind) for region in regions], np.int64
+        ),
         regions=boxes,
         region_items=np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
         region_cells=np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
@@ -116,7 +147,9 @@ def make_model(experiment: Experiment, worlds: int) -> Model:
         learning_steps=experiment.learning_steps,
         rate=float(experiment.learning.rate),
         evolved_rate=experiment.learning.evolved_rate,
-        least_near=np.float32(0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5),
+        least_near=np.float32(
+            0 if all(sense.only_items for sense in experiment.parts("senses.kinds")) else 0.5
+        ),
         always_alert=int(not looked_for.issuperset(region.kind for region in regions)),
     )
 
@@ -129,7 +162,10 @@ def fixed_weights(experiment: Experiment) -> int:
 def dimensions(experiment: Experiment) -> dict[str, int]:
     """How many there are of what arrays are declared with."""
     regions = item_regions(experiment)
-    items, cells = sum(region.count for region in regions), sum(math.prod(_grid(region, experiment)) for region in regions)
+    items, cells = (
+        sum(region.count for region in regions),
+        sum(math.prod(_grid(region, experiment)) for region in regions),
+    )
     return {
         "agents": experiment.population.size,
         "modules": len(experiment.modules),
@@ -155,16 +191,30 @@ def _shapes(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int,
 
     def shape(array: Array) -> tuple[int, ...]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
-        return {"agent": (*rows, lanes), "lane": (lanes, *rows), "world": (worlds, *rows), "batch": rows}[array.owner]
+        return {
+            "agent": (*rows, lanes),
+            "lane": (lanes, *rows),
+            "world": (worlds, *rows),
+            "batch": rows,
+        }[array.owner]
 
     return shape
 
 
 def state_bytes(experiment: Experiment, worlds: int) -> int:
     """What the arrays of `make_state` take; nothing is allocated."""
-    shape, paths = _shapes(experiment, worlds), ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features")
-    holders: list[Mapping[str, Array]] = [type(part).arrays for path in paths for part in experiment.parts(path)]
-    arrays = [array for held in (ARRAYS, kind_of_recall(experiment).arrays, *holders) for array in held.values()]
+    shape, paths = (
+        _shapes(experiment, worlds),
+        ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features"),
+    )
+    holders: list[Mapping[str, Array]] = [
+        type(part).arrays for path in paths for part in experiment.parts(path)
+    ]
+    arrays = [
+        array
+        for held in (ARRAYS, kind_of_recall(experiment).arrays, *holders)
+        for array in held.values()
+    ]
     return sum(math.prod(shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
 
 
@@ -236,5 +286,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 def phases_of(state: State) -> tuple[Any, ...]:
     """The types of a state's parts, and their phases: what is compiled in beside the step itself."""
     parts = [state.recall, state.network, state.rule, state.body, *state.senses, *state.features]
-    parts += [value for part in parts for value in part if hasattr(type(value), "part")]  # those that parts call in turn
+    parts += [
+        value for part in parts for value in part if hasattr(type(value), "part")
+    ]  # those that parts call in turn
     return tuple(each for part in parts for each in (type(part), *functions_of(type(part).part)))

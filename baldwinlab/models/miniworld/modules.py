@@ -23,7 +23,9 @@ from baldwinlab.models.miniworld.plan import Habitat
 from baldwinlab.parts.foreign import load_text, sources_of
 
 SHIPPED: Final = Path(__file__).parent / "modules"
-MARKS: Final = SHIPPED / "fingerprints.json"  # of what each was made of, by a Python of that version
+MARKS: Final = (
+    SHIPPED / "fingerprints.json"
+)  # of what each was made of, by a Python of that version
 RULES: Final = ("none", "self-taught", "drift")
 HAND_WRITTEN: Final = ("lanes.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
 """Files of the engine that write LLVM code, which no fingerprint of a function contains."""
@@ -63,7 +65,11 @@ def name_of(experiment: Experiment) -> str:
 
 def built_in() -> dict[str, Experiment]:
     """An experiment for each module that ships, by its name."""
-    made = [Experiment().replace(learning={"rule": rule}, lifetime={"update": update}) for rule in RULES for update in UPDATES]
+    made = [
+        Experiment().replace(learning={"rule": rule}, lifetime={"update": update})
+        for rule in RULES
+        for update in UPDATES
+    ]
     return {name_of(experiment): experiment for experiment in made}
 
 

@@ -52,7 +52,9 @@ def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, l
                 continue
             total = get(weights, weight + unit, lane) * get(activations, source, lane)
             for i in range(1, inputs):
-                total = total + get(weights, weight + i * outputs + unit, lane) * get(activations, source + i, lane)
+                total = total + get(weights, weight + i * outputs + unit, lane) * get(
+                    activations, source + i, lane
+                )
             if biases:
                 total = total + get(weights, weight + inputs * outputs + unit, lane)
             put(activations, target + unit, lane, sigmoid(total))
@@ -62,7 +64,14 @@ def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, l
 
 @compiled
 def backpropagate(
-    sizes: Sizes, biases: bool, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane
+    sizes: Sizes,
+    biases: bool,
+    rate: Value,
+    weights: Rows,
+    activations: Rows,
+    errors: Rows,
+    targets: Rows,
+    lane: Lane,
 ) -> None:
     """One online backpropagation step: move the outputs towards `targets`, down the gradient of half the squared error.
 
@@ -70,7 +79,10 @@ def backpropagate(
     Source: Rumelhart, Hinton and Williams, 1986, which the paper cites for its learning.
     """
     layers = sizes.size - 1
-    target, weight = 0, 0  # the layer's first output unit, and its first weight; from the last layer back to the first
+    target, weight = (
+        0,
+        0,
+    )  # the layer's first output unit, and its first weight; from the last layer back to the first
     for layer in range(layers):
         target += sizes[layer]
         weight += (sizes[layer] + int(biases)) * sizes[layer + 1]
@@ -98,7 +110,14 @@ def backpropagate(
 
 @compiled
 def _blame(
-    inputs: int, outputs: int, source: int, weight: int, weights: Rows, activations: Rows, errors: Rows, lane: Lane
+    inputs: int,
+    outputs: int,
+    source: int,
+    weight: int,
+    weights: Rows,
+    activations: Rows,
+    errors: Rows,
+    lane: Lane,
 ) -> None:
     """Fill the errors of a layer's input units, the first of which is `source`, from those of its outputs, which follow them."""
     target = source + inputs
@@ -106,7 +125,9 @@ def _blame(
         a = get(activations, source + i, lane)
         error = get(errors, target, lane) * get(weights, weight + i * outputs, lane)
         for unit in range(1, outputs):
-            error = error + get(errors, target + unit, lane) * get(weights, weight + i * outputs + unit, lane)
+            error = error + get(errors, target + unit, lane) * get(
+                weights, weight + i * outputs + unit, lane
+            )
         put(errors, source + i, lane, error * a * (ONE - a))
 
 
@@ -118,12 +139,25 @@ def forward_of_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) 
         for unit in range(hidden):
             put(activations, 3 + unit, lane, HALF)
     else:
-        left, front, right = get(activations, 0, lane), get(activations, 1, lane), get(activations, 2, lane)
+        left, front, right = (
+            get(activations, 0, lane),
+            get(activations, 1, lane),
+            get(activations, 2, lane),
+        )
         for unit in range(hidden):
             total = get(weights, unit, lane) * left + get(weights, hidden + unit, lane) * front
-            put(activations, 3 + unit, lane, sigmoid(total + get(weights, 2 * hidden + unit, lane) * right))
+            put(
+                activations,
+                3 + unit,
+                lane,
+                sigmoid(total + get(weights, 2 * hidden + unit, lane) * right),
+            )
     w, a = 3 * hidden, get(activations, 3, lane)
-    first, second, third = get(weights, w, lane) * a, get(weights, w + 1, lane) * a, get(weights, w + 2, lane) * a
+    first, second, third = (
+        get(weights, w, lane) * a,
+        get(weights, w + 1, lane) * a,
+        get(weights, w + 2, lane) * a,
+    )
     for unit in range(1, hidden):
         w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
         first = first + get(weights, w, lane) * a
@@ -142,7 +176,9 @@ def _error(rate: Value, activations: Rows, output: int, target: Value, lane: Lan
 
 
 @compiled
-def backward_of_three(hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane) -> None:
+def backward_of_three(
+    hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane
+) -> None:
     """`backpropagate` of the same network."""
     outputs = 3 + hidden
     first = _error(rate, activations, outputs, get(targets, 0, lane), lane)
@@ -155,10 +191,18 @@ def backward_of_three(hidden: int, rate: Value, weights: Rows, activations: Rows
             put(weights, w + 1, lane, get(weights, w + 1, lane) - second * a)
             put(weights, w + 2, lane, get(weights, w + 2, lane) - third * a)
         return
-    left, front, right = get(activations, 0, lane), get(activations, 1, lane), get(activations, 2, lane)
+    left, front, right = (
+        get(activations, 0, lane),
+        get(activations, 1, lane),
+        get(activations, 2, lane),
+    )
     for unit in range(hidden):
         w, a = 3 * hidden + 3 * unit, get(activations, 3 + unit, lane)
-        to_first, to_second, to_third = get(weights, w, lane), get(weights, w + 1, lane), get(weights, w + 2, lane)
+        to_first, to_second, to_third = (
+            get(weights, w, lane),
+            get(weights, w + 1, lane),
+            get(weights, w + 2, lane),
+        )
         error = (first * to_first + second * to_second + third * to_third) * a * (ONE - a)
         put(weights, w, lane, to_first - first * a)
         put(weights, w + 1, lane, to_second - second * a)
@@ -193,11 +237,21 @@ class FeedForward(Network, name="feed-forward"):
             feed_forward(part.sizes, part.biases, weights, activations, lane)
 
     @staticmethod
-    def backward(part: Any, rate: Value, weights: Rows, activations: Rows, errors: Rows, targets: Rows, lane: Lane) -> None:
+    def backward(
+        part: Any,
+        rate: Value,
+        weights: Rows,
+        activations: Rows,
+        errors: Rows,
+        targets: Rows,
+        lane: Lane,
+    ) -> None:
         if _of_three(part.sizes, part.biases):
             backward_of_three(part.sizes[1], rate, weights, activations, targets, lane)
         else:
-            backpropagate(part.sizes, part.biases, rate, weights, activations, errors, targets, lane)
+            backpropagate(
+                part.sizes, part.biases, rate, weights, activations, errors, targets, lane
+            )
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:

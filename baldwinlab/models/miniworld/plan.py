@@ -27,7 +27,13 @@ from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, choices
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.models.miniworld import browser
-from baldwinlab.models.miniworld.make import item_kinds, item_regions, make_model, make_state, phases_of
+from baldwinlab.models.miniworld.make import (
+    item_kinds,
+    item_regions,
+    make_model,
+    make_state,
+    phases_of,
+)
 from baldwinlab.models.miniworld.networks import FeedForward
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.evolution import breeding_part
@@ -130,9 +136,15 @@ class Habitat:
         self.experiment = experiment
         self.model, self.state = make_model(experiment, 1), make_state(experiment, 1)
         self.schemes = _schemes(experiment)
-        inheritance = experiment if not self.inherits_as_ever else experiment.replace(evolution={"inheritance": "darwinian"})
+        inheritance = (
+            experiment
+            if not self.inherits_as_ever
+            else experiment.replace(evolution={"inheritance": "darwinian"})
+        )
         self.inheritance = breeding_part(inheritance, "inheritance")[0]
-        self.setting = _sample(browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "found": ("f8", 1)})
+        self.setting = _sample(
+            browser.Setting, {"regions": ("f8", 2), "sizes": ("i8", 1), "found": ("f8", 1)}
+        )
         arrays = {name: (kind, len(shape)) for name, (kind, shape) in ARRAYS_OF_POPULATION.items()}
         own = {"purposes": ("i8", 1), "least": ("f8", 1)}
         self.population = _sample(
@@ -149,8 +161,14 @@ class Habitat:
         return self.experiment.evolution.inheritance in OF_ANY_INHERITANCE
 
     def entries(self) -> dict[str, wasm.Entry]:
-        setting, model, state, population = (typeof(each) for each in (self.setting, self.model, self.state, self.population))
-        live = browser.live_in_turn if self.experiment.lifetime.update == "sequential" else browser.live_at_once
+        setting, model, state, population = (
+            typeof(each) for each in (self.setting, self.model, self.state, self.population)
+        )
+        live = (
+            browser.live_in_turn
+            if self.experiment.lifetime.update == "sequential"
+            else browser.live_at_once
+        )
         return {
             "measure": (browser.measure, (setting,)),
             "furnish": (browser.furnish, (setting, model, state, population)),
@@ -166,18 +184,34 @@ class Habitat:
     def phases(self) -> tuple[Any, ...]:
         """The types of all parts, and their phases: what is compiled in beside the entry points."""
         population = self.population
-        breeding = (*population.schemes, population.variation, population.inheritance, population.worth)
-        return (*phases_of(self.state), *(each for part in breeding for each in (type(part), *type(part).part.phases())))
+        breeding = (
+            *population.schemes,
+            population.variation,
+            population.inheritance,
+            population.worth,
+        )
+        return (
+            *phases_of(self.state),
+            *(each for part in breeding for each in (type(part), *type(part).part.phases())),
+        )
 
     def plan(self) -> dict[str, Any]:
         """As above; "tuples" by name, in the order in which entry points take them."""
         experiment, found = self.experiment, list(browser.FOUND)
         taught_by = experiment.part("learning.rule").learns_from
-        leaves = {"setting": self._setting(), "model": self._model(), "state": self._state(), "population": self._population()}
+        leaves = {
+            "setting": self._setting(),
+            "model": self._model(),
+            "state": self._state(),
+            "population": self._population(),
+        }
         tuples = {}
         for name, sources in leaves.items():
             size, places = wasm.places(typeof(getattr(self, name)))
-            tuples[name] = {"bytes": size, "leaves": {leaf: {"at": at, **sources[leaf]} for leaf, at in places.items()}}
+            tuples[name] = {
+                "bytes": size,
+                "leaves": {leaf: {"at": at, **sources[leaf]} for leaf, at in places.items()},
+            }
         return {
             "tuples": tuples,
             "found": found,
@@ -191,7 +225,10 @@ class Habitat:
             },
             "taught": "reinforcement" in experiment.modules,
             "learns from": taught_by and f"state.rule.{taught_by}",
-            "takes": {name: [_name_of(self, each) for each in types] for name, (_, types) in self.entries().items()},
+            "takes": {
+                name: [_name_of(self, each) for each in types]
+                for name, (_, types) in self.entries().items()
+            },
         }
 
     def _setting(self) -> dict[str, Any]:
@@ -220,15 +257,23 @@ class Habitat:
         network, experiment = self.experiment.part("network.kind"), self.experiment
         own = type(network).layers is not Network.layers
         sizes = (
-            list(experiment.layer_sizes) if own else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
+            list(experiment.layer_sizes)
+            if own
+            else [len(experiment.inputs), field("network.hidden"), len(experiment.actions)]
         )
         return {"type": "i8", "values": sizes}
 
     def _model(self) -> dict[str, Any]:
-        leaves = _numbers(self.model, {**MODEL, **_constants(self.model, ("inputs", "least_near", "always_alert"))})
+        leaves = _numbers(
+            self.model,
+            {**MODEL, **_constants(self.model, ("inputs", "least_near", "always_alert"))},
+        )
         for name, shape in ARRAYS_OF_MODEL.items():
             leaves[name] = {"type": _type(getattr(self.model, name)), "shape": shape, "fill": 0}
-        leaves["start"] = {"type": "f4", "values": [field(f"world.start.{name}") for name in ("x", "y", "radius")]}
+        leaves["start"] = {
+            "type": "f4",
+            "values": [field(f"world.start.{name}") for name in ("x", "y", "radius")],
+        }
         for name in ("cosine", "sine"):
             leaves[name] = {"type": "f4", "values": getattr(self.model, name).tolist()}
         return leaves
@@ -257,11 +302,20 @@ class Habitat:
                 leaves[prefix + name] = self._layers()
             elif hasattr(type(value), "part"):  # one that breeds, which it calls in turn
                 chosen = f"evolution.{type(value).part.kind}"
-                leaves |= self._part(f"{prefix}{name}.", value, chosen, self.experiment.part(chosen))
+                leaves |= self._part(
+                    f"{prefix}{name}.", value, chosen, self.experiment.part(chosen)
+                )
             elif isinstance(value, np.ndarray):
-                leaves[prefix + name] = {"type": _type(value), "values": value.ravel().tolist(), "shape": list(value.shape)}
+                leaves[prefix + name] = {
+                    "type": _type(value),
+                    "values": value.ravel().tolist(),
+                    "shape": list(value.shape),
+                }
             else:
-                leaves[prefix + name] = {"type": _type(value), "value": DERIVED.get(derive, _plain(value))}
+                leaves[prefix + name] = {
+                    "type": _type(value),
+                    "value": DERIVED.get(derive, _plain(value)),
+                }
         return leaves | _arrays(prefix, type(part).arrays)
 
     def _population(self) -> dict[str, Any]:
@@ -271,23 +325,37 @@ class Habitat:
         ever, inheritance = self.inherits_as_ever, experiment.part("evolution.inheritance")
         own: dict[str, Any] = {
             "selection": field("evolution.selection", among=names),
-            "afresh": field("evolution.inheritance", **{"is": "none"}) if ever else inheritance.afresh,
-            "wants_learned": field("evolution.lamarckian_share", above=0) if ever else inheritance.wants_learned(experiment),
+            "afresh": field("evolution.inheritance", **{"is": "none"})
+            if ever
+            else inheritance.afresh,
+            "wants_learned": field("evolution.lamarckian_share", above=0)
+            if ever
+            else inheritance.wants_learned(experiment),
             "learns": experiment.learns,
         }
         leaves = _numbers(self.population, {**POPULATION, **own})
         for name, (kind, shape) in ARRAYS_OF_POPULATION.items():
             leaves[name] = {"type": kind, "shape": shape, "fill": 0}
         leaves["purposes"] = {"type": "i8", "values": purposes(experiment)}
-        leaves["least"] = {"type": "f8", "values": ["-Infinity" if least == -math.inf else least for least in least]}
+        leaves["least"] = {
+            "type": "f8",
+            "values": ["-Infinity" if least == -math.inf else least for least in least],
+        }
         for number, each in enumerate(self.schemes):
             scheme = each.part("evolution.selection")
-            leaves |= self._part(f"schemes.{number}.", self.population.schemes[number], "evolution.selection", scheme)
+            leaves |= self._part(
+                f"schemes.{number}.", self.population.schemes[number], "evolution.selection", scheme
+            )
         for name, chosen in {"variation": "variation", "worth": "fitness"}.items():
             path = f"evolution.{chosen}"
-            leaves |= self._part(f"{name}.", getattr(self.population, name), path, experiment.part(path))
+            leaves |= self._part(
+                f"{name}.", getattr(self.population, name), path, experiment.part(path)
+            )
         return leaves | self._part(
-            "inheritance.", self.inheritance, "evolution.inheritance", Darwinian() if ever else inheritance
+            "inheritance.",
+            self.inheritance,
+            "evolution.inheritance",
+            Darwinian() if ever else inheritance,
         )
 
 
@@ -301,8 +369,12 @@ def _schemes(experiment: Experiment) -> list[Experiment]:
 
 def _sample(kind: Any, arrays: Mapping[str, tuple[str, int]], **others: Any) -> Any:
     """A tuple that has the types of all of that kind, if nothing in it."""
-    numbers = {name: hint(0) for name, hint in get_type_hints(kind).items() if hint in (int, float, bool)}
-    made = {name: np.zeros((1,) * dimensions, dtype) for name, (dtype, dimensions) in arrays.items()}
+    numbers = {
+        name: hint(0) for name, hint in get_type_hints(kind).items() if hint in (int, float, bool)
+    }
+    made = {
+        name: np.zeros((1,) * dimensions, dtype) for name, (dtype, dimensions) in arrays.items()
+    }
     return kind(**numbers, **made, **others)
 
 
@@ -317,7 +389,9 @@ def _plain(value: Any) -> Any:
 
 
 def _numbers(of: Any, sources: Mapping[str, Value]) -> dict[str, Any]:
-    return {name: {"type": _type(getattr(of, name)), "value": value} for name, value in sources.items()}
+    return {
+        name: {"type": _type(getattr(of, name)), "value": value} for name, value in sources.items()
+    }
 
 
 def _constants(of: Any, names: Iterable[str]) -> dict[str, Any]:
@@ -334,10 +408,18 @@ def _arrays(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:
         "batch": list,
     }
     return {
-        prefix + name: {"type": np.dtype(array.dtype).str[1:], "shape": shapes[array.owner](array.rows), "fill": array.fill or 0}
+        prefix + name: {
+            "type": np.dtype(array.dtype).str[1:],
+            "shape": shapes[array.owner](array.rows),
+            "fill": array.fill or 0,
+        }
         for name, array in declared.items()
     }
 
 
 def _name_of(habitat: Habitat, kind: Any) -> str:
-    return next(name for name in ("setting", "model", "state", "population") if typeof(getattr(habitat, name)) == kind)
+    return next(
+        name
+        for name in ("setting", "model", "state", "population")
+        if typeof(getattr(habitat, name)) == kind
+    )

@@ -59,7 +59,12 @@ class _Table(Ask):
             forward(state.network, fixed, state.activations, lane)
             for one in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
                 for k in range(actions):
-                    put(part.answers, one, code * actions + k, get(state.activations, outputs + k, one))
+                    put(
+                        part.answers,
+                        one,
+                        code * actions + k,
+                        get(state.activations, outputs + k, one),
+                    )
 
 
 class Teacher(_Table):
@@ -69,7 +74,12 @@ class Teacher(_Table):
     def remember(part: Any, model: Model, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         for k in range(actions):
-            put(state.targets, k, lane, get(part.answers, lane, get(state.code, 0, lane) * actions + k))
+            put(
+                state.targets,
+                k,
+                lane,
+                get(part.answers, lane, get(state.code, 0, lane) * actions + k),
+            )
 
 
 class Reflex(_Table):
@@ -80,7 +90,12 @@ class Reflex(_Table):
         actions = state.targets.shape[0]
         outputs = state.activations.shape[0] - actions
         for k in range(actions):
-            put(state.activations, outputs + k, lane, get(part.answers, lane, get(state.code, 0, lane) * actions + k))
+            put(
+                state.activations,
+                outputs + k,
+                lane,
+                get(part.answers, lane, get(state.code, 0, lane) * actions + k),
+            )
 
     @staticmethod
     def think(part: Any, model: Model, state: State, lane: Lane) -> None:
@@ -90,7 +105,10 @@ class Reflex(_Table):
 class AskTeacher(Ask):
     """The reinforcement module is asked in every step, and may have a memory of its own."""
 
-    arrays: ClassVar[dict[str, Array]] = {"weights": per_agent("weights"), "activations": per_agent("units")}
+    arrays: ClassVar[dict[str, Array]] = {
+        "weights": per_agent("weights"),
+        "activations": per_agent("units"),
+    }
 
     @staticmethod
     def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
@@ -107,12 +125,21 @@ class AskTeacher(Ask):
         forward(state.network, part.weights, part.activations, lane)
         actions = state.targets.shape[0]
         for k in range(actions):
-            put(state.targets, k, lane, get(part.activations, state.activations.shape[0] - actions + k, lane))
+            put(
+                state.targets,
+                k,
+                lane,
+                get(part.activations, state.activations.shape[0] - actions + k, lane),
+            )
 
 
 def kind_of_recall(experiment: Any) -> type[Ask]:
     """What is looked up in an experiment's lives."""
-    few = len(experiment.inputs) <= MOST_INPUTS and not experiment.real_valued and experiment.part("network.kind").memoryless
+    few = (
+        len(experiment.inputs) <= MOST_INPUTS
+        and not experiment.real_valued
+        and experiment.part("network.kind").memoryless
+    )
     taught = "reinforcement" in experiment.modules
     if taught:
         return Teacher if few else AskTeacher

@@ -13,7 +13,9 @@ from baldwinlab.engine.lanes import WIDTH, square_root
 FEW_ITEMS: Final = 8 * WIDTH
 ITEMS_IN_CELL: Final = 4  # on average
 HEIGHT_OF_CELL: Final = 3  # times its width: items of a row lie side by side, so few rows, and narrow cells, have few in vain
-WORTH_SORTING: Final = 0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
+WORTH_SORTING: Final = (
+    0.25  # of a region's area: where an agent looks at more of it, to look at all is faster
+)
 MANY: Final = 12  # agents, for whom twice as much is worth sorting, as they share in it
 
 
@@ -21,7 +23,13 @@ MANY: Final = 12  # agents, for whom twice as much is worth sorting, as they sha
 def cell_size(width: float, height: float, count: int) -> Any:
     """Width and height of the cells that a region's items are sorted into: in a strip, however thin, as long as hold so many."""
     area, items = width * height, max(1, count)
-    high = min(height, max(square_root(area * ITEMS_IN_CELL * HEIGHT_OF_CELL / items), height * ITEMS_IN_CELL / items))
+    high = min(
+        height,
+        max(
+            square_root(area * ITEMS_IN_CELL * HEIGHT_OF_CELL / items),
+            height * ITEMS_IN_CELL / items,
+        ),
+    )
     return area * ITEMS_IN_CELL / (items * high), high
 
 
@@ -37,7 +45,9 @@ def share_looked_at(width: float, height: float, count: int, radius: float, agen
 
 
 @compiled
-def columns_and_rows(width: float, height: float, count: int, radius: float, agents: int) -> tuple[Any, Any]:
+def columns_and_rows(
+    width: float, height: float, count: int, radius: float, agents: int
+) -> tuple[Any, Any]:
     """Of the cells that a region's items are sorted into.
 
     One cell for a few items, and where an agent would have to look at most cells anyway.
@@ -56,6 +66,8 @@ def radius_of_alert(reach: float, square: bool, stride: float) -> float:
 
 
 @compiled
-def images_of(width: float, height: float, margin: float, world_width: float, world_height: float) -> int:
+def images_of(
+    width: float, height: float, margin: float, world_width: float, world_height: float
+) -> int:
     """From how many images of the torus a region may be reached that one can be `margin` away from: 1, or 9."""
     return 1 if 2 * (width + margin) < world_width and 2 * (height + margin) < world_height else 9

@@ -14,9 +14,27 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
-from baldwinlab.engine.lanes import Lane, Mask, Value, any_of, bundle, choose, get, lanes_in_bundle, negated, put
+from baldwinlab.engine.lanes import (
+    Lane,
+    Mask,
+    Value,
+    any_of,
+    bundle,
+    choose,
+    get,
+    lanes_in_bundle,
+    negated,
+    put,
+)
 from baldwinlab.engine.phases import for_each, if_any, part_class
-from baldwinlab.models.miniworld.items import beside, cells_within, image, is_one_cell, slots_in_row, slots_of
+from baldwinlab.models.miniworld.items import (
+    beside,
+    cells_within,
+    image,
+    is_one_cell,
+    slots_in_row,
+    slots_of,
+)
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.models.miniworld.world import either, shortest
@@ -26,16 +44,22 @@ ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 LEFT, FRONT, RIGHT, ALERT = 1, 2, 4, 8
 
-Spotted = tuple[Mask, Mask, Mask, Mask]  # where items are at the left, in front, at the right, and near enough to be touched soon
+Spotted = tuple[
+    Mask, Mask, Mask, Mask
+]  # where items are at the left, in front, at the right, and near enough to be touched soon
 
 
 @compiled
-def _behind_nothing(features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask) -> Mask:
+def _behind_nothing(
+    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask
+) -> Mask:
     return seen & negated(hidden(features, model, x, y, dx, dy))
 
 
 @compiled
-def _as_it_is(features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask) -> Mask:
+def _as_it_is(
+    features: Any, model: Model, x: np.float32, y: np.float32, dx: Value, dy: Value, seen: Mask
+) -> Mask:
     return seen
 
 
@@ -53,7 +77,10 @@ def broad_phase(model: Model, state: State, lane: Lane) -> None:
     reach = max(model.visual_radius, model.alert_radius) + ONE  # with room for rounding
     for region in range(model.regions.shape[0]):
         half_width, half_height = model.regions[region, 1] * HALF, model.regions[region, 3] * HALF
-        centre_x, centre_y = model.regions[region, 0] + half_width, model.regions[region, 2] + half_height
+        centre_x, centre_y = (
+            model.regions[region, 0] + half_width,
+            model.regions[region, 2] + half_height,
+        )
         x, y = get(state.places, 0, lane), get(state.places, 1, lane)
         put(state.beside_x, region, lane, beside(x, centre_x, model.width))
         put(state.beside_y, region, lane, beside(y, centre_y, model.height))
@@ -98,7 +125,9 @@ def _told(spotted: Spotted) -> int:
 
 
 @compiled
-def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int) -> Spotted:
+def _spot(
+    model: Model, state: State, world: int, slot: Lane, x: np.float32, y: np.float32, heading: int
+) -> Spotted:
     """Which items in these slots are seen at the left, in front and at the right, and which may be touched soon."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
@@ -109,7 +138,13 @@ def _spot(model: Model, state: State, world: int, slot: Lane, x: np.float32, y: 
 
 @compiled
 def _look_along(
-    model: Model, state: State, world: int, slots: tuple[int, int], x: np.float32, y: np.float32, heading: int
+    model: Model,
+    state: State,
+    world: int,
+    slots: tuple[int, int],
+    x: np.float32,
+    y: np.float32,
+    heading: int,
 ) -> Spotted:
     """As `_spot`, from the first of `slots`, without the second; but a bundle at least: what is found beyond is there as well."""
     begin, end = slots
@@ -120,7 +155,9 @@ def _look_along(
 
 
 @compiled
-def _look(model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int) -> int:
+def _look(
+    model: Model, state: State, world: int, region: int, x: np.float32, y: np.float32, heading: int
+) -> int:
     """What an agent at (x, y) gets to know of a region, as bits: told once, for that takes as long as a bundle."""
     farthest = max(model.visual_radius, model.alert_radius)
     columns = cells_within(model, region, 0, x, farthest)
@@ -191,10 +228,13 @@ def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> i
 
 def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: Any) -> Any:
     if len(senses) == 1:
-        return lambda senses, model, state, world, agent: sense(senses[0], model, state, world, agent)
+        return lambda senses, model, state, world, agent: sense(
+            senses[0], model, state, world, agent
+        )
     own = len(part_class(senses[0]).inputs)
     return lambda senses, model, state, world, agent: (
-        sense(senses[0], model, state, world, agent) | (sense_all(senses[1:], model, state, world, agent) << own)
+        sense(senses[0], model, state, world, agent)
+        | (sense_all(senses[1:], model, state, world, agent) << own)
     )
 
 
@@ -202,7 +242,9 @@ sense_all = register(_sense_all, _choose_sense_all)
 
 
 @compiled
-def _write_bits(one: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+def _write_bits(
+    one: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int
+) -> None:
     code = sense(one, model, state, world, agent)
     for k in range(count):
         state.activations[first + k, world * model.agents + agent] = np.float32((code >> k) & 1)
@@ -218,7 +260,9 @@ def _write_each(senses: Any, model: Any, state: Any, world: int, agent: int, fir
         first += len(type(one).part.inputs)
 
 
-def _choose_write_each(senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any) -> Any:
+def _choose_write_each(
+    senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any
+) -> Any:
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first: None
     part = part_class(senses[0])

@@ -41,7 +41,9 @@ class Model(NamedTuple):
     cosine: Floats  # [heading]
     sine: Floats  # [heading]
     visual_radius: np.float32
-    alert_radius: np.float32  # nothing farther than this when sensed can be touched after the next move
+    alert_radius: (
+        np.float32
+    )  # nothing farther than this when sensed can be touched after the next move
     open_boundaries: bool
     square_contact: bool
     reach: np.float32
@@ -50,7 +52,9 @@ class Model(NamedTuple):
     learning_steps: int
     rate: float  # of learning
     evolved_rate: bool  # whether a gene changes it
-    least_near: np.float32  # 1/2 where a sense tells of more than items, so that it is always asked, else 0
+    least_near: (
+        np.float32
+    )  # 1/2 where a sense tells of more than items, so that it is always asked, else 0
     always_alert: int  # 1 where there are items that no sense looks for
 
 
@@ -71,7 +75,9 @@ class State(NamedTuple):
     code: Integers  # [1, lane], which inputs are 1, as bits, or 0 where any is real-valued; -1 before the first look
     alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
     action: Floats  # [1, lane], the number of the action done
-    eaten_in_life: Integers  # [region, lane], so far in this life, by all who lived in the agent's place
+    eaten_in_life: (
+        Integers  # [region, lane], so far in this life, by all who lived in the agent's place
+    )
     item_x: Floats  # [world, item]
     item_y: Floats  # [world, item]
     appearances: Counts  # [world, item], how many places have been drawn for it before
@@ -81,7 +87,9 @@ class State(NamedTuple):
     slot_item: Counts  # [world, slot], which item it is
     cell_slots: Integers  # [world, cell + region], the first slot of each cell, and behind a region's last the slot after it
     cell_next: Integers  # [world, cell], scratch: the next slot to fill
-    item_cell: Integers  # [world, item], the cell that each was found in when they were last put in order
+    item_cell: (
+        Integers  # [world, item], the cell that each was found in when they were last put in order
+    )
     stale: Integers  # [world, region], whether items have moved and are to be put in order
     weights: Floats  # [weight, lane], the action module's, as they stand
     activations: Floats  # [unit, lane], the action module's; the first rows are the inputs, the last the outputs

@@ -15,7 +15,13 @@ from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.life import advance_all, all_of, do_it, look_round
-from baldwinlab.models.miniworld.make import item_regions, make_model, make_state, phases_of, poison_state
+from baldwinlab.models.miniworld.make import (
+    item_regions,
+    make_model,
+    make_state,
+    phases_of,
+    poison_state,
+)
 from baldwinlab.models.miniworld.state import Floats, Model, State
 
 Numbers = npt.NDArray[np.float32]  # [world, agent, number]
@@ -32,7 +38,12 @@ def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: 
     rows, actions = state.activations.shape[0], outputs.shape[0]
     for first in range(0, state.places.shape[1], lanes_in_bundle()):
         for action in range(actions):
-            put(state.activations, rows - actions + action, bundle(first), get(outputs, action, bundle(first)))
+            put(
+                state.activations,
+                rows - actions + action,
+                bundle(first),
+                get(outputs, action, bundle(first)),
+            )
     do_it(everyone, model, state, step)
     for world in range(model.worlds):
         advance_all(state.features, model, state, world, step)
@@ -45,14 +56,20 @@ class Steered:
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
         """Raises RefusedError where agents act one after another, and where they are born in mid-life."""
         if experiment.births_in_life:
-            raise RefusedError("world.features lets agents be born in mid-life, and whoever is told what to do lives to its end")
+            raise RefusedError(
+                "world.features lets agents be born in mid-life, and whoever is told what to do lives to its end"
+            )
         if experiment.lifetime.update == "sequential":
-            raise RefusedError('lifetime.update = "sequential" lets agents act one after another, and these act together')
+            raise RefusedError(
+                'lifetime.update = "sequential" lets agents act one after another, and these act together'
+            )
         without = experiment.replace(learning={"rule": "none"}, evolution={"lamarckian_share": 0})
         self.experiment = without
         self._model, self._state = make_model(without, len(runs)), make_state(without, len(runs))
         self._state.keys[:] = [(seed, run) for run in runs]
-        self._outputs = np.zeros((self._state.targets.shape[0], self._state.weights.shape[1]), np.float32)
+        self._outputs = np.zeros(
+            (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32
+        )
         arguments = self._model, self._state, True, 0, self._outputs
         live = kept(live_steered, phases_of(self._state), short_loops=True)
         live(*arguments)
@@ -82,5 +99,9 @@ class Steered:
 
     def _sensed(self) -> Numbers:
         worlds, agents = self._shape
-        sensed: Numbers = self._state.activations[: self._model.inputs, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        sensed: Numbers = (
+            self._state.activations[: self._model.inputs, : worlds * agents]
+            .T.reshape(worlds, agents, -1)
+            .copy()
+        )
         return sensed

@@ -52,14 +52,19 @@ def spawn(model: Model, state: State, world: int, agent: int, number: int) -> No
     seed, run = state.keys[world, 0], state.keys[world, 1]
     x, y, attempt = ONE, ONE, 0
     lane, searching = world * model.agents + agent, True
-    while searching:  # of a square's points, the first that lies in the disc, and where nothing forbids it
+    while (
+        searching
+    ):  # of a square's points, the first that lies in the disc, and where nothing forbids it
         words = philox(attempt, number, state.generation[0], BIRTHPLACE, seed, run)
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
         state.places[0, lane] = wrapped(model.start[0] + model.start[2] * x, model.width)
         state.places[1, lane] = wrapped(model.start[1] + model.start[2] * y, model.height)
-        taken = forbidden(state.features, model, state.places[0, lane], state.places[1, lane]) and attempt < MOST_PLACES
+        taken = (
+            forbidden(state.features, model, state.places[0, lane], state.places[1, lane])
+            and attempt < MOST_PLACES
+        )
         searching = bool(x * x + y * y > ONE) or taken
     state.heading[0, lane] = ZERO
     if model.random_headings:
@@ -70,7 +75,9 @@ def spawn(model: Model, state: State, world: int, agent: int, number: int) -> No
 @compiled
 def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, step: int) -> None:
     """Motor noise: now and then, another action than the chosen one, drawn at random of all there are."""
-    words = philox(step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1])
+    words = philox(
+        step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1]
+    )
     if unit(words[0]) < model.action_noise:
         state.action[0, lane] = np.float32(int(np.float32(state.targets.shape[0]) * unit(words[1])))
 

@@ -35,8 +35,14 @@ def choose(name: str, workers: int | None = None) -> Executor:
         if workers is None:
             raise RefusedError("--executor slurm needs --workers: how many jobs to submit")
         if not shutil.which("sbatch"):
-            raise RefusedError("--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm")
-        return Executor("slurm", workers * cluster.cores_of_a_job(), partial(cluster.on_slurm, workers))
+            raise RefusedError(
+                "--executor slurm needs sbatch, which is not here: run this on a machine that submits to Slurm"
+            )
+        return Executor(
+            "slurm", workers * cluster.cores_of_a_job(), partial(cluster.on_slurm, workers)
+        )
     if workers is not None:
-        raise ArgumentError("workers", workers, "is for threads and slurm: a Dask cluster has the workers it has")
+        raise ArgumentError(
+            "workers", workers, "is for threads and slurm: a Dask cluster has the workers it has"
+        )
     return Executor("dask", max(1, cluster.cores(address)), partial(cluster.on_dask, address))

@@ -68,7 +68,9 @@ def on_slurm(
     """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
     with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
         _require_job(cluster.job_script())
-        cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)  # rather than scale: a job that ends early is replaced
+        cluster.adapt(
+            minimum_jobs=jobs, maximum_jobs=jobs
+        )  # rather than scale: a job that ends early is replaced
         yield from _do_all(client, study, tasks, backend, done)
 
 
@@ -90,7 +92,9 @@ def cores_of_a_job() -> int:
     missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
-        raise RefusedError(f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/cluster.md")
+        raise RefusedError(
+            f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/cluster.md"
+        )
     return int(_job_setting("cores"))
 
 
@@ -102,10 +106,14 @@ def _connect(address: str) -> Client:
     try:
         return Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, RuntimeError):
-        raise RefusedError(f"no Dask scheduler answers at {address}; one is started by `dask scheduler`") from None
+        raise RefusedError(
+            f"no Dask scheduler answers at {address}; one is started by `dask scheduler`"
+        ) from None
 
 
-def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backend, done: Done) -> Generator[int, None, None]:
+def _do_all(
+    client: Client, study: Study, tasks: Sequence[Task], backend: Backend, done: Done
+) -> Generator[int, None, None]:
     """Submit the tasks and yield the agent-steps done: what workers tell, and when a task has ended, the rest of it.
 
     A task that was lost with its worker begins again; nothing is yielded until it is further than it was.
@@ -116,7 +124,10 @@ def _do_all(client: Client, study: Study, tasks: Sequence[Task], backend: Backen
     ordered = {f"{topic}-{number}": task for number, task in enumerate(tasks)}
     left = {key: task.agent_steps for key, task in ordered.items()}
     orders = _orders(study, tasks, backend, topic)
-    futures = {future.key: future for future in client.map(_work, orders, key=list(left), pure=False, batch_size=BATCH)}
+    futures = {
+        future.key: future
+        for future in client.map(_work, orders, key=list(left), pure=False, batch_size=BATCH)
+    }
     try:
         for future in futures.values():
             future.add_done_callback(news.put)
@@ -151,7 +162,9 @@ def _result(future: Future) -> Any:
         raise ExecutorError("the Dask scheduler is gone") from None
     except KilledWorker as error:
         dead = error.allowed_failures + 1
-        raise ExecutorError(f"a task was given up: {dead} workers died, one after the other, doing it") from None
+        raise ExecutorError(
+            f"a task was given up: {dead} workers died, one after the other, doing it"
+        ) from None
 
 
 def _work(sent: bytes) -> Any:
@@ -159,15 +172,21 @@ def _work(sent: bytes) -> Any:
     order: Order = pickle.loads(sent)
     worker = get_worker()
     if order.engine != ENGINE:
-        raise StudyError(f"the worker {worker.address} has another version of baldwinlab or Numba than this process")
+        raise StudyError(
+            f"the worker {worker.address} has another version of baldwinlab or Numba than this process"
+        )
     directory = location(order.directory)
     if not is_study(directory):
-        raise StudyError(f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it")
+        raise StudyError(
+            f"the worker {worker.address} does not see {directory}: a study must lie where all workers see it"
+        )
     with LOADING:
         _make_known(order.parts)
         task: Task = pickle.loads(order.task)
     tell = _teller(worker, task.agent_steps, order.topic, order.silence)
-    with dask.config.set(scheduler="synchronous"):  # else xarray, when it writes, opens a client of its own in every worker
+    with dask.config.set(
+        scheduler="synchronous"
+    ):  # else xarray, when it writes, opens a client of its own in every worker
         return task.do(order.seed, directory, choose(order.backend), tell)
 
 
@@ -178,7 +197,9 @@ def _make_known(parts: Sequence[tuple[Source, str]]) -> None:
     """
     for source, sha256 in parts:
         if source.sha256 != sha256:
-            raise PartError(f"the {source.kind} {source.name!r} did not arrive as it was sent: its SHA-256 is another")
+            raise PartError(
+                f"the {source.kind} {source.name!r} did not arrive as it was sent: its SHA-256 is another"
+            )
     for text, file in {source.text: source.file for source, _ in parts}.items():
         load_text(text, Path(file))
 

@@ -49,7 +49,12 @@ class Executor(NamedTuple):
     work: Work
 
     def do(
-        self, study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done = nothing_more
+        self,
+        study: Study,
+        tasks: Sequence[Task],
+        workers: int,
+        backend: Backend,
+        done: Done = nothing_more,
     ) -> Generator[int, None, None]:
         """Do tasks of a study, so many at a time, on a backend, and call `done`, here, with each that ends and what it returns.
 

@@ -14,7 +14,9 @@ from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Tas
 from baldwinlab.studies.store import Study
 
 
-def threads(study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done) -> Generator[int, None, None]:
+def threads(
+    study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+) -> Generator[int, None, None]:
     """Do the tasks on so many threads. See `Executor`."""
     stop = threading.Event()
     news: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
@@ -25,7 +27,10 @@ def threads(study: Study, tasks: Sequence[Task], workers: int, backend: Backend,
         news.put(agent_steps)
 
     with ThreadPoolExecutor(workers) as pool:
-        left = {pool.submit(task.do, study.seed, study.directory, backend, lived): task for task in tasks}
+        left = {
+            pool.submit(task.do, study.seed, study.directory, backend, lived): task
+            for task in tasks
+        }
         for future in list(left):
             future.add_done_callback(news.put)
         try:

@@ -24,12 +24,18 @@ HIDDEN = 3
 
 
 def model(learning: Any, **fields: Any) -> CellForagers:
-    return CellForagers(learning=learning, hidden=HIDDEN, **({"environments": 6, "moves": 30} | fields))
+    return CellForagers(
+        learning=learning, hidden=HIDDEN, **({"environments": 6, "moves": 30} | fields)
+    )
 
 
-def genomes(of: CellForagers, agents: int, seed: int = 1, size: float = 2.0) -> npt.NDArray[np.float32]:
+def genomes(
+    of: CellForagers, agents: int, seed: int = 1, size: float = 2.0
+) -> npt.NDArray[np.float32]:
     """[run, agent, module, weight], large enough that agents move."""
-    drawn = np.random.default_rng(seed).uniform(-size, size, (1, agents, len(of.modules), of.weights()))
+    drawn = np.random.default_rng(seed).uniform(
+        -size, size, (1, agents, len(of.modules), of.weights())
+    )
     return drawn.astype(np.float32)
 
 
@@ -49,7 +55,10 @@ def taught(weights: Any, values: Any, outputs: int, first: int, wanted: Any, rat
     delta = error * y * (1 - y)
     second = np.reshape(weights[(INPUTS + 1) * HIDDEN :], (HIDDEN + 1, outputs))
     back = (second[:HIDDEN] @ delta) * hidden * (1 - hidden)
-    steps = [np.outer(np.append(values, 1), back).ravel(), np.outer(np.append(hidden, 1), delta).ravel()]
+    steps = [
+        np.outer(np.append(values, 1), back).ravel(),
+        np.outer(np.append(hidden, 1), delta).ravel(),
+    ]
     return weights - rate * np.concatenate(steps)
 
 
@@ -83,7 +92,10 @@ def life(of: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
             values = np.array([*sensed(food, place, heading), *plan])
             _, y = answered(weights, values, of.outputs)
             if plan == (1, 1):
-                x, row = place % SIDE + (1, 0, -1, 0)[heading], place // SIDE + (0, 1, 0, -1)[heading]
+                x, row = (
+                    place % SIDE + (1, 0, -1, 0)[heading],
+                    place // SIDE + (0, 1, 0, -1)[heading],
+                )
                 place = row * SIDE + x if 0 <= x < SIDE and 0 <= row < SIDE else place
             heading = (heading + {(0, 1): 1, (1, 0): -1}.get(plan, 0)) % 4
             meals += place in food
@@ -109,7 +121,9 @@ def test_a_life_is_as_in_plain_python(learning: str) -> None:
     food = [sum(eaten) / of.environments for eaten, _ in expected]
     assert found.energy[0].tolist() == pytest.approx(food) and sum(food) > 0.5
     assert found.learned is not None
-    assert found.learned[0] == pytest.approx(np.array([weights for _, weights in expected]), abs=2e-3)
+    assert found.learned[0] == pytest.approx(
+        np.array([weights for _, weights in expected]), abs=2e-3
+    )
     gains = [eaten[-1] - eaten[0] for eaten, _ in expected]
     assert found.records["gain"][0].tolist() == gains
 
@@ -122,13 +136,19 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
     for agent in range(12):
         seen = of.views["life"].of(of, Moment(7, 0, 3), born[0], agent)
         assert isinstance(seen, Cells) and seen.ground.shape == (of.steps, SIDE, SIDE)
-        gained, food = (values.reshape(of.environments, of.moves, -1) for values in (seen.gained, seen.ground))
+        gained, food = (
+            values.reshape(of.environments, of.moves, -1) for values in (seen.gained, seen.ground)
+        )
         assert gained[:, -1, 0].tolist() == life(of, born[0, agent], agent)[0]
         assert (gained[..., 0] + food.sum(axis=-1) == FOOD).all(), "what is not eaten lies there"
-        moved = np.abs(np.diff(seen.place.reshape(of.environments, of.moves, 2), axis=1)).sum(axis=-1)
+        moved = np.abs(np.diff(seen.place.reshape(of.environments, of.moves, 2), axis=1)).sum(
+            axis=-1
+        )
         turned = np.diff(seen.heading.reshape(of.environments, of.moves), axis=1) % 4
         assert ((moved == 0) | ((moved == 1) & (turned == 0))).all()
-        assert seen.visit.tolist() == [environment for environment in range(of.environments) for _ in range(of.moves)]
+        assert seen.visit.tolist() == [
+            environment for environment in range(of.environments) for _ in range(of.moves)
+        ]
 
 
 def test_of_a_long_life_the_view_has_the_beginning() -> None:
@@ -146,7 +166,17 @@ def test_a_step_of_learning_goes_down_the_gradient() -> None:
     units[:INPUTS] = values
     after = weights.copy()
     cells._answer(after, HIDDEN, 4, units)
-    cells._learn(after, HIDDEN, 4, 2, np.float32(1), units, np.float32(wanted[0]), np.float32(wanted[1]), np.zeros(4, np.float32))
+    cells._learn(
+        after,
+        HIDDEN,
+        4,
+        2,
+        np.float32(1),
+        units,
+        np.float32(wanted[0]),
+        np.float32(wanted[1]),
+        np.zeros(4, np.float32),
+    )
 
     def error(of_weights: Any) -> float:
         return float(((answered(of_weights, values, 4)[1][2:] - wanted) ** 2).sum() / 2)
@@ -160,7 +190,9 @@ def test_a_step_of_learning_goes_down_the_gradient() -> None:
     assert (second[:, :2] == 0).all() and (second[:, 2:] != 0).all()
 
 
-def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end_geometrically() -> None:
+def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end_geometrically() -> (
+    None
+):
     of = model("auto-teaching")
     weights, fixed = genomes(of, 1)[0, 0]
     units, teacher = np.zeros((2, INPUTS + HIDDEN + 2), np.float32)
@@ -170,20 +202,41 @@ def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end
         cells._answer(weights, HIDDEN, 2, units)
         cells._answer(fixed, HIDDEN, 2, teacher)
         errors.append(float(np.abs(units[-2:] - teacher[-2:]).max()))
-        cells._learn(weights, HIDDEN, 2, 0, np.float32(0.5), units, teacher[-2], teacher[-1], np.zeros(4, np.float32))
+        cells._learn(
+            weights,
+            HIDDEN,
+            2,
+            0,
+            np.float32(0.5),
+            units,
+            teacher[-2],
+            teacher[-1],
+            np.zeros(4, np.float32),
+        )
     assert all(after <= before + 1e-6 for before, after in pairwise(errors))
-    shares = [errors[step + 20] / errors[step] for step in range(len(errors) - 20) if 1e-4 < errors[step] < 1e-2]
-    assert len(shares) > 20 and max(shares) - min(shares) < 0.05, "by the same share in every twenty steps"
+    shares = [
+        errors[step + 20] / errors[step]
+        for step in range(len(errors) - 20)
+        if 1e-4 < errors[step] < 1e-2
+    ]
+    assert len(shares) > 20 and max(shares) - min(shares) < 0.05, (
+        "by the same share in every twenty steps"
+    )
 
 
 @pytest.mark.parametrize("learning", KINDS[1:])
 def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning: str) -> None:
     still, born = model(learning, rate=0.0), genomes(model(learning), 20)
-    found, off = still.live(7, [0], 3, born), model(learning).without_learner().live(7, [0], 3, born)
+    found, off = (
+        still.live(7, [0], 3, born),
+        model(learning).without_learner().live(7, [0], 3, born),
+    )
     assert found.learned is not None and (found.learned == born[:, :, 0]).all()
     assert found.energy.tolist() == off.energy.tolist()
     learned = model(learning).live(7, [0], 3, born).learned
-    assert learned is not None and (learned != born[:, :, 0]).any(axis=-1).all(), "at another, by everybody"
+    assert learned is not None and (learned != born[:, :, 0]).any(axis=-1).all(), (
+        "at another, by everybody"
+    )
 
 
 def test_nobody_eats_more_than_there_is_and_a_run_has_the_same_bits_beside_others() -> None:
@@ -198,7 +251,11 @@ def test_a_child_differs_from_its_parent_in_few_weights_however_long_its_genome(
     for learning in ("none", "auto-teaching"):
         experiment = assign(bl.load("cell-foragers"), [f"cell_foragers.learning={learning}"])
         of = CellForagers(learning=learning)
-        parents_of = np.random.default_rng(0).uniform(-1, 1, (100, len(of.modules), of.weights())).astype(np.float32)
+        parents_of = (
+            np.random.default_rng(0)
+            .uniform(-1, 1, (100, len(of.modules), of.weights()))
+            .astype(np.float32)
+        )
         children, parents = breed(experiment, parents_of, np.arange(100.0), Moment(0, 0, 1))
         changed = (children != parents_of[parents[:, 0]]).sum(axis=(1, 2))
         assert changed.max() == 5 and changed.mean() > 4.5, "two mutations may fall on one weight"
@@ -216,5 +273,8 @@ def test_teaching_oneself_raises_food_within_life() -> None:
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
-    found = [*check_part(CellForagers), *check_part(FewMutations, only=["fields", "limits", "arithmetic", "oracle"])]
+    found = [
+        *check_part(CellForagers),
+        *check_part(FewMutations, only=["fields", "limits", "arithmetic", "oracle"]),
+    ]
     assert [one for one in found if one.holds is False] == []

@@ -18,7 +18,16 @@ from baldwinlab.check import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.models.cues import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET, CueLearners, OnePointOfUnits
+from baldwinlab.library.models.cues import (
+    GREEN,
+    HIDDEN,
+    MOTOR,
+    RED,
+    SOUR,
+    SWEET,
+    CueLearners,
+    OnePointOfUnits,
+)
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.runs.simulate import live_batch
 
@@ -29,7 +38,10 @@ ACCURACIES = (0.55, 0.65, 0.75, 0.85, 0.95)
 def counting(accuracy: float, items: int = 100, at_hand: int = 0) -> float:
     """What it gains who counts the items before, and (1) that at hand."""
     n = np.arange(items) + at_hand
-    known = binom.sf(np.floor(n / 2), n, accuracy) + np.where(n % 2, 0, binom.pmf(n // 2, n, accuracy)) / 2
+    known = (
+        binom.sf(np.floor(n / 2), n, accuracy)
+        + np.where(n % 2, 0, binom.pmf(n // 2, n, accuracy)) / 2
+    )
     return float((2 * known - 1).sum() / 2)
 
 
@@ -37,7 +49,9 @@ def hand_built() -> npt.NDArray[np.float32]:
     """A motor with a fixed link of 1/2 from a sensor of sweet, and a Hebbian one from a sensor of red, which is 0 at birth."""
     strengths, hebbian = np.zeros((3, 3)), np.zeros((3, 3))
     strengths[2, 0], hebbian[2, 1] = 0.5, 1
-    return np.concatenate([[SWEET, RED, MOTOR], strengths.ravel(), hebbian.ravel()]).astype(np.float32)
+    return np.concatenate([[SWEET, RED, MOTOR], strengths.ravel(), hebbian.ravel()]).astype(
+        np.float32
+    )
 
 
 def expected(accuracy: float, items: int = 100) -> float:
@@ -90,7 +104,11 @@ def naive(of: CueLearners, genome: list[float], agent: int) -> tuple[int, list[f
         for one in answering:
             total = np.float32(0)
             for other in units:
-                total += links[one * of.units + other] * np.float32(values[other]) if other != one else np.float32(0)
+                total += (
+                    links[one * of.units + other] * np.float32(values[other])
+                    if other != one
+                    else np.float32(0)
+                )
             values[one] = 1 if total > 0 else -1
         if motors and values[motors[0]] > 0:
             gained += 1 if food else -1
@@ -98,27 +116,37 @@ def naive(of: CueLearners, genome: list[float], agent: int) -> tuple[int, list[f
             for other in units:
                 link = one * of.units + other
                 if other != one and hebbian[link]:
-                    links[link] = np.clip(links[link] + np.float32(of.rate * values[one] * values[other]), -1, 1)
+                    links[link] = np.clip(
+                        links[link] + np.float32(of.rate * values[one] * values[other]), -1, 1
+                    )
     return gained, [float(link) for link in links]
 
 
-@pytest.mark.parametrize("fields", [{}, {"learning": False}, {"units": 5, "accuracy": 0.6}, {"items": 7, "rate": 0.3}])
+@pytest.mark.parametrize(
+    "fields", [{}, {"learning": False}, {"units": 5, "accuracy": 0.6}, {"items": 7, "rate": 0.3}]
+)
 def test_a_life_is_as_in_plain_python(fields: dict[str, Any]) -> None:
     of = CueLearners(**({"items": 40} | fields))
     genomes = of.founders(120, Moment(8, 0, 0))[None]
     genomes[0, :40, 0, 0], genomes[0, :40, 0, 1] = MOTOR, SWEET  # so that many have something to do
     given = genomes.copy()
     found = of.live(3, [0], 2, genomes)
-    assert found.learned is not None and (genomes == given).all(), "and what was born stays as it was"
+    assert found.learned is not None and (genomes == given).all(), (
+        "and what was born stays as it was"
+    )
     for agent in range(120):
         gain, links = naive(of, genomes[0, agent, 0].tolist(), agent)
         assert found.energy[0, agent] == gain + of.items / 2
-        assert found.learned[0, agent, of.units : of.units + of.units**2].tolist() == pytest.approx(links, abs=1e-6)
+        assert found.learned[0, agent, of.units : of.units + of.units**2].tolist() == pytest.approx(
+            links, abs=1e-6
+        )
     assert len(np.unique(found.energy)) > 5
 
 
 @pytest.mark.parametrize("accuracy", ACCURACIES)
-def test_a_hand_built_learner_gains_what_exact_theory_says_and_no_more_than_who_counts(accuracy: float) -> None:
+def test_a_hand_built_learner_gains_what_exact_theory_says_and_no_more_than_who_counts(
+    accuracy: float,
+) -> None:
     of = CueLearners(accuracy=accuracy, rate=STEP)
     found = gained(of, many(hand_built(), 20_000))
     error = found.std() / np.sqrt(found.size)
@@ -131,7 +159,9 @@ def test_what_counting_is_worth_more_than_smell_has_the_values_of_the_specificat
     accuracies = [0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.85, 0.95, 1]
     advantage = [round(counting(accuracy) - 50 * (2 * accuracy - 1), 1) for accuracy in accuracies]
     assert advantage == [0, 19.1, 28.4, 29.5, 26.9, 23, 14, 4.4, -0.5]
-    assert np.argmax([counting(a, 1000) - 500 * (2 * a - 1) for a in accuracies]) < 3, "a longer life moves it towards chance"
+    assert np.argmax([counting(a, 1000) - 500 * (2 * a - 1) for a in accuracies]) < 3, (
+        "a longer life moves it towards chance"
+    )
 
 
 @pytest.mark.parametrize("accuracy", [0.5, 0.75, 1.0])
@@ -142,7 +172,9 @@ def test_who_does_not_learn_gains_no_more_than_by_smell(accuracy: float) -> None
     assert abs(sniffer.mean() - 50 * (2 * accuracy - 1)) < 4 * sniffer.std() / np.sqrt(sniffer.size)
     for founder in of.founders(60, Moment(1, 0, 0)):
         found = gained(of, many(founder, 1000))
-        assert found.mean() <= 50 * (2 * accuracy - 1) + 4 * found.std() / np.sqrt(found.size) + 1e-9
+        assert (
+            found.mean() <= 50 * (2 * accuracy - 1) + 4 * found.std() / np.sqrt(found.size) + 1e-9
+        )
 
 
 def test_half_way_is_between_smell_and_colour_in_that_life() -> None:
@@ -165,7 +197,9 @@ def test_a_learner_comes_to_eat_by_colour_and_was_not_born_so() -> None:
 
 
 def test_genes_are_alleles_also_where_all_are_drawn_anew() -> None:
-    experiment = assign(bl.load("hebbian/smell-75"), ["evolution.mutation_rate=1", "population.size=3000"])
+    experiment = assign(
+        bl.load("hebbian/smell-75"), ["evolution.mutation_rate=1", "population.size=3000"]
+    )
     founders = draw_genome(experiment, Moment(0, 0, 0))
     children, _ = breed(experiment, founders, np.ones(3000), Moment(0, 0, 1))
     for genomes in (founders, children):
@@ -184,13 +218,17 @@ def test_learning_evolves_where_smell_is_good_but_not_perfect() -> None:
     best = {}
     for name in ("smell-50", "smell-65", "smell-100"):
         experiment = assign(bl.load(f"hebbian/{name}"), ["evolution.generations=101"])
-        best[name] = max(history.of_agents("beyond").mean(axis=1).max() for history in live_batch(experiment, 0, range(6)))
+        best[name] = max(
+            history.of_agents("beyond").mean(axis=1).max()
+            for history in live_batch(experiment, 0, range(6))
+        )
     assert best["smell-65"] > 0 and best["smell-50"] < 0 and best["smell-100"] <= 0
 
 
 def test_its_variation_is_of_no_other_model() -> None:
     with pytest.raises(
-        ExperimentError, match=r"evolution\.variation = 'one-point-of-units' is for the model 'cue-learners' alone"
+        ExperimentError,
+        match=r"evolution\.variation = 'one-point-of-units' is for the model 'cue-learners' alone",
     ):
         assign(bl.load("guessing"), ["evolution.variation=one-point-of-units"])
 
@@ -198,6 +236,8 @@ def test_its_variation_is_of_no_other_model() -> None:
 def test_the_parts_are_as_parts_should_be() -> None:
     found = [
         *check_part(CueLearners),
-        *check_part([CueLearners, OnePointOfUnits], only=["fields", "limits", "arithmetic", "oracle"]),
+        *check_part(
+            [CueLearners, OnePointOfUnits], only=["fields", "limits", "arithmetic", "oracle"]
+        ),
     ]
     assert [one for one in found if one.holds is False] == []

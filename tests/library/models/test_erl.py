@@ -14,7 +14,17 @@ import baldwinlab as bl
 from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.library.models.erl.agents import BITS, INPUTS, bury, found, live_step, reinforce, sense, settle, weight
+from baldwinlab.library.models.erl.agents import (
+    BITS,
+    INPUTS,
+    bury,
+    found,
+    live_step,
+    reinforce,
+    sense,
+    settle,
+    weight,
+)
 from baldwinlab.library.models.erl.agents import breed as have_child
 from baldwinlab.library.models.erl.model import ErlPopulations, step_of
 from baldwinlab.library.models.erl.world import (
@@ -49,13 +59,18 @@ SMALL: dict[str, Any] = {
     "seeds": 3,
     "bite": 0.1,
 }
-SET = ["record.genome_every=1", *(f"erl_populations.{name}={value}" for name, value in SMALL.items())]
+SET = [
+    "record.genome_every=1",
+    *(f"erl_populations.{name}={value}" for name, value in SMALL.items()),
+]
 EAST = 1
 
 
 def bare(**fields: Any) -> tuple[Any, World, npt.NDArray[np.float32]]:
     """A walled field with nothing on it; its rules; and scratch."""
-    model = ErlPopulations(**SMALL | {"plants": 0, "trees": 0, "carnivores": 0, "seeds": 0} | fields)
+    model = ErlPopulations(
+        **SMALL | {"plants": 0, "trees": 0, "carnivores": 0, "seeds": 0} | fields
+    )
     rules, world = model.rules(), model.world(1, 0, 0, 0)
     prepare(rules, world)
     return rules, world, np.zeros(INPUTS, np.float32)
@@ -85,7 +100,9 @@ def test_a_step_of_crbp_is_that_of_the_hand() -> None:
     ]:
         weights = np.zeros(INPUTS, np.float32)
         reinforce(weights, inputs, said, better, np.float32(rate))
-        assert weights[3] == pytest.approx(expected, rel=1e-6) and weights[-1] == pytest.approx(expected / 2, rel=1e-6)
+        assert weights[3] == pytest.approx(expected, rel=1e-6) and weights[-1] == pytest.approx(
+            expected / 2, rel=1e-6
+        )
         assert (weights[inputs == 0] == 0).all()
 
 
@@ -105,10 +122,14 @@ def test_what_was_done_is_made_likelier_by_what_is_better_now() -> None:
     said, before = world.said[agent].copy(), world.act[agent].copy()
     world.energy[agent] -= 0.3
     live_step(rules, world, agent, inputs)
-    assert (np.sign((world.act[agent] - before)[:, -1]) == np.where(said == 1, -1, 1)).all(), "and what was worse, less likely"
+    assert (np.sign((world.act[agent] - before)[:, -1]) == np.where(said == 1, -1, 1)).all(), (
+        "and what was worse, less likely"
+    )
     before = world.act[agent].copy()
     live_step(rules, world, agent, inputs)
-    np.testing.assert_array_equal(world.act[agent], before, "where nothing became better or worse, nothing is learned")
+    np.testing.assert_array_equal(
+        world.act[agent], before, "where nothing became better or worse, nothing is learned"
+    )
 
 
 def lived(strategy: str, steps: int = 80) -> tuple[Any, World, npt.NDArray[np.float32]]:
@@ -150,10 +171,16 @@ def test_what_is_learned_stays_out_of_the_genome() -> None:
     world.energy[parents] = 1
     world.act[parents[0]] += 5
     have_child(rules, world, parents[0])
-    assert world.counts[AGENTS] == 3 and (world.bits[2] == 1).all() and (world.act[2] == rules.range).all()
+    assert (
+        world.counts[AGENTS] == 3
+        and (world.bits[2] == 1).all()
+        and (world.act[2] == rules.range).all()
+    )
 
 
-def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate_of_mutation() -> None:
+def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate_of_mutation() -> (
+    None
+):
     rules, world, _ = bare(mutation=0.0, side=60, most=1000)
     one, other = put_agent(rules, world, 60 * 30 + 30, 0), put_agent(rules, world, 60 * 30 + 33, 1)
     shares = []
@@ -166,7 +193,9 @@ def test_a_child_has_bits_of_both_parents_between_two_cuts_and_flips_at_the_rate
         world.health[child] = 0
         bury(world)
         world.kind[world.kind == CORPSE] = EMPTY
-    assert np.mean(shares) == pytest.approx(1 / 3, abs=4 * np.sqrt(1 / 18 / 60)), "the mean distance of two cuts"
+    assert np.mean(shares) == pytest.approx(1 / 3, abs=4 * np.sqrt(1 / 18 / 60)), (
+        "the mean distance of two cuts"
+    )
     rules = rules._replace(mutation=np.float32(0.1))
     world.energy[one] = 1
     world.place[other] = 60 * 2 + 2  # out of reach
@@ -183,7 +212,11 @@ def test_without_heredity_a_newborn_s_bits_are_coins() -> None:
 
 
 def test_carnivores_have_no_genome() -> None:
-    assert {name for name in World._fields if len(getattr(ErlPopulations(**SMALL).world(0, 0, 0, 0), name)) == 200} == {
+    assert {
+        name
+        for name in World._fields
+        if len(getattr(ErlPopulations(**SMALL).world(0, 0, 0, 0), name)) == 200
+    } == {
         "lair",
         "hunger",
         "wounds",
@@ -213,13 +246,22 @@ def test_eating_climbing_hitting_and_bumping() -> None:
     neighbour = put_agent(rules, world, 20 * 10 + 13)
     goes(world, agent, EAST)
     live_step(rules, world, agent, inputs)
-    assert world.energy[agent] == pytest.approx(rules.newborn + rules.plant) and world.counts[PLANTS] == 0
+    assert (
+        world.energy[agent] == pytest.approx(rules.newborn + rules.plant)
+        and world.counts[PLANTS] == 0
+    )
     goes(world, agent, EAST)
     live_step(rules, world, agent, inputs)
-    assert world.place[agent] == 20 * 10 + 12 and world.kind[20 * 10 + 11] == EMPTY and world.kind[20 * 10 + 12] == TREE
+    assert (
+        world.place[agent] == 20 * 10 + 12
+        and world.kind[20 * 10 + 11] == EMPTY
+        and world.kind[20 * 10 + 12] == TREE
+    )
     goes(world, agent, EAST)
     live_step(rules, world, agent, inputs)
-    assert world.place[agent] == 20 * 10 + 12 and world.health[neighbour] == pytest.approx(1 - rules.blow)
+    assert world.place[agent] == 20 * 10 + 12 and world.health[neighbour] == pytest.approx(
+        1 - rules.blow
+    )
     alone = put_agent(rules, world, 20 * 5 + 18)
     goes(world, alone, EAST)
     live_step(rules, world, alone, inputs)
@@ -257,16 +299,28 @@ def test_cells_agents_and_carnivores_agree_at_every_time(strategy: str) -> None:
     np.testing.assert_array_equal(world.who[world.place[:agents]], np.arange(agents))
     np.testing.assert_array_equal(world.who[world.lair[:hunters]], np.arange(hunters))
     assert (
-        set(world.kind[world.place[:agents]].tolist()) <= {AGENT, TREE} and (world.kind[world.lair[:hunters]] == CARNIVORE).all()
+        set(world.kind[world.place[:agents]].tolist()) <= {AGENT, TREE}
+        and (world.kind[world.lair[:hunters]] == CARNIVORE).all()
     )
-    assert (world.kind == PLANT).sum() == world.counts[PLANTS] and (world.who >= 0).sum() == agents + hunters
-    assert (world.energy[:agents] > 0).all() and (world.energy <= 1).all() and (world.health <= 1).all()
+    assert (world.kind == PLANT).sum() == world.counts[PLANTS] and (
+        world.who >= 0
+    ).sum() == agents + hunters
+    assert (
+        (world.energy[:agents] > 0).all()
+        and (world.energy <= 1).all()
+        and (world.health <= 1).all()
+    )
 
 
 def test_where_nothing_is_eaten_everybody_starves_in_time() -> None:
     """Of 0.4 and 0.01 a step: 40 steps; nobody bites, bumps or eats."""
     hungry = ErlPopulations(
-        **SMALL | {"plants": 0, "seeds": 0, "carnivores": 0, "longest": 100}, living=0.01, plant=0.0, meat=0.0, bump=0.0, blow=0.0
+        **SMALL | {"plants": 0, "seeds": 0, "carnivores": 0, "longest": 100},
+        living=0.01,
+        plant=0.0,
+        meat=0.0,
+        bump=0.0,
+        blow=0.0,
     )
     found_dead = hungry.live(3, [0], 0, hungry.founders(1, Moment(3, 0, 0))[None])
     assert 39 <= found_dead.energy.item() <= 40 and found_dead.records["extinct"].item() == 1
@@ -281,7 +335,10 @@ def test_a_population_has_the_same_bits_alone_and_beside_others() -> None:
 def test_measures_are_what_is_recorded() -> None:
     small = assign(bl.load("erl-populations"), [*SET, "erl_populations.longest=50"])
     run = bl.simulate(small, seed=4).expand_dims("run")
-    told = {name: xr.DataArray(measure.of(run)).item() for name, measure in ErlPopulations.measures.items()}
+    told = {
+        name: xr.DataArray(measure.of(run)).item()
+        for name, measure in ErlPopulations.measures.items()
+    }
     assert told == {
         "survived": run.energy.item(), "extinct": run.extinct.item(), "born": run.born.item(), "living": run.living.item()
     }  # fmt: skip
@@ -300,16 +357,22 @@ def test_it_keeps_the_contract_of_parts() -> None:
 
 def test_the_lives_that_are_checked_have_births_and_deaths() -> None:
     checked = ErlPopulations(**ErlPopulations.checked_with)
-    lives = checked.live(11, [0, 1], 0, np.stack([checked.founders(5, Moment(11, run, 0)) for run in (0, 1)]))
+    lives = checked.live(
+        11, [0, 1], 0, np.stack([checked.founders(5, Moment(11, run, 0)) for run in (0, 1)])
+    )
     assert lives.records["born"].min() > 0 and 0 < lives.records["extinct"].sum() < 10
     assert ((lives.records["living"] > 1) & (lives.records["living"] < checked.most)).all()
 
 
-def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_is_censored() -> None:
+def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_is_censored() -> (
+    None
+):
     ends = {}
     for steps in (200, 400):
         small = assign(bl.load("erl-populations"), [*SET, f"erl_populations.longest={steps}"])
-        ends[steps] = xr.concat([history.dataset() for history in live_batch(small, 4, range(6))], "run")
+        ends[steps] = xr.concat(
+            [history.dataset() for history in live_batch(small, 4, range(6))], "run"
+        )
     shorter, longer = (ends[steps].energy.values.ravel() for steps in (200, 400))
     assert longer.min() < 200 < longer.max()
     np.testing.assert_array_equal(shorter, np.minimum(longer, 200))
@@ -319,5 +382,8 @@ def test_who_is_followed_for_longer_lives_the_same_until_then_and_who_lives_on_i
 
 
 def test_more_founders_than_there_may_be_agents_are_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"erl_populations\.most = 50 must be at least erl_populations\.founders_of = 100"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"erl_populations\.most = 50 must be at least erl_populations\.founders_of = 100",
+    ):
         assign(bl.load("erl-populations"), ["erl_populations.most=50"])

@@ -27,7 +27,9 @@ EVEN = assign(bl.load("stepping/convex"), ["evolution.selection=expected-offspri
 SAMPLED = bl.load("stepping/convex")
 
 
-def mean_of_parents(experiment: Any, x: Numbers, fitness: Numbers, places: float, generation: int = 0) -> float:
+def mean_of_parents(
+    experiment: Any, x: Numbers, fitness: Numbers, places: float, generation: int = 0
+) -> float:
     """The mean x of so many parents, chosen by the laboratory's selection."""
     uniforms = Moment(5, 0, generation).uniforms(rng.SELECTION, (int(places) // 2, 2))
     return float(x[select(experiment, fitness, uniforms)].mean())
@@ -50,7 +52,9 @@ def test_the_law_is_met_exactly_by_any_ten_thousand_populations() -> None:
         learned[0] += learned.sum() == 0
         if case % 2:  # g rises with x in every second one
             learned = innate * np.sort(generator.integers(1, 9, agents))[x.argsort().argsort()]
-        with_it, without = (mean_of_parents(EVEN, x, each, 2 * each.sum()) for each in (learned, innate))
+        with_it, without = (
+            mean_of_parents(EVEN, x, each, 2 * each.sum()) for each in (learned, innate)
+        )
         moved = with_it - without
         assert abs(moved - law(x, innate, learned)) < 1e-12
         assert not case % 2 or moved > -1e-12
@@ -61,7 +65,8 @@ def test_selection_by_lot_meets_the_law_on_average() -> None:
     x, slope = generator.normal(0.8, 0.3, 1000), SlopeClimbers(bend=1)
     innate, learned = slope.fitness(x), slope.fitness(x + 0.3)
     moved = [
-        mean_of_parents(SAMPLED, x, learned, 2000, 2 * k) - mean_of_parents(SAMPLED, x, innate, 2000, 2 * k + 1)
+        mean_of_parents(SAMPLED, x, learned, 2000, 2 * k)
+        - mean_of_parents(SAMPLED, x, innate, 2000, 2 * k + 1)
         for k in range(2000)
     ]
     expected = law(x, innate, learned)
@@ -71,7 +76,10 @@ def test_selection_by_lot_meets_the_law_on_average() -> None:
 
 @pytest.mark.parametrize("name", BENDS)
 def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: str) -> None:
-    slope, generator = SlopeClimbers(bend=BENDS[name], rise=0.0 if BENDS[name] else 1.0), np.random.default_rng(3)
+    slope, generator = (
+        SlopeClimbers(bend=BENDS[name], rise=0.0 if BENDS[name] else 1.0),
+        np.random.default_rng(3),
+    )
     for _ in range(300):
         low, high = (-2.0, -0.5) if name == "concave" else (0.0, 2.0)
         x = generator.uniform(low, high, 20)
@@ -80,22 +88,35 @@ def test_the_three_slopes_have_the_three_signs_wherever_a_population_is(name: st
 
 
 def test_an_exponential_slope_chooses_the_same_parents_with_learning_and_without() -> None:
-    found = [live_batch(bl.load(f"{name}/exponential"), 3, [0])[0].of_agents("innate_x") for name in ("stepping", "not-stepping")]
+    found = [
+        live_batch(bl.load(f"{name}/exponential"), 3, [0])[0].of_agents("innate_x")
+        for name in ("stepping", "not-stepping")
+    ]
     assert (found[0] == found[1]).all()
 
 
-def gaussian_step(mean: float, variance: float, slope: SlopeClimbers, mutation: float) -> tuple[float, float]:
+def gaussian_step(
+    mean: float, variance: float, slope: SlopeClimbers, mutation: float
+) -> tuple[float, float]:
     """Mean and variance after a generation of an infinite population that is normal, and stays so."""
     left = 1 - slope.bend * variance
-    return (mean + variance * (slope.rise + slope.bend * slope.step * slope.learning)) / left, variance / left + mutation**2
+    return (
+        mean + variance * (slope.rise + slope.bend * slope.step * slope.learning)
+    ) / left, variance / left + mutation**2
 
 
 @pytest.mark.parametrize("selection", ["roulette", "expected-offspring"])
 @pytest.mark.parametrize("condition", ["stepping", "not-stepping"])
 @pytest.mark.parametrize("name", BENDS)
-def test_a_normal_population_moves_as_exact_theory_says(condition: str, name: str, selection: str) -> None:
+def test_a_normal_population_moves_as_exact_theory_says(
+    condition: str, name: str, selection: str
+) -> None:
     agents = 40_000
-    changes = [f"population.size={agents}", f"evolution.selection={selection}", "slope_climbers.spread=0.3"]
+    changes = [
+        f"population.size={agents}",
+        f"evolution.selection={selection}",
+        "slope_climbers.spread=0.3",
+    ]
     experiment = assign(bl.load(f"{condition}/{name}"), changes)
     slope, genomes = experiment.of_model, draw_genome(experiment, Moment(1, 0, 0))
     energy = slope.live(1, [0], 0, genomes[None]).energy[0]
@@ -109,13 +130,19 @@ def test_a_normal_population_moves_as_exact_theory_says(condition: str, name: st
 def test_several_generations_go_as_the_recursion_does() -> None:
     """Of large populations, for of small ones the variance falls behind."""
     for condition in ("stepping", "not-stepping"):
-        experiment = assign(bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"])
+        experiment = assign(
+            bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"]
+        )
         slope = experiment.of_model
         mean, variance = slope.start, slope.spread**2
         for _ in range(10):
-            mean, variance = gaussian_step(mean, variance, slope, experiment.evolution.mutation_size)
+            mean, variance = gaussian_step(
+                mean, variance, slope, experiment.evolution.mutation_size
+            )
         lived = live_batch(experiment, 2, range(8))
-        found = np.array([history.of_agents("innate_x")[-1].mean(dtype=np.float64) for history in lived])
+        found = np.array(
+            [history.of_agents("innate_x")[-1].mean(dtype=np.float64) for history in lived]
+        )
         assert abs(found.mean() - mean) < 4 * found.std(ddof=1) / np.sqrt(len(found))
 
 
@@ -124,13 +151,17 @@ def test_what_is_lived_is_fitness_a_step_further_up_and_nothing_of_it_is_born() 
     slope = SlopeClimbers(bend=-0.5, rise=0.7, step=0.25)
     found, off = (each.live(0, [0, 1], 0, genomes) for each in (slope, slope.without_learner()))
     x = genomes[:, :, 0, 0].astype(np.float64)
-    assert np.allclose(found.energy, np.exp(0.7 * (x + 0.25) - 0.25 * (x + 0.25) ** 2), rtol=1e-6, atol=0)
+    assert np.allclose(
+        found.energy, np.exp(0.7 * (x + 0.25) - 0.25 * (x + 0.25) ** 2), rtol=1e-6, atol=0
+    )
     assert np.allclose(off.energy, np.exp(0.7 * x - 0.25 * x**2), rtol=1e-12, atol=0)
     assert found.learned is not None and np.allclose(found.learned[:, :, 0], x + 0.25)
-    assert (slope.without_learner().live(0, [0, 1], 0, found.learned[:, :, None]).energy == found.energy).all(), (
-        "once it is innate"
-    )
-    assert (found.records["innate_x"] == x).all() and (found.records["uphill"] == (0.7 - 0.5 * x > 0)).all()
+    assert (
+        slope.without_learner().live(0, [0, 1], 0, found.learned[:, :, None]).energy == found.energy
+    ).all(), "once it is innate"
+    assert (found.records["innate_x"] == x).all() and (
+        found.records["uphill"] == (0.7 - 0.5 * x > 0)
+    ).all()
 
 
 def test_the_exponential_is_that_of_numpy() -> None:
@@ -153,13 +184,20 @@ def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops()
         energy = HintonNowlan(guessing=guessing).live(3, [0], 0, genomes).energy[0]
         worth[guessing] = energy.reshape(21, 3000).mean(axis=1)
     gain = worth[True] / worth[False]
-    assert (np.diff(gain[8:20]) > 0).all() and gain[19] == pytest.approx(19.962, abs=0.002) and gain[20] == 1
+    assert (
+        (np.diff(gain[8:20]) > 0).all()
+        and gain[19] == pytest.approx(19.962, abs=0.002)
+        and gain[20] == 1
+    )
     assert worth[False][20] / worth[False][19] == pytest.approx(19.981)
     assert worth[True][20] / worth[True][19] == pytest.approx(1.00095, abs=1e-4)
 
 
 def test_level_ground_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"slope_climbers\.rise and slope_climbers\.bend are both 0: there is no slope"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"slope_climbers\.rise and slope_climbers\.bend are both 0: there is no slope",
+    ):
         assign(bl.load("stepping/convex"), ["slope_climbers.bend=0"])
 
 

@@ -52,7 +52,9 @@ def test_where_every_bit_depends_on_all_peaks_are_as_many_as_theory_says() -> No
     assert abs(np.mean(found) - expected) < 4 * np.std(found) / np.sqrt(len(found))
 
 
-@pytest.mark.parametrize(("others", "expected"), [(0, 0.833), (1, 0.778), (2, 0.714), (4, 0.570), (8, 0.2485)])
+@pytest.mark.parametrize(
+    ("others", "expected"), [(0, 0.833), (1, 0.778), (2, 0.714), (4, 0.570), (8, 0.2485)]
+)
 def test_neighbours_are_alike_as_theory_says(others: int, expected: float) -> None:
     """Within a landscape, 1 - ((K + 1) / N) / (1 - 2^-(K + 1))."""
     found = []
@@ -91,7 +93,9 @@ def test_a_life_is_as_in_plain_python() -> None:
         height, died = life(of, string, agent)
         changed = sum(one != other for one, other in zip(string, died, strict=True))
         assert found.energy[0, agent] == height and found.learned[0, agent].tolist() == died
-        assert found.records["changed"][0, agent] == changed and found.cost[0, agent] == 0.02 * changed
+        assert (
+            found.records["changed"][0, agent] == changed and found.cost[0, agent] == 0.02 * changed
+        )
     assert (found.energy > found.records["innate"]).any()
 
 
@@ -103,7 +107,10 @@ def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
         seen = of.views["climb"].of(of, Moment(7, 0, 3), born[0], agent)
         assert isinstance(seen, Walk)
         line, average, best = seen.lines.values()
-        assert (line[0], line[-1]) == (landscape(7, 0, 8, 3)[of.numbers(born[0])][agent], lived.energy[0, agent])
+        assert (line[0], line[-1]) == (
+            landscape(7, 0, 8, 3)[of.numbers(born[0])][agent],
+            lived.energy[0, agent],
+        )
         assert len(line) == 7 and (np.diff(line) >= 0).all() and (best >= line).all()
     assert average[-1] == pytest.approx(lived.energy.mean()) and average[0] < average[-1]
 
@@ -111,11 +118,15 @@ def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
 def test_a_generation_begins_with_one_string_which_is_the_run_s() -> None:
     one, other = (draw_genome(bl.load("climbing/rugged"), Moment(0, run, 0)) for run in (0, 1))
     assert (one == one[0]).all() and (one[0] != other[0]).any() and set(np.unique(one)) <= {0, 1}
-    assert (one == draw_genome(bl.load("not-climbing/smooth"), Moment(0, 0, 0))).all(), "in every condition"
+    assert (one == draw_genome(bl.load("not-climbing/smooth"), Moment(0, 0, 0))).all(), (
+        "in every condition"
+    )
 
 
 def test_a_bit_flips_as_often_as_it_should() -> None:
-    experiment = assign(bl.load("climbing/smooth"), ["evolution.mutation_rate=0.1", "population.size=5000"])
+    experiment = assign(
+        bl.load("climbing/smooth"), ["evolution.mutation_rate=0.1", "population.size=5000"]
+    )
     parents_of = np.random.default_rng(0).integers(0, 2, (5000, 1, 16)).astype(np.float32)
     children, parents = breed(experiment, parents_of, np.zeros(5000), Moment(0, 0, 1))
     fitter, other = (parents_of[parents[:, side]] for side in (0, 1))
@@ -133,11 +144,17 @@ def test_a_larger_tournament_is_won_by_the_better_half_as_often_as_theory_says()
 
 
 def test_more_others_than_bits_are_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"nk_climbers\.others = 8 must be less than nk_climbers\.bits = 8"):
+    with pytest.raises(
+        ExperimentError, match=r"nk_climbers\.others = 8 must be less than nk_climbers\.bits = 8"
+    ):
         assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.others=8"])
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
     only: Any = ["fields", "limits", "arithmetic", "oracle"]
-    found = [*check_part(NKClimbers), *check_part(BitFlips, only=only), *check_part(LargerTournament, only=only)]
+    found = [
+        *check_part(NKClimbers),
+        *check_part(BitFlips, only=only),
+        *check_part(LargerTournament, only=only),
+    ]
     assert [one for one in found if one.holds is False] == []

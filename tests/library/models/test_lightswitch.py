@@ -13,7 +13,13 @@ from scipy.stats import chisquare
 from baldwinlab import papers
 from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment, breed
-from baldwinlab.library.models.lightswitch import CHANGED, INPUTS, WORLD, LightSwitch, OnePointOfBits
+from baldwinlab.library.models.lightswitch import (
+    CHANGED,
+    INPUTS,
+    WORLD,
+    LightSwitch,
+    OnePointOfBits,
+)
 from baldwinlab.library.plasticity import change
 from baldwinlab.parts import LIFE, uniforms
 
@@ -35,7 +41,9 @@ def genomes(of: LightSwitch, agents: int = 40) -> npt.NDArray[np.float32]:
 class Life:
     """One agent's life in one world, in plain Python."""
 
-    def __init__(self, of: LightSwitch, bits: list[int], born: npt.NDArray[np.float64], world: Any) -> None:
+    def __init__(
+        self, of: LightSwitch, bits: list[int], born: npt.NDArray[np.float64], world: Any
+    ) -> None:
         self.of, self.world = of, world
         sources, self.neurons = INPUTS + of.neurons, range(of.neurons)
         genes = [bits[place : place + 5] for place in range(0, len(bits) // 5 * 5, 5)]
@@ -46,13 +54,24 @@ class Life:
                 if of.coding == "neurons":
                     sign, *rest = genes[neuron]
                     if of.sign == "source":
-                        sign = bits[5 * of.neurons + source] if source < INPUTS else genes[source - INPUTS][0]
+                        sign = (
+                            bits[5 * of.neurons + source]
+                            if source < INPUTS
+                            else genes[source - INPUTS][0]
+                        )
                 else:
                     sign, *rest = genes[neuron * sources + source]
-                synapse = {"sign": -1 if sign else 1, "rule": 2 * rest[0] + rest[1], "rate": 0.3 * (2 * rest[2] + rest[3])}
+                synapse = {
+                    "sign": -1 if sign else 1,
+                    "rule": 2 * rest[0] + rest[1],
+                    "rate": 0.3 * (2 * rest[2] + rest[3]),
+                }
                 synapse["w"] = float(born[neuron * sources + source])
                 if of.coding == "strengths":
-                    synapse |= {"rate": 0.0, "w": (8 * rest[0] + 4 * rest[1] + 2 * rest[2] + rest[3]) / 15}
+                    synapse |= {
+                        "rate": 0.0,
+                        "w": (8 * rest[0] + 4 * rest[1] + 2 * rest[2] + rest[3]) / 15,
+                    }
                 row.append(synapse)
             self.synapses.append(row)
 
@@ -61,18 +80,37 @@ class Life:
         stripe, lamp = complex(*self.world[:2]), complex(*self.world[2:4])
         away = lamp - place
         seen = away / abs(away) * max(0.0, 1 - abs(away)) / heading if lit else 0j
-        light = [max(0.0, seen.real), max(0.0, seen.imag), max(0.0, -seen.real), max(0.0, -seen.imag)]
+        light = [
+            max(0.0, seen.real),
+            max(0.0, seen.imag),
+            max(0.0, -seen.real),
+            max(0.0, -seen.imag),
+        ]
         to_stripe = (stripe - place) / heading
         visible = to_stripe.real > abs(to_stripe.imag)
         slope = to_stripe.imag / to_stripe.real if visible else 0.0
-        stripes = [visible and slope > 1 / 3, visible and abs(slope) <= 1 / 3, visible and slope < -1 / 3]
+        stripes = [
+            visible and slope > 1 / 3,
+            visible and abs(slope) <= 1 / 3,
+            visible and slope < -1 / 3,
+        ]
 
         def wall(direction: complex) -> float:
-            along_x = abs(direction.real) * max(0.0, 1 - (1 - place.real if direction.real > 0 else place.real) / 0.1)
-            along_y = abs(direction.imag) * max(0.0, 1 - (1 - place.imag if direction.imag > 0 else place.imag) / 0.1)
+            along_x = abs(direction.real) * max(
+                0.0, 1 - (1 - place.real if direction.real > 0 else place.real) / 0.1
+            )
+            along_y = abs(direction.imag) * max(
+                0.0, 1 - (1 - place.imag if direction.imag > 0 else place.imag) / 0.1
+            )
             return max(along_x, along_y)
 
-        felt = [*light, *map(float, stripes), wall(heading), wall(heading * 1j), wall(heading * -1j)]
+        felt = [
+            *light,
+            *map(float, stripes),
+            wall(heading),
+            wall(heading * 1j),
+            wall(heading * -1j),
+        ]
         return [*(each * self.world[4] for each in felt), 1.0]
 
     def lived(self, begin: Any) -> int:
@@ -91,7 +129,9 @@ class Life:
                 values.append(y)
                 for one, x in zip(row, before, strict=True):
                     if self.of.plasticity:
-                        faster = float(change(one["rule"], np.float32(one["w"]), np.float32(x), np.float32(y)))
+                        faster = float(
+                            change(one["rule"], np.float32(one["w"]), np.float32(x), np.float32(y))
+                        )
                         one["w"] = min(max(one["w"] + one["rate"] * faster, 0.0), 1.0)
             left, right = (2 * values[-2] - 1) * self.world[5], 2 * values[-1] - 1
             heading *= np.exp(2j * math.atan(0.075 * (right - left)))
@@ -111,7 +151,8 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
     small = 0.1 * uniforms(7, 5, 3, LIFE, (1 + len(born[0]), of.synapses))[1:, :, 0]
     for name, world in (("score", WORLD), ("changed", CHANGED[of.change])):
         lives = [
-            Life(of, genome.astype(int).tolist(), at_birth, world) for genome, at_birth in zip(born[0, :, 0], small, strict=True)
+            Life(of, genome.astype(int).tolist(), at_birth, world)
+            for genome, at_birth in zip(born[0, :, 0], small, strict=True)
         ]
         expected = np.array([life.lived(begin) for life in lives]) / of.moves
         assert (abs(found.records[name][0] - expected) < 1e-6).mean() >= 0.95
@@ -120,9 +161,14 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
 
 def test_weights_learn_in_no_life_without_plasticity_and_with_strengths_there_is_none() -> None:
     of = LightSwitch(neurons=3, moves=50)
-    assert of.learns and not of.without_learner().learns and not LightSwitch(coding="strengths").learns
+    assert (
+        of.learns and not of.without_learner().learns and not LightSwitch(coding="strengths").learns
+    )
     bits = genomes(of)[:, :, 0].astype(int)
-    assert of._read(0, [0], 0, bits)[2].any() and not of.without_learner()._read(0, [0], 0, bits)[2].any()
+    assert (
+        of._read(0, [0], 0, bits)[2].any()
+        and not of.without_learner()._read(0, [0], 0, bits)[2].any()
+    )
 
 
 def test_weights_at_birth_are_small_and_no_two_agents_alike() -> None:
@@ -160,14 +206,20 @@ def test_a_fifth_of_the_children_have_bits_of_two_parents_to_either_side_of_one_
     assert (changes == (parents[:, 0] % 2 != parents[:, 1] % 2)).all()
     assert abs(changes.mean() - 0.2 / 2) < 4 * np.sqrt(0.1 * 0.9 / 4000)
     cuts = np.flatnonzero(np.diff(children[changes == 1, 0])) % (bits - 1)
-    assert chisquare(np.bincount(cuts, minlength=bits - 1)).pvalue > 0.001, "anywhere along the genome"
+    assert chisquare(np.bincount(cuts, minlength=bits - 1)).pvalue > 0.001, (
+        "anywhere along the genome"
+    )
 
 
 def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
     """As before there was any: to the bit what the variation `bit-flips` makes."""
     paper = papers.load("floreano-urzelai-2000")
     without = paper.experiment("rules-of-neurons", reading="no-crossover")
-    genome = np.random.default_rng(2).integers(0, 2, (100, 1, without.of_model.weights())).astype(np.float32)
+    genome = (
+        np.random.default_rng(2)
+        .integers(0, 2, (100, 1, without.of_model.weights()))
+        .astype(np.float32)
+    )
     flipped = [
         breed(one, genome, np.arange(100.0), Moment(0, 0, 1))[0]
         for one in (without, without.replace(evolution={"variation": "bit-flips"}))
@@ -176,5 +228,8 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
-    found = [*check_part(LightSwitch), *check_part(OnePointOfBits, only=["fields", "limits", "arithmetic", "oracle"])]
+    found = [
+        *check_part(LightSwitch),
+        *check_part(OnePointOfBits, only=["fields", "limits", "arithmetic", "oracle"]),
+    ]
     assert [one for one in found if one.holds is False] == []

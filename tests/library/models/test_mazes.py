@@ -15,7 +15,16 @@ from baldwinlab.check import check_part
 from baldwinlab.evolution import Moment
 from baldwinlab.experiment import assign
 from baldwinlab.library.models.frames import HIGH, LOW, WALL
-from baldwinlab.library.models.mazes import BIAS, END, INPUTS, REWARD, RULE, TURNING, WATCHED, TMazes
+from baldwinlab.library.models.mazes import (
+    BIAS,
+    END,
+    INPUTS,
+    REWARD,
+    RULE,
+    TURNING,
+    WATCHED,
+    TMazes,
+)
 from baldwinlab.parts import Cells, Walk
 from baldwinlab.runs.simulate import live_batch
 
@@ -44,7 +53,9 @@ def genomes(of: TMazes, agents: int = 200, size: float = 1.2) -> npt.NDArray[np.
 class Life:
     """One agent, in float64 and plain Python."""
 
-    def __init__(self, of: TMazes, genome: npt.NDArray[np.float32], maze: tuple[int, int, int]) -> None:
+    def __init__(
+        self, of: TMazes, genome: npt.NDArray[np.float32], maze: tuple[int, int, int]
+    ) -> None:
         self.of, self.maze = of, maze
         genes = np.clip(genome.astype(float), -1, 1)
         self.weights = 10 * genes[:-RULE].reshape(of.neurons, INPUTS + of.neurons)
@@ -52,7 +63,9 @@ class Life:
         self.rate = 100 * rate
         self.values = [0.0] * (INPUTS + of.neurons)
         self.acts: list[str] = []
-        self.trips: list[tuple[list[str], float]] = []  # what it did until it was home, and what that was worth
+        self.trips: list[
+            tuple[list[str], float]
+        ] = []  # what it did until it was home, and what that was worth
 
     def rest(self) -> None:
         self.values[INPUTS:] = [0.0] * self.of.neurons
@@ -67,9 +80,15 @@ class Life:
         modulatory = range(INPUTS, INPUTS + self.of.modulatory)
         sources = [k for k in range(len(self.values)) if k not in modulatory]
         for neuron, row in enumerate(self.weights):
-            self.values[INPUTS + neuron] = math.tanh(sum(row[k] * self.values[k] for k in sources) / 2)
+            self.values[INPUTS + neuron] = math.tanh(
+                sum(row[k] * self.values[k] for k in sources) / 2
+            )
         for neuron, row in enumerate(self.weights if self.of.plasticity else ()):
-            gate = math.tanh(sum(row[k] * self.values[k] for k in modulatory) / 2) if modulatory else 1.0
+            gate = (
+                math.tanh(sum(row[k] * self.values[k] for k in modulatory) / 2)
+                if modulatory
+                else 1.0
+            )
             y = self.values[INPUTS + neuron]
             for k in sources:
                 x = self.values[k]
@@ -122,13 +141,19 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
     assert found.learned is not None
     died = found.learned[0, :, :-RULE].reshape(len(lives), of.neurons, -1) * 10
     apart = np.abs(died - [life.weights for life in lives]).max(axis=(1, 2))
-    assert np.quantile(apart, 0.9) < 1e-3, "what rounding adds grows in some, as their weights saturate"
+    assert np.quantile(apart, 0.9) < 1e-3, (
+        "what rounding adds grows in some, as their weights saturate"
+    )
 
 
-def walked(of: TMazes, acts: list[str], worth: float) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]]]:
+def walked(
+    of: TMazes, acts: list[str], worth: float
+) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]]]:
     """Row, column and heading (right, down, left, up) at home and after each act, and the cells on the way: one or two an act."""
     ahead, turns = ((0, 1), (1, 0), (0, -1), (-1, 0)), {"straight": 0, "right": 1, "left": 3}
-    end = 2 * of.turns  # the place of the end, before and after which corridors are longer, as is that to home
+    end = (
+        2 * of.turns
+    )  # the place of the end, before and after which corridors are longer, as is that to home
     legs = [(1, turns[act]) for act in acts]
     legs[end : end + 1] = [(2, 0)] * len(legs[end : end + 1])
     legs += [(2, 0)] * (of.homing and worth in (1.0, 0.2))
@@ -156,27 +181,38 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
         assert isinstance(seen, Cells) and seen.visit[-1] == 11
         for trip, (acts, worth) in enumerate(life.trips):
             place, heading, gained, ground = (
-                each[seen.visit == trip] for each in (seen.place, seen.heading, seen.gained, seen.ground)
+                each[seen.visit == trip]
+                for each in (seen.place, seen.heading, seen.gained, seen.ground)
             )
             frames, (*cells, faced) = walked(of, acts, worth)
-            assert [(*at, looks) for at, looks in zip(place.tolist(), heading, strict=True)] == frames
+            assert [
+                (*at, looks) for at, looks in zip(place.tolist(), heading, strict=True)
+            ] == frames
             assert all(ground[0][cell] != WALL for cell in cells), "nobody goes through walls"
             assert worth != -0.4 or ground[0][faced] == WALL, "it faces what it runs into"
             reward = {HIGH: 1.0, LOW: 0.2}[ground[0][frames[end][:2]]] if len(acts) >= end else 0.0
-            assert gained.tolist() == pytest.approx([0.0] * min(len(acts), end) + [reward] * (len(frames) - 1 - end) + [worth])
+            assert gained.tolist() == pytest.approx(
+                [0.0] * min(len(acts), end) + [reward] * (len(frames) - 1 - end) + [worth]
+            )
             worths.add(round(worth, 6))
     assert worths >= ({-0.4, -0.1, 0.7} if of.homing else {-0.4, 0.2, 1.0})
 
 
-@pytest.mark.parametrize(("turns", "ends"), [(1, [(1, 1), (1, 5)]), (2, [(5, 1), (1, 1), (1, 5), (5, 5)])])
-def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(turns: Any, ends: list[tuple[int, int]]) -> None:
+@pytest.mark.parametrize(
+    ("turns", "ends"), [(1, [(1, 1), (1, 5)]), (2, [(5, 1), (1, 1), (1, 5), (5, 5)])]
+)
+def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
+    turns: Any, ends: list[tuple[int, int]]
+) -> None:
     of = TMazes(turns=turns)
     first, moves, after = of.maze(7, 5, 3)
     seen = of.views["trips"].of(of, Moment(7, 5, 3), genomes(of)[0], 0)
     assert isinstance(seen, Cells) and list(seen.marks) == ["wall", "high reward", "low reward"]
     for ground, trip in zip(seen.ground, seen.visit, strict=True):
         high = first if trip < moves else after
-        assert [ground[end] for end in ends] == [HIGH if end == high else LOW for end in range(2**turns)]
+        assert [ground[end] for end in ends] == [
+            HIGH if end == high else LOW for end in range(2**turns)
+        ]
 
 
 @pytest.mark.parametrize("turns", [1, 2])
@@ -194,9 +230,13 @@ def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) ->
     seen = of.views["trips"].of(of, Moment(7, 5, 3), born, 0)
     assert isinstance(seen, Cells)
     places = seen.place.reshape(20, -1, 2)
-    assert (places[:, 0] == places[:, -1]).all() and (seen.heading.reshape(20, -1)[:, -1] == 1).all(), "it looks down"
+    assert (places[:, 0] == places[:, -1]).all() and (
+        seen.heading.reshape(20, -1)[:, -1] == 1
+    ).all(), "it looks down"
     assert seen.gained.reshape(20, -1)[:, -1].tolist() == [1.0 if there else 0.2 for there in high]
-    assert of.live(7, [5], 3, born[None]).energy[0, 0] == pytest.approx(sum(1.0 if there else 0.2 for there in high))
+    assert of.live(7, [5], 3, born[None]).energy[0, 0] == pytest.approx(
+        sum(1.0 if there else 0.2 for there in high)
+    )
 
 
 def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
@@ -217,7 +257,9 @@ def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
 def test_of_a_long_life_the_views_have_the_beginning() -> None:
     of = TMazes(trips=WATCHED + 1)
     born = genomes(of, 2)[0]
-    trips, returns = (of.views[name].of(of, Moment(7, 5, 3), born, 1) for name in ("trips", "returns"))
+    trips, returns = (
+        of.views[name].of(of, Moment(7, 5, 3), born, 1) for name in ("trips", "returns")
+    )
     assert isinstance(trips, Cells) and isinstance(returns, Walk)
     assert trips.visit[-1] == WATCHED - 1 and len(returns.lines["agent 1"]) == WATCHED + 1
     first, moves, after = of.maze(7, 5, 3)
@@ -235,7 +277,9 @@ def by_hand() -> tuple[TMazes, npt.NDArray[np.float32]]:
     weights = np.zeros((of.neurons, INPUTS + of.neurons), np.float32)
     modulatory, output = weights
     modulatory[END], modulatory[REWARD] = 1, -1
-    output[TURNING] = output[INPUTS] = output[INPUTS + 1] = 1  # by the modulatory neuron, and by itself, as it was
+    output[TURNING] = output[INPUTS] = output[INPUTS + 1] = (
+        1  # by the modulatory neuron, and by itself, as it was
+    )
     return of, np.concatenate([weights.ravel(), np.array([1, 0, -1, 0, 1], np.float32)])
 
 
@@ -243,7 +287,9 @@ def test_a_controller_built_by_hand_gains_the_best_expected_return() -> None:
     of, genome = by_hand()
     born = np.broadcast_to(genome, (1000, 1, 1, genome.size))
     gained = of.live(0, range(1000), 0, born).energy
-    assert gained.mean() == pytest.approx(98.8, abs=4 * 0.4 / np.sqrt(1000)), "100 - 0.4 of the first trip - 0.8 of the move"
+    assert gained.mean() == pytest.approx(98.8, abs=4 * 0.4 / np.sqrt(1000)), (
+        "100 - 0.4 of the first trip - 0.8 of the move"
+    )
     assert set(gained.ravel().round(6)) == {98.4, 99.2}
     off = of.without_learner().live(0, range(1000), 0, born).energy
     assert off.mean() == pytest.approx(60, abs=4 * off.std() / np.sqrt(1000)), "without memory"
@@ -268,10 +314,14 @@ def test_who_forgets_nothing_gains_what_theory_says(turns: Any, best: float) -> 
 
 
 @pytest.mark.parametrize(("turns", "mean"), [(1, 60.0), (2, 40.0)])
-def test_who_always_goes_to_one_end_gains_it_for_its_share_of_trips(turns: Any, mean: float) -> None:
+def test_who_always_goes_to_one_end_gains_it_for_its_share_of_trips(
+    turns: Any, mean: float
+) -> None:
     of = TMazes(turns=turns)
     mazes = np.array([of.maze(0, run, 0) for run in range(4000)])
-    trips = np.where(mazes[:, 0] == 0, mazes[:, 1], 0) + np.where(mazes[:, 2] == 0, 100 - mazes[:, 1], 0)
+    trips = np.where(mazes[:, 0] == 0, mazes[:, 1], 0) + np.where(
+        mazes[:, 2] == 0, 100 - mazes[:, 1], 0
+    )
     gained = 20 + 0.8 * trips
     assert abs(gained.mean() - mean) < 4 * gained.std() / np.sqrt(4000)
     assert (mazes[:, 1].min(), mazes[:, 1].max()) == (35, 65) and (mazes[:, 0] != mazes[:, 2]).all()
@@ -284,7 +334,10 @@ def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life()
         found = of.live(0, [0], 0, genomes(of))
         _, moves, _ = of.maze(0, 0, 0)
         possible = {-8.0, moves + 0.2 * (20 - moves), 0.2 * moves + (20 - moves)}
-        assert ({round(float(each), 6) for each in found.energy[0]} <= {round(each, 6) for each in possible}) is alike
+        assert (
+            {round(float(each), 6) for each in found.energy[0]}
+            <= {round(each, 6) for each in possible}
+        ) is alike
 
 
 def test_a_run_has_the_same_bits_beside_others() -> None:
@@ -298,7 +351,10 @@ def test_a_run_has_the_same_bits_beside_others() -> None:
 def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:
     means = {}
     for name in ("modulated-plasticity", "plain-plasticity", "no-plasticity"):
-        means[name] = [history.energy[-10:].mean() for history in live_batch(bl.load(f"{name}/single"), 0, range(5))]
+        means[name] = [
+            history.energy[-10:].mean()
+            for history in live_batch(bl.load(f"{name}/single"), 0, range(5))
+        ]
     assert np.mean(means["modulated-plasticity"]) > 75 and np.mean(means["plain-plasticity"]) > 75
     fixed = means["no-plasticity"]
     assert np.mean(fixed) <= 60 + 4 * np.std(fixed, ddof=1) / np.sqrt(5)
@@ -308,7 +364,10 @@ def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:
 def test_in_the_double_maze_the_published_order_is_reversed() -> None:
     """Modulated above plain is the paper's; the page says what was found, and what may account for it."""
     modulated, plain = (
-        [history.energy[-10:].mean() for history in live_batch(bl.load(f"{name}-plasticity/double"), 0, range(10))]
+        [
+            history.energy[-10:].mean()
+            for history in live_batch(bl.load(f"{name}-plasticity/double"), 0, range(10))
+        ]
         for name in ("modulated", "plain")
     )
     assert mannwhitneyu(modulated, plain).pvalue < 0.05 and np.median(modulated) < np.median(plain)

@@ -41,13 +41,19 @@ def lives(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
     return HintonNowlan(**fields).live(7, [0], 3, genomes)
 
 
-@pytest.mark.parametrize("fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}])
+@pytest.mark.parametrize(
+    "fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}]
+)
 def test_a_life_is_worth_what_it_is_trial_by_trial(fields: dict[str, Any]) -> None:
-    genomes = np.random.default_rng(1).choice(np.array([0, 0.5, 1, 1, 1, 1], np.float32), (1, 300, 1, 6))
+    genomes = np.random.default_rng(1).choice(
+        np.array([0, 0.5, 1, 1, 1, 1], np.float32), (1, 300, 1, 6)
+    )
     found = lives(genomes, loci=6, **fields).energy[0]
     luck = uniforms(7, 0, 3, LIFE, (300, 1))[:, 0, 0]
     model = HintonNowlan(loci=6, **fields)
-    assert found.tolist() == [model.oracle(one[0].tolist(), chance) for one, chance in zip(genomes[0], luck, strict=True)]
+    assert found.tolist() == [
+        model.oracle(one[0].tolist(), chance) for one, chance in zip(genomes[0], luck, strict=True)
+    ]
     assert len(set(found.tolist())) > (2 if fields.get("guessing", True) else 1)
 
 
@@ -59,24 +65,47 @@ def test_mean_fitness_is_that_of_the_closed_form(unset: int) -> None:
 
 
 def test_the_closed_form_has_the_values_of_the_specification() -> None:
-    expected = [19.981, 19.962, 19.924, 19.848, 19.696, 19.392, 18.784, 17.569, 15.233, 11.649, 7.868, 4.965, 3.140, 2.113]
+    expected = [
+        19.981,
+        19.962,
+        19.924,
+        19.848,
+        19.696,
+        19.392,
+        18.784,
+        17.569,
+        15.233,
+        11.649,
+        7.868,
+        4.965,
+        3.140,
+        2.113,
+    ]
     assert [round(expected_fitness(unset), 3) for unset in range(14)] == expected
 
 
 def test_who_has_a_0_never_succeeds_and_tries_all_its_life() -> None:
     found = lives(strings(3, 50, zeros=1))
-    assert (found.energy == 1).all() and (found.records["succeeded"] == 0).all() and (found.records["used"] == TRIALS).all()
+    assert (
+        (found.energy == 1).all()
+        and (found.records["succeeded"] == 0).all()
+        and (found.records["used"] == TRIALS).all()
+    )
 
 
 def test_what_is_learned_is_what_was_guessed_and_alleles_add_up_to_all() -> None:
     found = lives(strings(2, 50))
     assert (found.learned == 1).all() and (found.records["succeeded"] == 1).all()
     shares = {name: found.records[name] for name in ("ones", "unset", "zeros")}
-    assert {name: share[0, 0].item() for name, share in shares.items()} == pytest.approx({"ones": 0.9, "unset": 0.1, "zeros": 0})
+    assert {name: share[0, 0].item() for name, share in shares.items()} == pytest.approx(
+        {"ones": 0.9, "unset": 0.1, "zeros": 0}
+    )
 
 
 def test_founders_have_a_half_of_question_marks_and_the_rest_alike() -> None:
-    genomes = np.concatenate([draw_genome(bl.load("guessing"), Moment(0, run, 0)) for run in range(40)])
+    genomes = np.concatenate(
+        [draw_genome(bl.load("guessing"), Moment(0, run, 0)) for run in range(40)]
+    )
     shares = [float((genomes == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx([0.25, 0.5, 0.25], abs=4 * 0.5 / np.sqrt(genomes.size))
     able = (genomes[:, 0] != 0).all(axis=-1)
@@ -112,7 +141,9 @@ PAYING = np.array([0.6, 0.02, 0.38])  # shares of 1, 0 and ? at which learning p
 
 def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.float64]:
     """By generation: the shares of 1, 0 and ? in a large population, less those of the exact recursion."""
-    experiment = assign(bl.load("guessing"), [f"evolution.variation={variation}", f"population.size={AGENTS}"])
+    experiment = assign(
+        bl.load("guessing"), [f"evolution.variation={variation}", f"population.size={AGENTS}"]
+    )
     generator, expected, found = np.random.default_rng(seed), PAYING, []
     genome = generator.choice(np.array([1, 0, 0.5], np.float32), (AGENTS, 1, LOCI), p=PAYING)
     for generation in range(1, generations + 1):
@@ -127,14 +158,19 @@ def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.flo
 def test_a_generation_from_independent_loci_follows_the_exact_recursion(variation: str) -> None:
     """From independent loci, recombination by two parents and by the gene pool have the same shares."""
     after = exact_step(PAYING)
-    error = 4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3  # parents are drawn, so children are not independent
-    assert (abs(distances(variation, 1, seed=5)[0]) < error).all() and abs(after - PAYING)[0] > 2 * error[0]
+    error = (
+        4 * np.sqrt(after * (1 - after) / (AGENTS * LOCI)) * 3
+    )  # parents are drawn, so children are not independent
+    assert (abs(distances(variation, 1, seed=5)[0]) < error).all() and abs(after - PAYING)[
+        0
+    ] > 2 * error[0]
 
 
 def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> None:
     """Two parents leave half of the linkage, so their population is more than .01 from the recursion soon."""
     pool, pairs = (
-        np.mean([distances(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1] for variation in ("gene-pool", "crossover")
+        np.mean([distances(variation, 8, seed) for seed in (5, 6, 7)], axis=0)[-1]
+        for variation in ("gene-pool", "crossover")
     )
     assert (abs(pool) < 0.002).all()
     assert abs(pairs[2]) > 0.008
@@ -142,27 +178,41 @@ def test_a_gene_pool_follows_the_exact_recursion_and_two_parents_do_not() -> Non
 
 def test_only_with_guessing_is_the_needle_found_and_then_the_wrong_alleles_vanish() -> None:
     guessing, all_set = (
-        [_measured(history) for history in live_batch(bl.load(name), 0, range(4))] for name in ("guessing", "all-set")
+        [_measured(history) for history in live_batch(bl.load(name), 0, range(4))]
+        for name in ("guessing", "all-set")
     )
-    assert all(one["taken-off"] == 1 and one["zeros"] < 0.005 and one["fall"] > 0 for one in guessing)
+    assert all(
+        one["taken-off"] == 1 and one["zeros"] < 0.005 and one["fall"] > 0 for one in guessing
+    )
     assert sum(one["hit"] for one in all_set) <= 1
 
 
 def _measured(history: Any) -> dict[str, float]:
     names = ("ones", "unset", "zeros", "succeeded")
-    run = xr.Dataset({name: (("run", "generation", "agent"), history.of_agents(name)[None]) for name in names})
+    run = xr.Dataset(
+        {name: (("run", "generation", "agent"), history.of_agents(name)[None]) for name in names}
+    )
     return {name: float(measure.of(run).item()) for name, measure in HintonNowlan.measures.items()}
 
 
 def test_a_run_that_never_takes_off_has_no_take_off() -> None:
-    never: Experiment = assign(bl.load("never-guessing"), ["evolution.generations=3", "population.size=20"])
+    never: Experiment = assign(
+        bl.load("never-guessing"), ["evolution.generations=3", "population.size=20"]
+    )
     (history,) = live_batch(never, 0, [0])
     found = _measured(history)
-    assert np.isnan(found["take-off"]) and np.isnan(found["unset-at-take-off"]) and found["taken-off"] == 0
+    assert (
+        np.isnan(found["take-off"])
+        and np.isnan(found["unset-at-take-off"])
+        and found["taken-off"] == 0
+    )
 
 
 def test_the_parts_are_as_parts_should_be() -> None:
-    found = [*check_part(HintonNowlan), *check_part(OnePointOfAlleles, only=["fields", "limits", "arithmetic", "oracle"])]
+    found = [
+        *check_part(HintonNowlan),
+        *check_part(OnePointOfAlleles, only=["fields", "limits", "arithmetic", "oracle"]),
+    ]
     assert [one for one in found if one.holds is False] == []
 
 
@@ -177,15 +227,23 @@ def test_the_parts_are_as_parts_should_be() -> None:
 )
 def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: list[float]) -> None:
     settings = ["evolution.mutation_rate=1", "population.size=2000", f"hinton_nowlan.unset={unset}"]
-    experiment = assign(bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"])
+    experiment = assign(
+        bl.load("guessing"), [*settings, f"evolution.one_point_alleles.mutation_law={law}"]
+    )
     children, _ = breed(experiment, strings(0, 2000)[0], np.ones(2000), Moment(0, 0, 1))
     shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
 
 
 def test_a_founders_law_needs_founders_with_alleles() -> None:
-    settings = ["evolution.variation=one-point-alleles", "evolution.one_point_alleles.mutation_law=founders"]
-    with pytest.raises(ExperimentError, match=r"mutation_law = 'founders' needs a model with .* and not 'miniworld'"):
+    settings = [
+        "evolution.variation=one-point-alleles",
+        "evolution.one_point_alleles.mutation_law=founders",
+    ]
+    with pytest.raises(
+        ExperimentError,
+        match=r"mutation_law = 'founders' needs a model with .* and not 'miniworld'",
+    ):
         assign(bl.load("evo/A"), settings)
 
 
@@ -195,4 +253,6 @@ def test_the_founders_law_agrees_with_the_oracle() -> None:
     child = np.empty((1, LOCI), np.float32)
     ones = np.ones((1, LOCI), np.float32)
     OnePointOfAlleles.vary(part, ones, ones, np.array(draws), 0.5, child)
-    assert child.tolist() == OnePointOfAlleles.oracle(part, ones.tolist(), ones.tolist(), draws, 0.5)
+    assert child.tolist() == OnePointOfAlleles.oracle(
+        part, ones.tolist(), ones.tolist(), draws, 0.5
+    )

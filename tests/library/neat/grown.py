@@ -53,7 +53,9 @@ def experiment(agents: int, neat_fields: dict[str, Any] | None = None, **changes
     """NEAT in which nothing changes but what is given."""
     still = {"mutated": 0.0, "add_node": 0.0, "add_link": 0.0} | (neat_fields or {})
     evolution = {"neat": still} | changes.pop("evolution", {})
-    return bl.load("neat-xor").replace(population={"size": agents}, neat_xor={"links": ROOM}, evolution=evolution, **changes)
+    return bl.load("neat-xor").replace(
+        population={"size": agents}, neat_xor={"links": ROOM}, evolution=evolution, **changes
+    )
 
 
 def values(part: str = "neat", **fields: Any) -> Any:
@@ -66,7 +68,9 @@ def values(part: str = "neat", **fields: Any) -> Any:
 def evolved(generations: int, agents: int = 40, seed: int = 1, **fields: Any) -> Genome:
     """A population of networks that grow fast, under a fitness that is drawn."""
     growing = bl.load("neat-xor").replace(
-        population={"size": agents}, neat_xor={"links": 30}, evolution={"neat": {"add_node": 0.2, "add_link": 0.3} | fields}
+        population={"size": agents},
+        neat_xor={"links": 30},
+        evolution={"neat": {"add_node": 0.2, "add_link": 0.3} | fields},
     )
     random, genome = np.random.default_rng(seed), draw_genome(growing, Moment(seed, 0, 0))
     for generation in range(1, generations + 1):

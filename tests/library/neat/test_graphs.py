@@ -7,11 +7,21 @@ import pytest
 
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.library.neat import oracle
-from baldwinlab.library.neat.graphs import answer, leads_to, links_of, node_of, nodes_of, room, row_of
+from baldwinlab.library.neat.graphs import (
+    answer,
+    leads_to,
+    links_of,
+    node_of,
+    nodes_of,
+    room,
+    row_of,
+)
 from baldwinlab.presets import load
 from tests.library.neat.grown import ROOM, evolved, first_network, genes, network
 
-NESTED = network((4, 0, 3, 0.5, 0), (5, 1, 3, -1.0, 1), (6, 2, 3, 0.25, 1), (9, 0, 9, 1.0, 1), (10, 9, 3, 0.5, 1))
+NESTED = network(
+    (4, 0, 3, 0.5, 0), (5, 1, 3, -1.0, 1), (6, 2, 3, 0.25, 1), (9, 0, 9, 1.0, 1), (10, 9, 3, 0.5, 1)
+)
 
 
 def answers(graph: np.ndarray, inputs: list[float], steepness: float = 4.9) -> float:
@@ -31,19 +41,38 @@ def test_a_first_network_links_every_input_with_the_output() -> None:
 def test_a_hidden_node_has_the_number_of_the_link_that_led_to_it() -> None:
     assert nodes_of(NESTED) == 5
     assert [node_of(NESTED, place) for place in range(5)] == [0, 1, 2, 3, 9]
-    rows = [row_of(NESTED, 2, 1, links_of(NESTED), np.float32(node), 2 + ROOM + 1) for node in (0, 1, 2, 3, 9)]
-    assert rows == [0, 1, -1, 2 + ROOM, 2 + 3], "inputs, the bias, the output, and the hidden node of the fourth link"
+    rows = [
+        row_of(NESTED, 2, 1, links_of(NESTED), np.float32(node), 2 + ROOM + 1)
+        for node in (0, 1, 2, 3, 9)
+    ]
+    assert rows == [0, 1, -1, 2 + ROOM, 2 + 3], (
+        "inputs, the bias, the output, and the hidden node of the fourth link"
+    )
 
 
 def test_links_lead_on_whether_enabled_or_not() -> None:
     marks = np.zeros(ROOM)
-    lead = {(a, b): leads_to(NESTED, np.float32(a), np.float32(b), marks) for a in (0, 1, 9, 3) for b in (0, 9, 3)}
-    assert [pair for pair, leads in lead.items() if leads] == [(0, 0), (0, 9), (0, 3), (1, 3), (9, 9), (9, 3), (3, 3)]
+    lead = {
+        (a, b): leads_to(NESTED, np.float32(a), np.float32(b), marks)
+        for a in (0, 1, 9, 3)
+        for b in (0, 9, 3)
+    }
+    assert [pair for pair, leads in lead.items() if leads] == [
+        (0, 0),
+        (0, 9),
+        (0, 3),
+        (1, 3),
+        (9, 9),
+        (9, 3),
+        (3, 3),
+    ]
 
 
 def test_a_network_without_hidden_nodes_is_one_logistic_unit() -> None:
     total = 0.1 * -1 + 0.2 * 0.5 + 0.3
-    assert answers(first_network(), [-1, 0.5], 2.0) == pytest.approx(1 / (1 + np.exp(-2 * total)), abs=1e-6)
+    assert answers(first_network(), [-1, 0.5], 2.0) == pytest.approx(
+        1 / (1 + np.exp(-2 * total)), abs=1e-6
+    )
 
 
 def test_a_disabled_link_says_nothing_and_a_hidden_node_speaks_in_its_place() -> None:
@@ -55,7 +84,9 @@ def test_a_disabled_link_says_nothing_and_a_hidden_node_speaks_in_its_place() ->
 def test_grown_networks_answer_as_plain_python_does() -> None:
     for graph in evolved(25)[:, 0]:
         for inputs in ([0.0, 0.0], [1.0, 0.0], [0.3, -0.7]):
-            assert answers(graph, inputs) == pytest.approx(oracle.activate(graph.tolist(), 4.9, [*inputs, 1.0])[0], abs=2e-5)
+            assert answers(graph, inputs) == pytest.approx(
+                oracle.activate(graph.tolist(), 4.9, [*inputs, 1.0])[0], abs=2e-5
+            )
 
 
 def test_however_they_grow_networks_are_in_order_and_without_loops() -> None:
@@ -69,11 +100,18 @@ def test_however_they_grow_networks_are_in_order_and_without_loops() -> None:
         assert not {target for _, target in pairs} & {0, 1, 2}
         behind = {0.0, 1.0, 2.0}
         for _ in pairs:
-            behind |= {node for node in hidden | {3} if {a for a, b in pairs if b == node} <= behind}
-        assert behind == {0, 1, 2, 3} | hidden, "nodes can be put in an order in which every link leads on"
+            behind |= {
+                node for node in hidden | {3} if {a for a, b in pairs if b == node} <= behind
+            }
+        assert behind == {0, 1, 2, 3} | hidden, (
+            "nodes can be put in an order in which every link leads on"
+        )
 
 
 @pytest.mark.parametrize("model", ["neat-xor", "neat-poles", "neat-poles-without-velocities"])
 def test_another_variation_would_make_no_graphs_and_is_refused(model: str) -> None:
-    with pytest.raises(ExperimentError, match=f"model = '{model}' is bred by evolution.variation = 'neat', and not 'bit-flips'"):
+    with pytest.raises(
+        ExperimentError,
+        match=f"model = '{model}' is bred by evolution.variation = 'neat', and not 'bit-flips'",
+    ):
         load(model).replace(evolution={"variation": "bit-flips"})

@@ -25,7 +25,9 @@ EVERY_CODE = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
 
 def foragers(**changes: Any) -> Experiment:
     experiment: Experiment = load("evo/A", "neat")
-    return experiment.replace(**({"lifetime": {"steps": 1000}, "evolution": {"generations": 30}} | changes))
+    return experiment.replace(
+        **({"lifetime": {"steps": 1000}, "evolution": {"generations": 30}} | changes)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +83,9 @@ def test_networks_grow_and_find_more_food_than_their_founders(run: Any) -> None:
 def test_it_keeps_the_contract_of_a_part() -> None:
     assert [
         str(found)
-        for found in check_part(Growing, only=["compiles", "arithmetic", "bundle", "resumed", "oracle"])
+        for found in check_part(
+            Growing, only=["compiles", "arithmetic", "bundle", "resumed", "oracle"]
+        )
         if found.holds is False
     ] == []
 
@@ -94,8 +98,14 @@ def test_it_keeps_all_of_the_contract() -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"learning": {"rule": "self-taught"}}, "does not learn: learning.rule = 'self-taught' must be 'none'"),
-        ({"evolution": {"variation": "gaussian"}}, "is bred by evolution.variation = 'neat', and not 'gaussian'"),
+        (
+            {"learning": {"rule": "self-taught"}},
+            "does not learn: learning.rule = 'self-taught' must be 'none'",
+        ),
+        (
+            {"evolution": {"variation": "gaussian"}},
+            "is bred by evolution.variation = 'neat', and not 'gaussian'",
+        ),
         ({"network": {"biases": True}}, "has its bias as a node: network.biases must be false"),
         ({"network": {"hidden": [10]}}, "begins with 12 links, and there is room for 10"),
         ({"network": {"hidden": [40, 40]}}, "network.hidden must be one number"),
@@ -107,5 +117,7 @@ def test_where_it_does_not_fit_a_sentence_says_so(changes: dict[str, Any], sente
 
 
 def test_what_breeds_graphs_needs_graphs() -> None:
-    with pytest.raises(ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'growing'"):
+    with pytest.raises(
+        ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'growing'"
+    ):
         bl.load("evo/A").replace(evolution={"variation": "neat"})

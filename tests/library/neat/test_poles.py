@@ -38,7 +38,9 @@ def energy(state: State) -> float:
     _, speed, *poles = state
     total = CART * speed**2 / 2
     for (angle, turning), mass, half in zip((poles[:2], poles[2:]), MASSES, HALVES, strict=True):
-        moving = speed**2 + 2 * speed * half * turning * math.cos(angle) + 4 / 3 * (half * turning) ** 2
+        moving = (
+            speed**2 + 2 * speed * half * turning * math.cos(angle) + 4 / 3 * (half * turning) ** 2
+        )
         total += mass * moving / 2 - mass * GRAVITY * half * math.cos(angle)
     return float(total)
 
@@ -61,7 +63,9 @@ def test_without_friction_and_push_energy_is_kept() -> None:
 def test_a_step_is_of_fourth_order() -> None:
     """Steps half as long err a sixteenth as much, held against steps a tenth as long."""
     exact = fallen(400, 0.0005, push=3.0)
-    coarse, fine = (np.abs(fallen(steps, 0.2 / steps, push=3.0) - exact).max() for steps in (20, 40))
+    coarse, fine = (
+        np.abs(fallen(steps, 0.2 / steps, push=3.0) - exact).max() for steps in (20, 40)
+    )
     assert coarse < 1e-3 and 12 < coarse / fine < 20
 
 
@@ -84,10 +88,15 @@ def test_a_pole_upright_in_rest_stays_and_one_that_leans_falls() -> None:
 
 def grown() -> npt.NDArray[np.float32]:
     """Networks [agent, module, entry] that have grown for some generations."""
-    some = ["population.size=40", "evolution.generations=12", "evolution.neat.add_node=0.4", "evolution.neat.add_link=0.4"]
-    genomes: npt.NDArray[np.float32] = bl.simulate(assign(bl.load("neat-poles"), [*some, "neat_poles.longest=40"])).genome.values[
-        -1
+    some = [
+        "population.size=40",
+        "evolution.generations=12",
+        "evolution.neat.add_node=0.4",
+        "evolution.neat.add_link=0.4",
     ]
+    genomes: npt.NDArray[np.float32] = bl.simulate(
+        assign(bl.load("neat-poles"), [*some, "neat_poles.longest=40"])
+    ).genome.values[-1]
     return genomes
 
 
@@ -104,7 +113,9 @@ def test_a_planned_network_answers_as_any_other() -> None:
         units[2, :PARTS] = sensed
         answer(graph, PARTS, 1, steepness, units[2])
         assert found == units[2, -1]
-        assert found == pytest.approx(oracle.activate(graph.tolist(), 4.9, [*sensed, 1])[0], abs=1e-5)
+        assert found == pytest.approx(
+            oracle.activate(graph.tolist(), 4.9, [*sensed, 1])[0], abs=1e-5
+        )
         seen.add(float(found))
     assert len(seen) > 10
 
@@ -113,7 +124,9 @@ def naive_life(graph: Any, longest: int) -> int:
     """The steps of one network's life, in plain Python."""
     state, motion = np.array(START), np.empty((7, PARTS))
     for step in range(longest):
-        (said,) = oracle.activate(graph, 4.9, [*(value / scale for value, scale in zip(state, SCALE, strict=True)), 1])
+        (said,) = oracle.activate(
+            graph, 4.9, [*(value / scale for value, scale in zip(state, SCALE, strict=True)), 1]
+        )
         for _ in range(2):
             move(state, FORCE * (2 * said - 1), 0.01, 2e-6, motion)
         if abs(state[0]) > TRACK or max(abs(state[2]), abs(state[4])) > UPRIGHT:
@@ -143,13 +156,18 @@ def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
-    small = assign(bl.load("neat-poles"), ["population.size=20", "evolution.generations=4", "neat_poles.longest=60"])
+    small = assign(
+        bl.load("neat-poles"),
+        ["population.size=20", "evolution.generations=4", "neat_poles.longest=60"],
+    )
     for run, history in enumerate(live_batch(small, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(small, seed=4, run=run))
 
 
 def test_room_for_fewer_links_than_senses_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"^neat_poles\.links = 6: input should be greater than or equal to 7"):
+    with pytest.raises(
+        ExperimentError, match=r"^neat_poles\.links = 6: input should be greater than or equal to 7"
+    ):
         assign(bl.load("neat-poles"), ["neat_poles.links=6"])
 
 
@@ -163,7 +181,9 @@ def test_networks_are_found_that_balance_for_twenty_seconds() -> None:
 def test_it_takes_as_many_networks_as_is_published_within_a_factor_of_two() -> None:
     """Published: 3,578 on average of 120 runs, for networks that balance for half an hour."""
     tried = []
-    for history in live_batch(assign(bl.load("neat-poles"), ["evolution.generations=40"]), 1, range(10)):
+    for history in live_batch(
+        assign(bl.load("neat-poles"), ["evolution.generations=40"]), 1, range(10)
+    ):
         solves = history.of_agents("solves").ravel() == 1
         tried.append(solves.argmax() + 1 if solves.any() else math.inf)
     assert 3578 / 2 < np.median(tried) < 3578 * 2

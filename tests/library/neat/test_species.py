@@ -14,13 +14,25 @@ from baldwinlab.library.neat import oracle
 from baldwinlab.library.neat.graphs import BEST, BEST_OF_ALL, NEWEST, SPECIES, STALE, STALE_OF_ALL
 from baldwinlab.library.neat.species import SMALL, distance
 from baldwinlab.parts.evolution import ITSELF
-from tests.library.neat.grown import evolved, experiment, first_network, genes, network, of_species, population, values
+from tests.library.neat.grown import (
+    evolved,
+    experiment,
+    first_network,
+    genes,
+    network,
+    of_species,
+    population,
+    values,
+)
 
 NEAT = values()
 
 
 def chosen(genome: Genome, fitness: Any, generation: int = 1, **species: Any) -> Parents:
-    of = experiment(len(genome), evolution={"species": {"cloned": 0.0, "champion_of": 10**6, "survivors": 1.0} | species})
+    of = experiment(
+        len(genome),
+        evolution={"species": {"cloned": 0.0, "champion_of": 10**6, "survivors": 1.0} | species},
+    )
     uniforms = Moment(3, 0, generation).uniforms(rng.SELECTION, (len(genome), 2))
     return select(of, np.asarray(fitness, float), uniforms, genome)
 
@@ -36,14 +48,22 @@ def test_equal_networks_have_no_distance() -> None:
 
 
 def test_weights_alone_count_by_their_mean_difference() -> None:
-    assert distance(NEAT, first_network((1, 2, 3)), first_network((2, 0, 3))) == pytest.approx(0.4 * (1 + 2 + 0) / 3)
+    assert distance(NEAT, first_network((1, 2, 3)), first_network((2, 0, 3))) == pytest.approx(
+        0.4 * (1 + 2 + 0) / 3
+    )
 
 
 def test_disjoint_and_excess_genes_count_one_by_one_in_small_networks() -> None:
     one = network((4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1))
     other = network((4, 0, 3, 1, 1), (5, 1, 3, 2, 0), (6, 2, 3, 5, 1))
-    there = values(excess=2.0, disjoint=3.0, difference=0.5)  # number 6 is disjoint, 7 and 8 are excess
-    assert distance(there, one, other) == distance(there, other, one) == pytest.approx(2 * 2 + 3 * 1 + 0.5 * 0.5)
+    there = values(
+        excess=2.0, disjoint=3.0, difference=0.5
+    )  # number 6 is disjoint, 7 and 8 are excess
+    assert (
+        distance(there, one, other)
+        == distance(there, other, one)
+        == pytest.approx(2 * 2 + 3 * 1 + 0.5 * 0.5)
+    )
 
 
 def test_large_networks_are_compared_by_shares_of_their_genes() -> None:
@@ -62,7 +82,9 @@ def test_large_networks_are_compared_by_shares_of_their_genes() -> None:
 
 def test_distances_are_the_oracle_s() -> None:
     for one, other in pairwise(evolved(40)[:, 0]):
-        assert distance(NEAT, one, other) == pytest.approx(oracle.distance(NEAT, genes(one), genes(other)), abs=1e-6)
+        assert distance(NEAT, one, other) == pytest.approx(
+            oracle.distance(NEAT, genes(one), genes(other)), abs=1e-6
+        )
 
 
 def test_a_child_is_of_the_oldest_species_that_is_near_and_founds_one_where_none_is() -> None:
@@ -71,8 +93,13 @@ def test_a_child_is_of_the_oldest_species_that_is_near_and_founds_one_where_none
     genome[:, 0, SPECIES], genome[:, 0, NEWEST] = 4, 6
     of = experiment(5, evolution={"selection": "best-copies", "best_copies": {"share": 1.0}})
     children, parents = breed(of, genome, np.arange(5.0), Moment(1, 0, 1))
-    species = {int(parent): int(child[0, SPECIES]) for parent, child in zip(parents[:, 0], children, strict=True)}
-    assert species in ({0: 4, 1: 4, 2: 7, 3: 7, 4: 7}, {0: 7, 1: 7, 2: 4, 3: 4, 4: 4}), "anybody stands for species 4"
+    species = {
+        int(parent): int(child[0, SPECIES])
+        for parent, child in zip(parents[:, 0], children, strict=True)
+    }
+    assert species in ({0: 4, 1: 4, 2: 7, 3: 7, 4: 7}, {0: 7, 1: 7, 2: 4, 3: 4, 4: 4}), (
+        "anybody stands for species 4"
+    )
     assert (children[:, 0, NEWEST] == 7).all()
 
 
@@ -81,13 +108,22 @@ def test_species_have_children_in_proportion_to_their_mean_fitness() -> None:
     genome = of_species(*[1] * 4, *[2] * 12, *[3] * 8)
     fitness = [4.0] * 4 + [1.0] * 12 + [1.0] * 8
     assert children_of(chosen(genome, fitness), genome) == {1: 16, 2: 4, 3: 4}
-    assert children_of(chosen(genome, [0.0] * 24), genome) == {1: 8, 2: 8, 3: 8}, "all are alike if nobody has any fitness"
+    assert children_of(chosen(genome, [0.0] * 24), genome) == {1: 8, 2: 8, 3: 8}, (
+        "all are alike if nobody has any fitness"
+    )
 
 
 def test_parents_are_of_one_species_and_of_the_best_of_it() -> None:
     genome, fitness = of_species(*[1] * 20, *[2] * 20), np.arange(40) % 20 + 1.0
-    parents = np.concatenate([chosen(genome, fitness, generation, survivors=0.2, between=0.0) for generation in range(1, 60)])
-    assert set(parents.ravel().tolist()) == {15, 16, 17, 18, 19, 35, 36, 37, 38, 39}, "a fifth and one more"
+    parents = np.concatenate(
+        [
+            chosen(genome, fitness, generation, survivors=0.2, between=0.0)
+            for generation in range(1, 60)
+        ]
+    )
+    assert set(parents.ravel().tolist()) == {15, 16, 17, 18, 19, 35, 36, 37, 38, 39}, (
+        "a fifth and one more"
+    )
     assert (genome[parents[:, 0], 0, SPECIES] == genome[parents[:, 1], 0, SPECIES]).all()
 
 
@@ -100,7 +136,9 @@ def test_now_and_then_the_other_parent_is_anybody() -> None:
 def test_some_children_have_one_parent() -> None:
     genome = of_species(*[1] * 1000)
     parents = chosen(genome, np.ones(1000), cloned=0.25)
-    assert abs((parents[:, 0] == parents[:, 1]).mean() - 0.25) < 4 * np.sqrt(0.1875 / 1000) + 1 / 1000
+    assert (
+        abs((parents[:, 0] == parents[:, 1]).mean() - 0.25) < 4 * np.sqrt(0.1875 / 1000) + 1 / 1000
+    )
 
 
 def test_the_champion_of_a_species_with_more_than_five_members_lives_on() -> None:
@@ -108,7 +146,9 @@ def test_the_champion_of_a_species_with_more_than_five_members_lives_on() -> Non
     fitness = np.arange(11.0) % 6 + 1
     parents = chosen(genome, fitness, champion_of=5)
     assert parents[parents[:, 1] == ITSELF].tolist() == [[5, ITSELF]]
-    of = experiment(11, {"mutated": 1.0, "add_node": 1.0}, evolution={"species": {"champion_of": 5}})
+    of = experiment(
+        11, {"mutated": 1.0, "add_node": 1.0}, evolution={"species": {"champion_of": 5}}
+    )
     children, recorded = breed(of, genome, fitness, Moment(1, 0, 1))
     (place,) = np.flatnonzero([genes(child) == genes(genome[5, 0]) for child in children[:, 0]])
     assert recorded[place].tolist() == [5, 5]
@@ -119,7 +159,9 @@ def test_a_species_without_a_gain_for_fifteen_generations_has_no_children() -> N
     fitness = [1.0] * 10 + [2.0] * 5  # the third gains now
     assert children_of(chosen(genome, fitness), genome).keys() == {1, 3}
     everybody_stale = of_species(*[1] * 5, *[2] * 5, stale={1: 30, 2: 30}, best=9.0)
-    assert children_of(chosen(everybody_stale, [1.0] * 10), everybody_stale).keys() == {1, 2}, "or there would be no children"
+    assert children_of(chosen(everybody_stale, [1.0] * 10), everybody_stale).keys() == {1, 2}, (
+        "or there would be no children"
+    )
 
 
 def test_where_nobody_gains_for_long_the_two_best_species_alone_breed() -> None:
@@ -134,7 +176,12 @@ def test_where_nobody_gains_for_long_the_two_best_species_alone_breed() -> None:
 def test_how_a_species_stands_is_handed_on() -> None:
     genome = of_species(*[1] * 6, *[2] * 6, stale={1: 3, 2: 5}, best=2.0)
     genome[6:, 0] = np.stack([first_network((30, 30, 30))] * 6)
-    genome[6:, 0, SPECIES], genome[6:, 0, STALE], genome[:, 0, BEST], genome[:, 0, NEWEST] = 2, 5, 2.0, 2
+    genome[6:, 0, SPECIES], genome[6:, 0, STALE], genome[:, 0, BEST], genome[:, 0, NEWEST] = (
+        2,
+        5,
+        2.0,
+        2,
+    )
     fitness = [1.0] * 6 + [4.0] * 6
     children, _ = breed(experiment(12), genome, np.array(fitness), Moment(1, 0, 1))
     heads = {(int(head[SPECIES]), float(head[BEST]), int(head[STALE])) for head in children[:, 0]}
@@ -143,12 +190,19 @@ def test_how_a_species_stands_is_handed_on() -> None:
 
 def test_with_parents_at_random_fitness_does_not_say_whose_structure_is_inherited() -> None:
     """So parents at random are a neutral twin."""
-    with_node = network((4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1))
+    with_node = network(
+        (4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
+    )
     genome = population(*[with_node, first_network()] * 200)
     fitness = np.tile([1.0, 2.0], 200)
     of_half, of_few = (
-        np.mean([7 in genes(child) for child in breed(of, genome, fitness, Moment(2, 0, 1))[0][:, 0]])
-        for of in (experiment(400).neutral_twin(), experiment(400, evolution={"selection": "tournament"}))
+        np.mean(
+            [7 in genes(child) for child in breed(of, genome, fitness, Moment(2, 0, 1))[0][:, 0]]
+        )
+        for of in (
+            experiment(400).neutral_twin(),
+            experiment(400, evolution={"selection": "tournament"}),
+        )
     )
     assert abs(of_half - 0.5) < 4 * 0.5 / 20
     assert of_few < 0.3, "with selection, the fitter ones' structure is"

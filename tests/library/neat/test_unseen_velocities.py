@@ -25,7 +25,12 @@ from tests.library.neat.grown import genes, network, population
 
 NAME = "neat-poles-without-velocities"
 POLES = "stanley-miikkulainen-2002:poles-without-velocities"
-WEIGHTS = (-2.0, -5.8, 3.9, 0.7)  # of the place, both angles and the bias, in a network that has evolved, rounded
+WEIGHTS = (
+    -2.0,
+    -5.8,
+    3.9,
+    0.7,
+)  # of the place, both angles and the bias, in a network that has evolved, rounded
 Graph = npt.NDArray[np.float32]
 
 
@@ -43,7 +48,12 @@ def lives(*graphs: Graph, **fields: Any) -> Any:
 @pytest.fixture(scope="module")
 def grown() -> Graph:
     """Networks [agent, entry] that have grown for some generations."""
-    some = ["population.size=40", "evolution.generations=12", "evolution.neat.add_node=0.4", "evolution.neat.add_link=0.6"]
+    some = [
+        "population.size=40",
+        "evolution.generations=12",
+        "evolution.neat.add_node=0.4",
+        "evolution.neat.add_link=0.6",
+    ]
     small = assign(bl.load(NAME), [*some, "neat_poles_without_velocities.longest=150"])
     found: Graph = bl.simulate(small, seed=1).genome.values[-1, :, 0]
     return found
@@ -51,7 +61,11 @@ def grown() -> Graph:
 
 def leads_back(graph: Graph) -> set[str]:
     """Which kinds of loop a network has."""
-    links = {(source, target) for source, target, _, enabled in oracle.genes_of(graph.tolist()).values() if enabled}
+    links = {
+        (source, target)
+        for source, target, _, enabled in oracle.genes_of(graph.tolist()).values()
+        if enabled
+    }
     kinds = {"itself" for source, target in links if source == target}
     return kinds | {"from the output" for source, target in links if source == 4 != target}
 
@@ -63,7 +77,9 @@ def test_a_node_hears_what_it_said_a_step_before() -> None:
     state = np.array([0.3, 9, -0.05, 9, 0.02, 9])  # no 9 is heard
     direct = -2.0 * 0.3 / 4.8 - 5.8 * -0.05 / 0.52 + 3.9 * 0.02 / 0.52 + 0.7
     for _ in range(4):
-        found = answer_once(plan[1], links, steepness, np.array([0, 2, 4]), state, units[0], units[1])
+        found = answer_once(
+            plan[1], links, steepness, np.array([0, 2, 4]), state, units[0], units[1]
+        )
         units[0] = units[1]
         said = 1 / (1 + np.exp(-4.9 * (direct - 1.2 * said)))
         assert found == pytest.approx(said, abs=1e-6)
@@ -74,9 +90,14 @@ def test_networks_with_loops_answer_as_plain_python_does(grown: Graph) -> None:
     seen = set[float]()
     for graph in grown:
         plan, units = np.empty((2, 100, 3), np.float32), np.zeros((3, 3 + 100 + 1), np.float32)
-        links, before = plan_answer(graph, 3, True, plan[0], plan[1], units[2]), dict[float, float]()
+        links, before = (
+            plan_answer(graph, 3, True, plan[0], plan[1], units[2]),
+            dict[float, float](),
+        )
         for state in random.normal(size=(6, PARTS)):
-            found = answer_once(plan[1], links, steepness, np.array([0, 2, 4]), state, units[0], units[1])
+            found = answer_once(
+                plan[1], links, steepness, np.array([0, 2, 4]), state, units[0], units[1]
+            )
             units[0] = units[1]
             sensed = [state[part] / SCALE[part] for part in (0, 2, 4)]
             before = oracle.step(graph.tolist(), 4.9, [*sensed, 1], before)
@@ -91,7 +112,9 @@ def naive_life(graph: Graph, longest: int) -> tuple[int, float]:
     state, motion, before = np.array(START), np.empty((7, PARTS)), dict[float, float]()
     unrest: list[float] = []
     while len(unrest) < longest:
-        before = oracle.step(graph.tolist(), 4.9, [state[0] / 4.8, state[2] / 0.52, state[4] / 0.52, 1], before)
+        before = oracle.step(
+            graph.tolist(), 4.9, [state[0] / 4.8, state[2] / 0.52, state[4] / 0.52, 1], before
+        )
         for _ in range(2):
             move(state, FORCE * (2 * before.get(4.0, 0.0) - 1), 0.01, 2e-6, motion)
         if abs(state[0]) > TRACK or max(abs(state[2]), abs(state[4])) > UPRIGHT:
@@ -102,7 +125,12 @@ def naive_life(graph: Graph, longest: int) -> tuple[int, float]:
 
 
 def test_fitness_is_gruau_s_as_in_plain_python(grown: Graph) -> None:
-    swinging = (balancing(0.0), balancing(0.0, (-2.0, -5.0, 3.9, 0.0)), balancing(-1.0), balancing())
+    swinging = (
+        balancing(0.0),
+        balancing(0.0, (-2.0, -5.0, 3.9, 0.0)),
+        balancing(-1.0),
+        balancing(),
+    )
     found = lives(*swinging, longest=150)
     for number, graph in enumerate(swinging):
         steps, fitness = naive_life(graph, 150)
@@ -110,12 +138,16 @@ def test_fitness_is_gruau_s_as_in_plain_python(grown: Graph) -> None:
         assert found.energy[0, number] == pytest.approx(fitness, rel=1e-3)
     of_grown = UnseenVelocities(longest=150).live(0, [0], 0, grown[None, :20, None])
     expected = [naive_life(graph, 150) for graph in grown[:20]]
-    np.testing.assert_allclose(of_grown.records["balanced"][0], [steps for steps, _ in expected], atol=1)
+    np.testing.assert_allclose(
+        of_grown.records["balanced"][0], [steps for steps, _ in expected], atol=1
+    )
     every = [*found.records["balanced"][0], *of_grown.records["balanced"][0]]
     assert min(every) < 100 <= max(every), "some long enough for their rest to count, others not"
 
 
-def test_five_links_balance_both_poles_for_half_an_hour_and_not_without_the_one_that_leads_back() -> None:
+def test_five_links_balance_both_poles_for_half_an_hour_and_not_without_the_one_that_leads_back() -> (
+    None
+):
     found = lives(balancing(), balancing(0.0))
     assert found.records["balanced"][0].tolist()[0] == 1000 > found.records["balanced"][0, 1]
     assert found.records["proven"][0].tolist() == [100_000, 0]
@@ -134,28 +166,44 @@ def test_start_states_are_a_grid_in_which_all_stands() -> None:
     starts = np.array(STARTS)
     assert starts.shape == (625, PARTS) and len({tuple(start) for start in STARTS}) == 625
     assert all(stands(start) for start in starts)
-    np.testing.assert_allclose(starts.max(axis=0), [0.9 * 2.16, 0.9 * 1.35, 0.9 * 0.0628319, 0.9 * 0.1500983, 0, 0], rtol=1e-6)
+    np.testing.assert_allclose(
+        starts.max(axis=0),
+        [0.9 * 2.16, 0.9 * 1.35, 0.9 * 0.0628319, 0.9 * 0.1500983, 0, 0],
+        rtol=1e-6,
+    )
     np.testing.assert_allclose(starts, -starts[::-1], atol=1e-15)
 
 
 def test_a_new_link_may_lead_back_to_any_node_but_an_input() -> None:
-    graph = network((4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1))
+    graph = network(
+        (4, 0, 3, 1, 1), (5, 1, 3, 1, 1), (6, 2, 3, 1, 1), (7, 0, 7, 1, 1), (8, 7, 3, 1, 1)
+    )
     fields = {"add_link": 1.0, "add_node": 0.0, "mutated": 0.0}
     of = assign(bl.load(NAME), [f"evolution.neat.{name}={value}" for name, value in fields.items()])
     genome = population(*[graph] * 300)
     new = set[tuple[float, float]]()
-    for child in breed(of.replace(population={"size": 300}), genome, np.ones(300), Moment(2, 0, 1))[0][:, 0]:
+    for child in breed(of.replace(population={"size": 300}), genome, np.ones(300), Moment(2, 0, 1))[
+        0
+    ][:, 0]:
         new |= {(gene[0], gene[1]) for number, gene in genes(child).items() if number > 8}
     assert new == {(1, 7), (2, 7), (3, 3), (3, 7), (7, 7)}
 
 
 def test_children_with_loops_are_those_of_the_plain_oracle() -> None:
-    fast = ["evolution.neat.add_node=0.3", "evolution.neat.add_link=0.5", "neat_poles_without_velocities.links=20"]
+    fast = [
+        "evolution.neat.add_node=0.3",
+        "evolution.neat.add_link=0.5",
+        "neat_poles_without_velocities.links=20",
+    ]
     compare_children(SimpleNamespace(experiment=assign(bl.load(NAME), fast), seed=3), Neat)  # type: ignore[arg-type]
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others() -> None:
-    small = ["population.size=20", "evolution.generations=4", "neat_poles_without_velocities.longest=150"]
+    small = [
+        "population.size=20",
+        "evolution.generations=4",
+        "neat_poles_without_velocities.longest=150",
+    ]
     experiment = assign(bl.load(NAME), small)
     for run, history in enumerate(live_batch(experiment, 4, [0, 1])):
         assert history.dataset().equals(bl.simulate(experiment, seed=4, run=run))
@@ -166,16 +214,28 @@ def test_what_is_measured_is_the_first_network_that_generalises_enough() -> None
     starts[0, 1, 2], starts[0, 2, 0] = ENOUGH, 400
     starts[1] = ENOUGH - 1
     dims = ("run", "generation", "agent")
-    runs = xr.Dataset(dict.fromkeys(("generalises", "hidden", "enabled"), (dims, starts)), {"run": [0, 1]})
-    found = {name: measure.of(runs).values.tolist() for name, measure in UnseenVelocities.measures.items()}
+    runs = xr.Dataset(
+        dict.fromkeys(("generalises", "hidden", "enabled"), (dims, starts)), {"run": [0, 1]}
+    )
+    found = {
+        name: measure.of(runs).values.tolist()
+        for name, measure in UnseenVelocities.measures.items()
+    }
     assert found["solved"] == [1, 0]
-    assert (found["evaluations"][0], found["generalises"][0]) == (7, ENOUGH) and np.isnan(found["evaluations"][1])
+    assert (found["evaluations"][0], found["generalises"][0]) == (7, ENOUGH) and np.isnan(
+        found["evaluations"][1]
+    )
 
 
 def test_the_control_has_the_numbers_of_the_paper() -> None:
     experiment: Any = bl.load(POLES)
     neat = experiment.evolution.neat
-    assert (experiment.population.size, neat.add_link, neat.difference, neat.threshold) == (1000, 0.3, 3.0, 4.0)
+    assert (experiment.population.size, neat.add_link, neat.difference, neat.threshold) == (
+        1000,
+        0.3,
+        3.0,
+        4.0,
+    )
     with pytest.raises(ExperimentError, match=r"^neat_poles_without_velocities\.proof = 0"):
         assign(experiment, ["neat_poles_without_velocities.proof=0"])
 

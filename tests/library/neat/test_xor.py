@@ -39,7 +39,9 @@ def test_no_network_without_hidden_nodes_can_know_the_exclusive_or() -> None:
     """Its four answers are four linear inequalities in its weights, which contradict each other."""
     signs = np.where(np.array(ANSWERS) == 1, -1.0, 1.0)
     asked = np.array([(*question, 1) for question in QUESTIONS])  # the last is the bias
-    found = linprog(np.zeros(3), A_ub=signs[:, None] * asked, b_ub=-np.full(4, 1e-6), bounds=(None, None))
+    found = linprog(
+        np.zeros(3), A_ub=signs[:, None] * asked, b_ub=-np.full(4, 1e-6), bounds=(None, None)
+    )
     assert found.status == 2, "infeasible"
 
 
@@ -66,7 +68,9 @@ def test_who_says_one_half_is_right_never() -> None:
 
 
 def test_fitness_is_the_plain_oracle_s() -> None:
-    run = bl.simulate(assign(small(), ["evolution.neat.add_node=0.3", "evolution.generations=20"]), seed=3)
+    run = bl.simulate(
+        assign(small(), ["evolution.neat.add_node=0.3", "evolution.generations=20"]), seed=3
+    )
     model = NeatXor(links=20)
     for genome, energy in zip(run.genome.values[-1], run.energy.values[-1], strict=True):
         assert model.oracle(genome[0].tolist()) == pytest.approx(energy, rel=1e-4, abs=1e-4)
@@ -78,7 +82,11 @@ def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
     found = model.live(0, [0], 0, founders[None])
     assert (found.records["hidden"] == 0).all() and (found.records["enabled"] == 3).all()
     weights = founders[:, 0, [12, 17, 22]]
-    assert weights.min() < -2.9 and weights.max() > 2.9 and abs(weights.mean()) < 4 * 3 / math.sqrt(3 * 1500)
+    assert (
+        weights.min() < -2.9
+        and weights.max() > 2.9
+        and abs(weights.mean()) < 4 * 3 / math.sqrt(3 * 1500)
+    )
 
 
 def test_a_run_has_the_same_bits_alone_and_beside_others_and_begins_like_a_shorter_one() -> None:
@@ -90,14 +98,21 @@ def test_a_run_has_the_same_bits_alone_and_beside_others_and_begins_like_a_short
 
 
 def test_no_champion_of_a_species_above_five_members_is_lost() -> None:
-    run = bl.simulate(assign(bl.load("neat-xor"), ["evolution.generations=30", "record.genome_every=1"]), seed=2)
+    run = bl.simulate(
+        assign(bl.load("neat-xor"), ["evolution.generations=30", "record.genome_every=1"]), seed=2
+    )
     genomes, energy = run.genome.values[:, :, 0], run.energy.values
     kept = 0
     for generation in range(29):
-        for species, size in zip(*np.unique(genomes[generation, :, SPECIES], return_counts=True), strict=True):
+        for species, size in zip(
+            *np.unique(genomes[generation, :, SPECIES], return_counts=True), strict=True
+        ):
             members = np.flatnonzero(genomes[generation, :, SPECIES] == species)
             best = members[energy[generation, members] == energy[generation, members].max()]
-            living = [(genomes[generation + 1, :, HEAD:] == genomes[generation, each, HEAD:]).all(axis=1) for each in best]
+            living = [
+                (genomes[generation + 1, :, HEAD:] == genomes[generation, each, HEAD:]).all(axis=1)
+                for each in best
+            ]
             kept += bool(np.any(living))
             assert size <= 5 or np.any(living) or genomes[generation, members[0], STALE] >= 14
     assert kept > 29
@@ -130,14 +145,18 @@ def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
 
 
 def test_what_is_measured_of_a_run_is_its_first_solution() -> None:
-    runs = xr.concat([history.dataset() for history in live_batch(bl.load("neat-xor"), 1, range(6))], "run")
+    runs = xr.concat(
+        [history.dataset() for history in live_batch(bl.load("neat-xor"), 1, range(6))], "run"
+    )
     runs = runs.assign_coords(run=np.arange(6))
     unsolved = runs.isel(generation=slice(0, 1))
     found = {name: measure.of(runs).values for name, measure in NeatXor.measures.items()}
     for run, first in enumerate(first_solutions(6)):
         assert found["solved"][run] == (first is not None)
         expected = [np.nan] * 4 if first is None else list(first)
-        measured = [found[name][run] for name in ("generations", "evaluations", "hidden", "enabled")]
+        measured = [
+            found[name][run] for name in ("generations", "evaluations", "hidden", "enabled")
+        ]
         np.testing.assert_array_equal(measured, expected)
     assert (NeatXor.measures["solved"].of(unsolved) == 0).all(), "founders have no hidden nodes"
     assert NeatXor.measures["evaluations"].of(unsolved).isnull().all()
@@ -163,13 +182,18 @@ def test_its_fields_are_assigned_shown_and_limited_like_any_others() -> None:
     changed = assign(small(), ["evolution.neat.threshold=4", "evolution.species.stale_after=9"])
     assert from_toml(to_toml(changed), where="there") == changed
     assert not idle_settings(changed)
-    with pytest.raises(ExperimentError, match=r"^neat_xor\.links = 2: input should be greater than or equal to 3"):
+    with pytest.raises(
+        ExperimentError, match=r"^neat_xor\.links = 2: input should be greater than or equal to 3"
+    ):
         assign(small(), ["neat_xor.links=2"])
 
 
 @pytest.mark.parametrize("choice", ["selection=species", "variation=neat"])
 def test_genomes_that_are_no_graphs_are_refused(choice: str) -> None:
-    with pytest.raises(ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'growing', or"):
+    with pytest.raises(
+        ExperimentError,
+        match=r"needs genomes that are graphs: those of network\.kind = 'growing', or",
+    ):
         assign(bl.load("evo/A"), [f"evolution.{choice}"])
 
 

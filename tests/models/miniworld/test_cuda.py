@@ -32,7 +32,10 @@ PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 WORLDS = 3
 STEPS = 10
 FEW = [{"x": [40, 80], "y": [30, 70], "count": 25}]  # so dense that agents contend for items
-MANY = [{"x": [20, 100], "y": [10, 90], "count": 300}, {"x": [0, 10], "y": [0, 10], "count": 3}]  # sorted by cells
+MANY = [
+    {"x": [20, 100], "y": [10, 90], "count": 300},
+    {"x": [0, 10], "y": [0, 10], "count": 3},
+]  # sorted by cells
 
 WIND = '''
 """A wind that turns with every step, and moves all items."""
@@ -59,7 +62,11 @@ class Wind(WorldFeature, name="wind"):
 def experiments() -> list[Experiment]:
     changes = {"population": {"size": 4}, "lifetime": {"steps": STEPS}}
     found = [
-        small(condition, **changes | {"lifetime": {"steps": STEPS, "update": update}}, world={"food": FEW})
+        small(
+            condition,
+            **changes | {"lifetime": {"steps": STEPS, "update": update}},
+            world={"food": FEW},
+        )
         for condition in ("evo", "evo+self-taught")
         for update in ("simultaneous", "sequential")
     ]
@@ -69,7 +76,9 @@ def experiments() -> list[Experiment]:
     found.append(small("evo+self-taught", **changes, world={"food": []}))
     wild = {"food": FEW, "start": {"headings": "random"}}
     drifting = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
-    found.append(small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting))
+    found.append(
+        small("evo+self-taught", **changes, world=wild, motor={"noise": 0.3}, learning=drifting)
+    )
     return [*found, small("evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True})]
 
 
@@ -80,17 +89,33 @@ def foreign() -> list[Experiment]:
         load_file(PARTS / f"{name}.py")
     load_text(WIND, Path("wind.py"))
     walled = {"food": FEW, "features": ["obstacles"], "obstacles": {"x": [55, 65], "y": [45, 55]}}
-    poisoned = walled | {"features": ["poison", "obstacles"], "poison": {"x": [30, 70], "y": [40, 60]}}
+    poisoned = walled | {
+        "features": ["poison", "obstacles"],
+        "poison": {"x": [30, 70], "y": [40, 60]},
+    }
     social = {"rule": "social", "rate": 0.3}
     numbers = ["neighbours", "nearest", "smell", "rays", "energy"]
     in_turn = changes | {"lifetime": changes["lifetime"] | {"update": "sequential"}}
     return [
-        small("evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}),
+        small(
+            "evo", **changes, learning=social, world=poisoned, senses={"kinds": ["food", "poison"]}
+        ),
         small("evo", **in_turn, learning=social, world={"food": FEW, "features": ["wind"]}),
         small("evo", **changes, world={"food": FEW, "features": ["wind"]}, motor={"noise": 0.3}),
         small("evo+self-taught", **changes, world=poisoned, network={"kind": "elman"}),
-        small("evo+self-taught", **changes, world={"food": FEW}, learning={"rule": "self-taught-again"}),
-        small("evo+self-taught", **changes, world={"food": FEW}, senses={"kinds": numbers}, motor={"body": "continuous"}),
+        small(
+            "evo+self-taught",
+            **changes,
+            world={"food": FEW},
+            learning={"rule": "self-taught-again"},
+        ),
+        small(
+            "evo+self-taught",
+            **changes,
+            world={"food": FEW},
+            senses={"kinds": numbers},
+            motor={"body": "continuous"},
+        ),
     ]
 
 
@@ -98,11 +123,15 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
     """What there is to see of three worlds after a life in two parts."""
     shape = (WORLDS, experiment.population.size, len(experiment.modules), experiment.genome_length)
     for generation in (0, 1):
-        batch.begin(generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32))
+        batch.begin(
+            generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32)
+        )
         batch.live(0, 4)
         batch.live(4, STEPS)
     arrays = named_arrays(batch.state, *shape[:2])
-    del arrays["errors"]  # scratch: those of a layer that rests are not asked for, and a bundle rests as one
+    del arrays[
+        "errors"
+    ]  # scratch: those of a layer that rests are not asked for, and a bundle rests as one
     del arrays["awake"]  # scratch: a list of many, or of each by itself
     return arrays | {
         "eaten": batch.eaten_in_life(),
@@ -114,8 +143,14 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
 def simulate_gpu(path: str) -> None:
     """Live all experiments in the simulator, worlds in pairs, and write down what came of them."""
     cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
-    lives = [life(cuda.Batch(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()]
-    arrays: dict[str, Any] = {f"{number} {name}": array for number, found in enumerate(lives) for name, array in found.items()}
+    lives = [
+        life(cuda.Batch(experiment, 5, range(WORLDS)), experiment) for experiment in experiments()
+    ]
+    arrays: dict[str, Any] = {
+        f"{number} {name}": array
+        for number, found in enumerate(lives)
+        for name, array in found.items()
+    }
     np.savez(path, **arrays)
 
 
@@ -123,7 +158,9 @@ def simulate_foreign(number: int) -> None:
     """Live an experiment with parts of one's own in the simulator, worlds in pairs, and in plain Python."""
     cuda.THREADS, cuda.PROCESSORS = 8, 1  # type: ignore[misc]
     experiment = foreign()[number]
-    found, expected = (life(venue.Batch(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu))
+    found, expected = (
+        life(venue.Batch(experiment, 5, range(WORLDS)), experiment) for venue in (cuda, cpu)
+    )
     assert expected["eaten"].any()
     for name, array in expected.items():
         assert found[name].tobytes() == array.tobytes(), name
@@ -131,9 +168,19 @@ def simulate_foreign(number: int) -> None:
 
 def in_the_simulator(command: str) -> None:
     root = Path(baldwinlab.__file__).parents[1]
-    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(root)}
+    environment = {
+        **os.environ,
+        "NUMBA_ENABLE_CUDASIM": "1",
+        "NUMBA_DISABLE_JIT": "1",
+        "PYTHONPATH": str(root),
+    }
     command = f"from tests.models.miniworld import test_cuda; test_cuda.{command}"
-    subprocess.run([sys.executable, "-W", "ignore::RuntimeWarning", "-c", command], env=environment, cwd=root, check=True)
+    subprocess.run(
+        [sys.executable, "-W", "ignore::RuntimeWarning", "-c", command],
+        env=environment,
+        cwd=root,
+        check=True,
+    )
 
 
 def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None:
@@ -143,10 +190,16 @@ def test_in_the_simulator_lives_have_the_bits_of_the_cpu(tmp_path: Path) -> None
         expected = life(cpu.Batch(experiment, 5, range(WORLDS)), experiment)
         assert expected["eaten"].any() == bool(experiment.world.food)
         for name, array in expected.items():
-            assert found[f"{number} {name}"].tobytes() == array.tobytes(), (experiment.name, number, name)
+            assert found[f"{number} {name}"].tobytes() == array.tobytes(), (
+                experiment.name,
+                number,
+                name,
+            )
 
 
-@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.nightly) for number in range(1, 6))])
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(number, marks=pytest.mark.nightly) for number in range(1, 6))]
+)
 def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number: int) -> None:
     in_the_simulator(f"simulate_foreign({number})")
 
@@ -154,7 +207,9 @@ def test_in_the_simulator_parts_of_ones_own_have_the_bits_of_plain_python(number
 def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
     load_file(PARTS / "elman.py")
     experiment = small("evo", network={"kind": "elman"}, population={"size": 4})
-    genomes = np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
+    genomes = (
+        np.random.default_rng(1).normal(size=(1, 4, 1, experiment.genome_length)).astype(np.float32)
+    )
     first, second = cpu.Batch(experiment, 5, [0]), cpu.Batch(experiment, 5, [0])
     first.begin(0, genomes)
     first.live(0, STEPS)
@@ -171,7 +226,10 @@ def machine_code(experiment: Experiment) -> str:
 
     model, state = make_model(experiment, 2), make_state(experiment, 2)
     source = kernels.source_of_life(model, state, experiment.lifetime.update == "sequential")
-    begin, live = kernels.begin_kernel(512), kernels.live_kernel(512, source, type(state.network).part)
+    begin, live = (
+        kernels.begin_kernel(512),
+        kernels.live_kernel(512, source, type(state.network).part),
+    )
     arguments = typeof(model), typeof(state), types.Array(types.int32, 2, "C")
     genomes = types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C")
     with uncontracted():
@@ -198,10 +256,21 @@ def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, which: 
     experiment = small("evo+self-taught", **own) if isinstance(which, str) else foreign()[which]
     code = machine_code(experiment)
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
-    arithmetic = {each for each in operations if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)}
-    assert arithmetic - {"sqrt.rn.f32"} == {"add.rn.f32", "sub.rn.f32", "mul.rn.f32", "div.rn.f32"}  # .rn: nor contracted later
+    arithmetic = {
+        each
+        for each in operations
+        if re.match(r"(add|sub|mul|div|fma|mad|rcp|sqrt|ex2)\b.*\.f\d\d", each)
+    }
+    assert arithmetic - {"sqrt.rn.f32"} == {
+        "add.rn.f32",
+        "sub.rn.f32",
+        "mul.rn.f32",
+        "div.rn.f32",
+    }  # .rn: nor contracted later
     assert not any(".f64" in each or ".ftz" in each for each in operations)
-    assert sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512  # bytes a thread, beside its registers
+    assert (
+        sum(int(size) for size in re.findall(r"\.local .*\[(\d+)\]", code)) < 512
+    )  # bytes a thread, beside its registers
     assert not re.search(r"^\s+call", code, re.MULTILINE)
 
 
@@ -213,7 +282,9 @@ def test_a_bundle_is_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
         out[1] = bundle(7)
 
     out = np.zeros(2, np.int64)
-    numba.njit(lambda out: lanes_in_bundle() + (bundle(3) is None))(out)  # the CPU's meaning, known before the GPU's
+    numba.njit(lambda out: lanes_in_bundle() + (bundle(3) is None))(
+        out
+    )  # the CPU's meaning, known before the GPU's
     assert numba.njit(lambda: lanes_in_bundle())() == 16
     code, _ = compile_ptx(step_and_lane, (types.int64[::1],), cc=(9, 0))
     assert re.findall(r"mov\.[ubs]64\s+\S+, (\d+);", code) == ["1", "7"]
@@ -247,7 +318,10 @@ def test_the_choice_of_a_backend(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("agents", "worlds", "expected"), [(20, 1, 1), (20, 180, 1), (20, 300, 2), (20, 10_000, 6), (500, 99, 1)]
+    ("agents", "worlds", "expected"),
+    [(20, 1, 1), (20, 180, 1), (20, 300, 2), (20, 10_000, 6), (500, 99, 1)],
 )
-def test_worlds_share_a_thread_block_only_where_there_are_many(agents: int, worlds: int, expected: int) -> None:
+def test_worlds_share_a_thread_block_only_where_there_are_many(
+    agents: int, worlds: int, expected: int
+) -> None:
     assert cuda.worlds_in_thread_block(agents, worlds) == expected

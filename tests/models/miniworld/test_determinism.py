@@ -16,7 +16,13 @@ from tests.worlds import small
 RUNS = [0, 1, 2, 3, 7, 1000]
 GROUPINGS = ([RUNS], [RUNS[::-1]], [RUNS[:1], RUNS[1:]], [[7, 0], [1000, 2, 3], [1]])
 CONTROLS = {
-    "learning": {"rule": "drift", "evolved_rate": True, "teacher": "shuffled", "cost_per_change": 0.5, "steps": 50},
+    "learning": {
+        "rule": "drift",
+        "evolved_rate": True,
+        "teacher": "shuffled",
+        "cost_per_change": 0.5,
+        "steps": 50,
+    },
     "motor": {"noise": 0.2},
     "evolution": {"lamarckian_share": 0.5},
     "world": {"start": {"headings": "random"}},
@@ -30,8 +36,13 @@ every_kind_of_life = pytest.mark.parametrize(
         for update in ("simultaneous", "sequential")
         for size in (1, 6, 17)
     ]
-    + [small("evo+self-taught", **CONTROLS, lifetime={"update": update}) for update in ("simultaneous", "sequential")],
-    ids=lambda experiment: f"{experiment.name}-{experiment.lifetime.update}-{experiment.population.size}",
+    + [
+        small("evo+self-taught", **CONTROLS, lifetime={"update": update})
+        for update in ("simultaneous", "sequential")
+    ],
+    ids=lambda experiment: (
+        f"{experiment.name}-{experiment.lifetime.update}-{experiment.population.size}"
+    ),
 )
 
 
@@ -53,11 +64,17 @@ def test_a_run_has_the_same_bits_in_any_company(experiment: Experiment) -> None:
 
 
 def test_threads_do_not_change_a_bit() -> None:
-    experiments = [small("evo+self-taught", network={"hidden": [width]}, lifetime={"steps": 300}) for width in (2, 4, 10, 5)]
+    experiments = [
+        small("evo+self-taught", network={"hidden": [width]}, lifetime={"steps": 300})
+        for width in (2, 4, 10, 5)
+    ]
     alone = [simulate(experiment, seed=3, run=run) for experiment in experiments for run in RUNS]
     with ThreadPoolExecutor(4) as pool:
         together = list(
-            pool.map(lambda task: simulate(task[0], seed=3, run=task[1]), [(each, run) for each in experiments for run in RUNS])
+            pool.map(
+                lambda task: simulate(task[0], seed=3, run=task[1]),
+                [(each, run) for each in experiments for run in RUNS],
+            )
         )
     for one, other in zip(alone, together, strict=True):
         assert_same_bits(one, other)
@@ -65,7 +82,9 @@ def test_threads_do_not_change_a_bit() -> None:
 
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught", "self-taught"])
 @pytest.mark.parametrize("generation", [0, 1, 2])
-def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(condition: str, generation: int) -> None:
+def test_a_replay_from_what_was_eaten_is_the_replay_from_the_seed(
+    condition: str, generation: int
+) -> None:
     experiment = small(condition, evolution={"mutation_rate": 0.5})
     energy = simulate(experiment, seed=4, run=2)["energy"]
     assert energy.sum() > 0
@@ -84,10 +103,17 @@ def test_a_longer_run_begins_as_a_shorter_one() -> None:
 
 @pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
 @pytest.mark.parametrize("seed", range(5))
-def test_for_one_agent_simultaneous_and_sequential_lives_are_the_same(condition: str, seed: int) -> None:
+def test_for_one_agent_simultaneous_and_sequential_lives_are_the_same(
+    condition: str, seed: int
+) -> None:
     traces = [
         replay(
-            small(condition, population={"size": 1}, lifetime={"steps": 500, "update": update}, network={"biases": True}),
+            small(
+                condition,
+                population={"size": 1},
+                lifetime={"steps": 500, "update": update},
+                network={"biases": True},
+            ),
             seed=seed,
         )
         for update in ("simultaneous", "sequential")

@@ -45,7 +45,9 @@ def test_an_agent_that_always_turns_runs_in_a_circle_of_radius_6_4() -> None:
         centre = x[:40, agent].mean(), y[:40, agent].mean()
         radii = np.hypot(x[:, agent] - centre[0], y[:, agent] - centre[1])
         np.testing.assert_allclose(radii, 0.5 / np.sin(np.radians(4.5)), atol=1e-3)  # 6.373
-        assert np.sign(centre[1] - y[0, agent]) == (1 if actions[agent] == 2 else -1)  # right is down
+        assert np.sign(centre[1] - y[0, agent]) == (
+            1 if actions[agent] == 2 else -1
+        )  # right is down
 
 
 def test_an_agent_that_always_goes_forward_runs_along_a_horizontal_line() -> None:
@@ -100,15 +102,20 @@ def test_learning_brings_the_action_module_nearer_to_the_reinforcement_module() 
     trace = replay(load("evo+self-taught/B"), seed=2)
     nothing = (trace["sensor"] == 0).all("side").all("step").values
     assert nothing.any()
-    middle = 0.5 * np.ones((trace.sizes["agent"], 10), np.float32)  # the hidden units when no food is seen
+    middle = 0.5 * np.ones(
+        (trace.sizes["agent"], 10), np.float32
+    )  # the hidden units when no food is seen
 
     def outputs(weights: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
-        result: npt.NDArray[np.float64] = 1 / (1 + np.exp(-np.einsum("ah,aho->ao", middle, weights[:, 30:].reshape(-1, 10, 3))))
+        result: npt.NDArray[np.float64] = 1 / (
+            1 + np.exp(-np.einsum("ah,aho->ao", middle, weights[:, 30:].reshape(-1, 10, 3)))
+        )
         return result
 
     target = outputs(trace["weight_birth"].values[:, 1])
     distance = [
-        np.abs(outputs(trace[name].values[:, 0]) - target)[nothing].max(axis=1) for name in ("weight_birth", "weight_death")
+        np.abs(outputs(trace[name].values[:, 0]) - target)[nothing].max(axis=1)
+        for name in ("weight_birth", "weight_death")
     ]
     assert (distance[1] < distance[0]).all()
     assert np.median(distance[1]) < 0.1 * np.median(distance[0])
@@ -116,7 +123,10 @@ def test_learning_brings_the_action_module_nearer_to_the_reinforcement_module() 
 
 @pytest.mark.parametrize("map_name", ["A", "B"])
 def test_the_conditions_of_a_map_share_newborns_food_and_action_modules(map_name: str) -> None:
-    traces = [replay(load(f"{condition}/{map_name}").replace(lifetime={"steps": 1}), seed=6) for condition in CONDITIONS]
+    traces = [
+        replay(load(f"{condition}/{map_name}").replace(lifetime={"steps": 1}), seed=6)
+        for condition in CONDITIONS
+    ]
     for trace in traces[1:]:
         for name in ("x", "y", "heading", "item_x", "item_y"):
             np.testing.assert_array_equal(trace[name], traces[0][name], err_msg=name)
@@ -125,10 +135,17 @@ def test_the_conditions_of_a_map_share_newborns_food_and_action_modules(map_name
 
 def test_seeds_runs_and_generations_have_birthplaces_of_their_own() -> None:
     brief = small("self-taught", lifetime={"steps": 1})
-    moments = [(seed, run, generation) for seed in (0, 1) for run in (0, 1) for generation in (0, 1, 2)]
-    traces = [replay(brief, seed=seed, run=run, generation=generation) for seed, run, generation in moments]
+    moments = [
+        (seed, run, generation) for seed in (0, 1) for run in (0, 1) for generation in (0, 1, 2)
+    ]
+    traces = [
+        replay(brief, seed=seed, run=run, generation=generation)
+        for seed, run, generation in moments
+    ]
     for name in ("x", "item_x", "weight_birth"):
-        assert np.unique([trace[name].values.ravel()[0] for trace in traces]).size == len(moments), name
+        assert np.unique([trace[name].values.ravel()[0] for trace in traces]).size == len(
+            moments
+        ), name
 
 
 @settings(deadline=None, derandomize=True, max_examples=40, database=None)
@@ -143,6 +160,9 @@ def test_a_replayed_life_is_the_life_that_was_lived(
     condition: str, seed: int, generation: int, update: str, biases: bool
 ) -> None:
     experiment = small(condition, lifetime={"update": update}, network={"biases": biases})
-    lived, trace = simulate(experiment, seed=seed), replay(experiment, seed=seed, generation=generation)
+    lived, trace = (
+        simulate(experiment, seed=seed),
+        replay(experiment, seed=seed, generation=generation),
+    )
     np.testing.assert_array_equal(trace["eaten"].sum("step"), lived["food_eaten"][generation])
     np.testing.assert_array_equal(trace["weight_birth"], lived["genome"][generation])

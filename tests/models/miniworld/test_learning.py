@@ -17,7 +17,9 @@ from tests.worlds import small
 
 def moved(trace: xr.Dataset) -> npt.NDArray[np.float32]:
     """How far each weight of the action module went from birth to death: [agent, weight]."""
-    change: npt.NDArray[np.float32] = (trace["weight_death"] - trace["weight_birth"]).sel(module="action").values
+    change: npt.NDArray[np.float32] = (
+        (trace["weight_death"] - trace["weight_birth"]).sel(module="action").values
+    )
     return change
 
 
@@ -51,7 +53,11 @@ def test_drift_moves_every_weight_as_far_as_self_teaching_would(network: dict[st
 
 def test_drift_goes_with_learning_in_half_of_the_weights_and_against_it_in_the_other_half() -> None:
     experiment = small(
-        "evo+self-taught", learning=DRIFT, network={"hidden": [40]}, population={"size": 20}, lifetime={"steps": 50}
+        "evo+self-taught",
+        learning=DRIFT,
+        network={"hidden": [40]},
+        population={"size": 20},
+        lifetime={"steps": 50},
     )
     trace = replay(experiment, seed=4)
     drifted, learned = moved(trace), learned_from(trace, experiment)
@@ -80,7 +86,10 @@ def test_learning_that_ends_leaves_the_weights_as_they_are_then() -> None:
 @pytest.mark.parametrize("rule", ["self-taught", "drift"])
 def test_who_learns_for_no_step_lives_as_one_who_cannot_learn(rule: str) -> None:
     without = simulate(small("evo", evolution={"generations": 1}), seed=2)
-    unused = simulate(small("evo+self-taught", evolution={"generations": 1}, learning={"rule": rule, "steps": 0}), seed=2)
+    unused = simulate(
+        small("evo+self-taught", evolution={"generations": 1}, learning={"rule": rule, "steps": 0}),
+        seed=2,
+    )
     assert without["food_eaten"].sum() > 0
     np.testing.assert_array_equal(unused["food_eaten"], without["food_eaten"])
 
@@ -96,7 +105,9 @@ def test_an_evolved_rate_is_the_standard_one_times_ten_to_the_gene() -> None:
 
 
 def test_every_agent_learns_at_its_own_evolved_rate() -> None:
-    experiment = small("evo+self-taught", learning={"evolved_rate": True}, evolution={"generations": 2})
+    experiment = small(
+        "evo+self-taught", learning={"evolved_rate": True}, evolution={"generations": 2}
+    )
     trace = replay(experiment, seed=4, generation=1)
     assert trace["weight_birth"].sizes["weight"] == experiment.weight_count + 1
     np.testing.assert_allclose(moved(trace)[:, :-1], learned_from(trace, experiment), atol=1e-4)

@@ -20,10 +20,22 @@ def swamp() -> Iterator[None]:
 
     class Swamp(WorldFeature, name="swamp"):
         def items(self) -> tuple[ItemRegion, ...]:
-            return (ItemRegion(kind="frog", x=(0, 100), y=(0, 50), count=3, energy=-1, color="vermilion"),)
+            return (
+                ItemRegion(
+                    kind="frog", x=(0, 100), y=(0, 50), count=3, energy=-1, color="vermilion"
+                ),
+            )
 
         def marks(self) -> tuple[dict[str, Any], ...]:
-            return ({"shape": "rectangle", "x": (10, 40), "y": (20, 60), "color": "#778899", "label": "wall"},)
+            return (
+                {
+                    "shape": "rectangle",
+                    "x": (10, 40),
+                    "y": (20, 60),
+                    "color": "#778899",
+                    "label": "wall",
+                },
+            )
 
     class Damp(Sense, name="damp"):
         inputs: ClassVar[tuple[str, ...]] = ("damp", "behind")
@@ -46,7 +58,11 @@ def test_the_built_in_world_looks_as_the_paper_says() -> None:
 
 
 def test_what_parts_of_one_s_own_declare_is_in_the_look(swamp: None) -> None:
-    found = look(load("evo/A").replace(world={"features": ["swamp"]}, senses={"kinds": ["food", "damp"], "visual_radius": 20}))
+    found = look(
+        load("evo/A").replace(
+            world={"features": ["swamp"]}, senses={"kinds": ["food", "damp"], "visual_radius": 20}
+        )
+    )
     assert found.inputs[3:] == ("damp", "behind")
     assert found.sectors[3:] == (None, Sector(135, 225, 20))
     assert found.item_kinds == (Kind("food", "green", 50), Kind("frog", "vermilion", 3))
@@ -71,6 +87,11 @@ def test_units_that_remember_are_paired_with_what_they_remember(network: str) ->
 def test_a_look_is_text_for_whoever_draws() -> None:
     experiment = load("evo/A")
     found = json.loads(as_text(experiment))
-    assert found["sectors"][0] == {"from_degrees": 315, "to_degrees": 345, "radius": 40, "colour": "lit"}
+    assert found["sectors"][0] == {
+        "from_degrees": 315,
+        "to_degrees": 345,
+        "radius": 40,
+        "colour": "lit",
+    }
     assert found["item_kinds"] == [{"name": "food", "colour": "green", "number": 50}]
     assert found["inputs"] == ["left", "front", "right"]

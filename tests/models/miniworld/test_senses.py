@@ -14,28 +14,50 @@ from tests.worlds import exact
 LEFT, FRONT, RIGHT, NOTHING = [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]
 
 
-def seen_at_birth(agent: tuple[float, float], *items: tuple[float, float], **changes: Any) -> list[int]:
-    sensors: list[int] = replay(exact(agent, list(items), **changes))["sensor"].values[0, 0].tolist()
+def seen_at_birth(
+    agent: tuple[float, float], *items: tuple[float, float], **changes: Any
+) -> list[int]:
+    sensors: list[int] = (
+        replay(exact(agent, list(items), **changes))["sensor"].values[0, 0].tolist()
+    )
     return sensors
 
 
 def seen_at(degrees: float, distance: float, **changes: Any) -> list[int]:
     angle = math.radians(degrees)
-    return seen_at_birth((100, 80), (100 + distance * math.cos(angle), 80 + distance * math.sin(angle)), **changes)
+    return seen_at_birth(
+        (100, 80), (100 + distance * math.cos(angle), 80 + distance * math.sin(angle)), **changes
+    )
 
 
-FALLS_IN = {0: FRONT, 14.99: FRONT, 15.01: RIGHT, 44.99: RIGHT, 315.01: LEFT, 344.99: LEFT, 345.01: FRONT}
+FALLS_IN = {
+    0: FRONT,
+    14.99: FRONT,
+    15.01: RIGHT,
+    44.99: RIGHT,
+    315.01: LEFT,
+    344.99: LEFT,
+    345.01: FRONT,
+}
 UNSEEN = (45.01, 90, 135, 165, 180, 195, 225, 270, 314.99)
 
 
-@pytest.mark.parametrize(("degrees", "expected"), [*FALLS_IN.items(), *((degrees, NOTHING) for degrees in UNSEEN)])
+@pytest.mark.parametrize(
+    ("degrees", "expected"), [*FALLS_IN.items(), *((degrees, NOTHING) for degrees in UNSEEN)]
+)
 @pytest.mark.parametrize("distance", [0.5, 12, 39.99])
-def test_an_item_falls_in_the_sensor_of_its_angle(degrees: float, distance: float, expected: list[int]) -> None:
+def test_an_item_falls_in_the_sensor_of_its_angle(
+    degrees: float, distance: float, expected: list[int]
+) -> None:
     assert seen_at(degrees, distance) == expected
 
 
-def test_an_item_at_exactly_15_or_345_degrees_is_in_front_when_boundaries_are_closed_and_unseen_when_open() -> None:
-    ray = float(np.float32(math.tan(math.radians(15))))  # 15 degrees as exactly as float32 has them, 1 ahead of the agent
+def test_an_item_at_exactly_15_or_345_degrees_is_in_front_when_boundaries_are_closed_and_unseen_when_open() -> (
+    None
+):
+    ray = float(
+        np.float32(math.tan(math.radians(15)))
+    )  # 15 degrees as exactly as float32 has them, 1 ahead of the agent
     for boundaries, expected in (("closed", FRONT), ("open", NOTHING)):
         changes = {"senses": {"boundaries": boundaries}, "contact": {"reach": 0.01}}
         assert seen_at_birth((0, 0), (1, ray), **changes) == expected

@@ -58,8 +58,13 @@ def sense(rules: Any, world: World, agent: int, inputs: Any) -> None:
                 kind = int(world.kind[cell])
                 blocked = kind == WALL
                 if kind != EMPTY and inputs[direction * KINDS + kind] == ZERO:
-                    inputs[direction * KINDS + kind] = np.float32(1.0 - distance / (2.0 * (SIGHT - 1)))
-    inputs[4 * KINDS], inputs[4 * KINDS + 1] = np.float32(world.health[agent]), np.float32(world.energy[agent])
+                    inputs[direction * KINDS + kind] = np.float32(
+                        1.0 - distance / (2.0 * (SIGHT - 1))
+                    )
+    inputs[4 * KINDS], inputs[4 * KINDS + 1] = (
+        np.float32(world.health[agent]),
+        np.float32(world.energy[agent]),
+    )
     inputs[4 * KINDS + 2] = ONE if world.kind[world.place[agent]] == TREE else ZERO
     inputs[4 * KINDS + 3] = ONE
 
@@ -96,7 +101,9 @@ def live_step(rules: Any, world: World, agent: int, inputs: Any) -> None:
         better = judged > world.judged[agent]
         for output in range(OUTPUTS):
             rate = rules.rate if better else rules.rate_worse
-            reinforce(world.act[agent, output], world.seen[agent], world.said[agent, output], better, rate)
+            reinforce(
+                world.act[agent, output], world.seen[agent], world.said[agent, output], better, rate
+            )
         world.counts[LEARNED] += 1
     for output in range(OUTPUTS):
         world.said[agent, output] = int(drawn[output] < answer(world.act[agent, output], inputs))
@@ -158,7 +165,9 @@ def settle(rules: Any, world: World, cell: int) -> None:
     for number in range(INPUTS):
         world.judge[agent, number] = weight(rules, world.bits[agent], number)
         for output in range(OUTPUTS):
-            world.act[agent, output, number] = weight(rules, world.bits[agent], INPUTS * (1 + output) + number)
+            world.act[agent, output, number] = weight(
+                rules, world.bits[agent], INPUTS * (1 + output) + number
+            )
 
 
 @compiled
@@ -235,7 +244,11 @@ def bury(world: World) -> None:
 
 @compiled
 def _renumber(world: World, old: int, new: int) -> None:
-    world.place[new], world.energy[new], world.health[new] = world.place[old], world.energy[old], world.health[old]
+    world.place[new], world.energy[new], world.health[new] = (
+        world.place[old],
+        world.energy[old],
+        world.health[old],
+    )
     world.judged[new] = world.judged[old]
     for bit in range(BITS):
         world.bits[new, bit] = world.bits[old, bit]
@@ -244,5 +257,8 @@ def _renumber(world: World, old: int, new: int) -> None:
         for number in range(INPUTS):
             world.act[new, output, number] = world.act[old, output, number]
     for number in range(INPUTS):
-        world.judge[new, number], world.seen[new, number] = world.judge[old, number], world.seen[old, number]
+        world.judge[new, number], world.seen[new, number] = (
+            world.judge[old, number],
+            world.seen[old, number],
+        )
     world.who[world.place[new]] = new

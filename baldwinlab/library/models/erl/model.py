@@ -23,7 +23,15 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
-from baldwinlab.library.models.erl.agents import BITS, INPUTS, OUTPUTS, breed, bury, found, live_step
+from baldwinlab.library.models.erl.agents import (
+    BITS,
+    INPUTS,
+    OUTPUTS,
+    breed,
+    bury,
+    found,
+    live_step,
+)
 from baldwinlab.library.models.erl.world import (
     AGENTS,
     BORN,
@@ -85,17 +93,42 @@ def _lives_on(runs: xr.Dataset) -> xr.DataArray:
 class ErlPopulations(Model, name="erl-populations"):
     """Populations in a world of plants, trees and carnivores, each from its founders to its last agent."""
 
-    strategy: Literal["ERL", "E", "L", "F", "B"] = Field("ERL", description="what agents do: evolve, learn, both, or neither")
-    longest: int = Field(30_000, ge=1, le=100_000_000, description="steps after which a population is left alone")
+    strategy: Literal["ERL", "E", "L", "F", "B"] = Field(
+        "ERL", description="what agents do: evolve, learn, both, or neither"
+    )
+    longest: int = Field(
+        30_000, ge=1, le=100_000_000, description="steps after which a population is left alone"
+    )
     founders_of: int = Field(100, ge=1, le=1000, description="agents that a population begins with")
-    most: int = Field(400, ge=1, le=100_000, description="agents that there can be at once; nobody is born beyond")
+    most: int = Field(
+        400, ge=1, le=100_000, description="agents that there can be at once; nobody is born beyond"
+    )
     side: int = Field(100, ge=12, le=1000, description="cells along an edge, walls among them")
     plants: int = Field(1000, ge=0, le=1_000_000, description="plants at first")
-    seeds: int = Field(4, ge=0, le=1_000_000, description="cells in which a plant sprouts in a step, where they are empty")
-    growth: int = Field(0, ge=0, le=1_000_000, description="cells looked at in a step: a plant there grows another beside it")
-    trees: int = Field(100, ge=0, le=1_000_000, description="trees, in each of which one agent is safe")
-    carnivores: int = Field(10, ge=0, le=MOST_CARNIVORES, description="carnivores at first; another comes every 200 steps")
-    plant: float = Field(0.1, ge=0, le=1, description="energy of a plant, of 1 that an agent can hold")
+    seeds: int = Field(
+        4,
+        ge=0,
+        le=1_000_000,
+        description="cells in which a plant sprouts in a step, where they are empty",
+    )
+    growth: int = Field(
+        0,
+        ge=0,
+        le=1_000_000,
+        description="cells looked at in a step: a plant there grows another beside it",
+    )
+    trees: int = Field(
+        100, ge=0, le=1_000_000, description="trees, in each of which one agent is safe"
+    )
+    carnivores: int = Field(
+        10,
+        ge=0,
+        le=MOST_CARNIVORES,
+        description="carnivores at first; another comes every 200 steps",
+    )
+    plant: float = Field(
+        0.1, ge=0, le=1, description="energy of a plant, of 1 that an agent can hold"
+    )
     meat: float = Field(0.2, ge=0, le=1, description="energy of a corpse to an agent")
     living: float = Field(0.003, ge=0, le=1, description="energy that a step costs an agent")
     newborn: float = Field(0.4, gt=0, le=1, description="energy of a newborn")
@@ -103,18 +136,31 @@ class ErlPopulations(Model, name="erl-populations"):
     birth: float = Field(0.8, ge=0, le=1, description="energy that a child costs its parent")
     healing: float = Field(0.005, ge=0, le=1, description="health that comes back in a step, of 1")
     bump: float = Field(0.02, ge=0, le=1, description="health that walking into a wall costs")
-    blow: float = Field(0.1, ge=0, le=1, description="health that another loses whom an agent walks into")
+    blow: float = Field(
+        0.1, ge=0, le=1, description="health that another loses whom an agent walks into"
+    )
     bite: float = Field(0.5, ge=0, le=1, description="health that an agent loses by a carnivore")
-    prey: float = Field(0.4, ge=0, le=1, description="energy of a corpse to a carnivore, of 1 that it can hold")
+    prey: float = Field(
+        0.4, ge=0, le=1, description="energy of a corpse to a carnivore, of 1 that it can hold"
+    )
     hunger: float = Field(0.002, ge=0, le=1, description="energy that a step costs a carnivore")
-    mutation: float = Field(0.003, ge=0, le=1, description="probability that a bit of a child flips")
-    range: float = Field(3.0, ge=0, le=100, description="weights that bits stand for are from minus this to this")
+    mutation: float = Field(
+        0.003, ge=0, le=1, description="probability that a bit of a child flips"
+    )
+    range: float = Field(
+        3.0, ge=0, le=100, description="weights that bits stand for are from minus this to this"
+    )
     rate: float = Field(0.3, ge=0, le=10, description="learning rate where things became better")
-    rate_worse: float = Field(0.03, ge=0, le=10, description="learning rate where they became worse")
+    rate_worse: float = Field(
+        0.03, ge=0, le=10, description="learning rate where they became worse"
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1},
-        "evolution": {"generations": 1, "mutation_rate": 0.0},  # others would be further histories from the same founders
+        "evolution": {
+            "generations": 1,
+            "mutation_rate": 0.0,
+        },  # others would be further histories from the same founders
     }
     checked_with: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
         "longest": 8, "founders_of": 4, "most": 8,
@@ -122,14 +168,28 @@ class ErlPopulations(Model, name="erl-populations"):
     }  # fmt: skip
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
-        "extinct": Variable(OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"),
+        "extinct": Variable(
+            OF_AGENT, np.int32, "", "1 where a population died out before it was left alone, else 0"
+        ),
         "born": Variable(OF_AGENT, np.int32, "agents", "agents born after the founders"),
-        "living": Variable(OF_AGENT, np.float32, "agents", "agents that lived at once, mean over the steps survived"),
-        "hunters": Variable(OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"),
+        "living": Variable(
+            OF_AGENT,
+            np.float32,
+            "agents",
+            "agents that lived at once, mean over the steps survived",
+        ),
+        "hunters": Variable(
+            OF_AGENT, np.float32, "carnivores", "carnivores at once, mean over the steps survived"
+        ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "survived": Measure("steps that a population survives", _of_population("energy"), _lives_on),
-        "extinct": Measure("1 where a population dies out before it is left alone, else 0", _of_population("extinct")),
+        "survived": Measure(
+            "steps that a population survives", _of_population("energy"), _lives_on
+        ),
+        "extinct": Measure(
+            "1 where a population dies out before it is left alone, else 0",
+            _of_population("extinct"),
+        ),
         "born": Measure("agents born", _of_population("born")),
         "living": Measure("agents that live at once", _of_population("living")),
     }
@@ -149,23 +209,38 @@ class ErlPopulations(Model, name="erl-populations"):
         return self.longest
 
     def without_learner(self) -> ErlPopulations:
-        return self.model_copy(update={"strategy": {"ERL": "E", "L": "F"}.get(self.strategy, self.strategy)})
+        return self.model_copy(
+            update={"strategy": {"ERL": "E", "L": "F"}.get(self.strategy, self.strategy)}
+        )
 
     def weights(self) -> int:
         return self.founders_of * BITS
 
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
         """The bits of all founders of each population, one after another."""
-        bits: npt.NDArray[np.float32] = (moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5).astype(
-            np.float32
-        )
+        bits: npt.NDArray[np.float32] = (
+            moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5
+        ).astype(np.float32)
         return bits
 
     def rules(self) -> Rules:
-        strategy = {"learns": self.learns, "inherits": self.strategy in ("ERL", "E"), "walks": self.strategy == "B"}
-        single = {name: np.float32(getattr(self, name)) for name in ("mutation", "range", "rate", "rate_worse")}
+        strategy = {
+            "learns": self.learns,
+            "inherits": self.strategy in ("ERL", "E"),
+            "walks": self.strategy == "B",
+        }
+        single = {
+            name: np.float32(getattr(self, name))
+            for name in ("mutation", "range", "rate", "rate_worse")
+        }
         return Rules(
-            **{name: getattr(self, name) for name in Rules._fields if name in type(self).model_fields} | single | strategy
+            **{
+                name: getattr(self, name)
+                for name in Rules._fields
+                if name in type(self).model_fields
+            }
+            | single
+            | strategy
         )
 
     def world(self, *key: int) -> World:
@@ -190,7 +265,9 @@ class ErlPopulations(Model, name="erl-populations"):
             wounds=np.zeros(hunters),
         )
 
-    def live(self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def live(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> Lives:
         shape = genomes.shape[:2]
         survived, told = poison.empty(shape, np.int64), np.zeros((*shape, 3))
         rules, inputs = self.rules(), poison.empty(INPUTS, np.float32)
@@ -198,7 +275,9 @@ class ErlPopulations(Model, name="erl-populations"):
             for number in range(shape[1]):
                 bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, BITS)
                 world = self.world(seed, run, generation, number)
-                survived[row, number] = history(rules, world, bits, self.longest, inputs, told[row, number])
+                survived[row, number] = history(
+                    rules, world, bits, self.longest, inputs, told[row, number]
+                )
         energy = survived.astype(np.float64)
         means = (told[..., 1:] / np.maximum(1, survived)[..., None]).astype(np.float32)
         records = {

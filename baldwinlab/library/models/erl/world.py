@@ -53,20 +53,32 @@ def draw(world: World) -> Any:
     """Four numbers in (0, 1) that nobody else draws."""
     world.counts[DRAWN] += 1
     seed, run, generation, number = world.key[0], world.key[1], world.key[2], world.key[3]
-    drawn = philox(world.counts[DRAWN], world.counts[STEP], generation, LIFE + (number << 16), seed, run)
+    drawn = philox(
+        world.counts[DRAWN], world.counts[STEP], generation, LIFE + (number << 16), seed, run
+    )
     return unit(drawn[0]), unit(drawn[1]), unit(drawn[2]), unit(drawn[3])
 
 
 @compiled
 def beside(rules: Any, cell: int, direction: int) -> Any:
     """The next cell: north, east, south, west."""
-    return cell + (-rules.side if direction == 0 else 1 if direction == 1 else rules.side if direction == 2 else -1)
+    return cell + (
+        -rules.side
+        if direction == 0
+        else 1
+        if direction == 1
+        else rules.side
+        if direction == 2
+        else -1
+    )
 
 
 @compiled
 def any_cell(rules: Any, world: World) -> Any:
     drawn = draw(world)
-    return int(drawn[0] * np.float32(rules.side)) * rules.side + int(drawn[1] * np.float32(rules.side))
+    return int(drawn[0] * np.float32(rules.side)) * rules.side + int(
+        drawn[1] * np.float32(rules.side)
+    )
 
 
 @compiled
