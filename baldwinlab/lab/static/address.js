@@ -9,7 +9,10 @@ let seen = ""; // the last address that the page has heard of: with another one,
 /** What the address asks for: `#/world?study=a&step=3` as {name, state}. */
 export function asked(views, otherwise) {
   const [path, query] = location.hash.replace(/^#\/?/, "").split("?");
-  return { name: views.includes(path) ? path : otherwise, state: Object.fromEntries(new URLSearchParams(query ?? "")) };
+  return {
+    name: views.includes(path) ? path : otherwise,
+    state: Object.fromEntries(new URLSearchParams(query ?? "")),
+  };
 }
 
 /** From now on, this is what the page shows, and what the address follows. */
@@ -55,9 +58,14 @@ export function address() {
 }
 
 function written(name, state) {
-  const pairs = Object.entries(state).filter(([, value]) => value !== null && value !== undefined && value !== "");
+  const pairs = Object.entries(state).filter(
+    ([, value]) => value !== null && value !== undefined && value !== "",
+  );
   const query = pairs
-    .map(([key, value]) => `${key}=${encodeURIComponent(value).replace(/%(2F|2C|7E)/g, decodeURIComponent)}`)
+    .map(
+      ([key, value]) =>
+        `${key}=${encodeURIComponent(value).replace(/%(2F|2C|7E)/g, decodeURIComponent)}`,
+    )
     .join("&");
   return `#/${name}${query ? `?${query}` : ""}`;
 }

@@ -50,7 +50,8 @@ function drawSome({ pen, x, y, angle, count, scale }, wanted, fed, size) {
 function shape(pen, corners, x, y, angle, size) {
   const [cos, sin] = [Math.cos(angle) * size, Math.sin(angle) * size];
   pen.beginPath();
-  for (const [along, aside] of corners) pen.lineTo(x + along * cos - aside * sin, y + along * sin + aside * cos);
+  for (const [along, aside] of corners)
+    pen.lineTo(x + along * cos - aside * sin, y + along * sin + aside * cos);
   pen.closePath();
 }
 
@@ -75,7 +76,10 @@ function drawLessons({ pen, x, y, count, scale, world }, recording, step, chosen
   for (let pupil = 0; pupil < count; pupil++) {
     const teacher = recording.learnsFrom(step, pupil);
     if (teacher === null || (chosen != null && chosen !== pupil && chosen !== teacher)) continue;
-    const [across, down] = [shortest(x[teacher] - x[pupil], world.width), shortest(y[teacher] - y[pupil], world.height)];
+    const [across, down] = [
+      shortest(x[teacher] - x[pupil], world.width),
+      shortest(y[teacher] - y[pupil], world.height),
+    ];
     pen.beginPath();
     pen.moveTo(x[pupil], y[pupil]);
     pen.lineTo(x[pupil] + across, y[pupil] + down);

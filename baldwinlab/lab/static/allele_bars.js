@@ -10,13 +10,33 @@ const EVERY = [1, 5, 10, 50, 100, 500, 1000, 5000]; // how many there may be to 
 export class AlleleBars {
   constructor() {
     this.heading = el("h2", { "data-testid": "alleles-heading" });
-    this.legend = el("div", { class: "legend", role: "group", "aria-label": "Legend, from below", "data-testid": "alleles-legend" });
+    this.legend = el("div", {
+      class: "legend",
+      role: "group",
+      "aria-label": "Legend, from below",
+      "data-testid": "alleles-legend",
+    });
     this.plot = el("div", { class: "allele-plot", "data-testid": "alleles" });
-    const scale = el("div", { class: "allele-scale number" }, ["100 %", "50 %", "0 %"].map((text) => el("span", {}, text)));
-    this.chart = el("div", { class: "allele-chart", "aria-hidden": "true" }, scale, this.plot, el("span", { class: "allele-axis" }, "locus"));
+    const scale = el(
+      "div",
+      { class: "allele-scale number" },
+      ["100 %", "50 %", "0 %"].map((text) => el("span", {}, text)),
+    );
+    this.chart = el(
+      "div",
+      { class: "allele-chart", "aria-hidden": "true" },
+      scale,
+      this.plot,
+      el("span", { class: "allele-axis" }, "locus"),
+    );
     this.table = el("table", { "data-testid": "alleles-table" });
-    this.root = el("div", { class: "alleles" },
-      el("div", { class: "row" }, this.heading, this.legend), this.chart, el("div", { class: "visually-hidden" }, this.table));
+    this.root = el(
+      "div",
+      { class: "alleles" },
+      el("div", { class: "row" }, this.heading, this.legend),
+      this.chart,
+      el("div", { class: "visually-hidden" }, this.table),
+    );
     this.tip = new Tip(this.plot);
     this.plot.addEventListener("pointermove", (event) => this.point(event));
     this.plot.addEventListener("pointerleave", () => this.tip.show(null));
@@ -49,21 +69,38 @@ export class AlleleBars {
     this.alleles = alleles;
     this.loci = Array.from({ length: count }, (_, locus) => this.locus(locus, count));
     this.plot.prepend(...this.loci.map(({ bar }) => bar));
-    const entry = (name, number) => el("span", { class: "entry" }, el("i", { class: "allele", style: colours(number) }), name);
+    const entry = (name, number) =>
+      el("span", { class: "entry" }, el("i", { class: "allele", style: colours(number) }), name);
     this.legend.replaceChildren("from below:", ...alleles.map(entry));
     this.caption = el("caption");
     const head = ["locus", ...alleles].map((name) => el("th", { scope: "col" }, name));
-    this.table.replaceChildren(this.caption, el("thead", {}, el("tr", {}, head)), el("tbody", {}, this.loci.map(({ line }) => line)));
+    this.table.replaceChildren(
+      this.caption,
+      el("thead", {}, el("tr", {}, head)),
+      el(
+        "tbody",
+        {},
+        this.loci.map(({ line }) => line),
+      ),
+    );
   }
 
   locus(locus, count) {
-    const parts = this.alleles.map((name, number) => el("i", { class: "allele", style: colours(number) }, el("span", {}, name)));
+    const parts = this.alleles.map((name, number) =>
+      el("i", { class: "allele", style: colours(number) }, el("span", {}, name)),
+    );
     const cells = this.alleles.map(() => el("td"));
-    const number = locus % EVERY.find((every) => count <= FEW * every || every === EVERY.at(-1)) ? "" : locus;
+    const number =
+      locus % EVERY.find((every) => count <= FEW * every || every === EVERY.at(-1)) ? "" : locus;
     return {
       parts,
       cells,
-      bar: el("div", { class: "allele-locus", "data-locus": locus }, el("div", { class: "allele-bar" }, parts), el("span", { class: "number" }, number)),
+      bar: el(
+        "div",
+        { class: "allele-locus", "data-locus": locus },
+        el("div", { class: "allele-bar" }, parts),
+        el("span", { class: "number" }, number),
+      ),
       line: el("tr", {}, el("th", { scope: "row" }, locus), cells),
     };
   }
@@ -71,7 +108,8 @@ export class AlleleBars {
   /** @param {number} generation */
   show(generation) {
     const { shares } = this;
-    this.heading.textContent = this.caption.textContent = `Alleles by locus, generation ${generation}`;
+    this.heading.textContent =
+      this.caption.textContent = `Alleles by locus, generation ${generation}`;
     const kinds = this.alleles.length;
     this.loci.forEach(({ parts, cells }, locus) => {
       const first = ((generation - this.first) * this.loci.length + locus) * kinds;

@@ -18,7 +18,20 @@ export class Ancestors {
     this.lines = el("tbody");
     const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
     this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.lines);
-    this.root = el("div", { class: "inside ancestors", tabindex: 0, role: "group", "aria-label": "Ancestors", "data-testid": "ancestors", hidden: true }, this.trace.root, this.words, this.table);
+    this.root = el(
+      "div",
+      {
+        class: "inside ancestors",
+        tabindex: 0,
+        role: "group",
+        "aria-label": "Ancestors",
+        "data-testid": "ancestors",
+        hidden: true,
+      },
+      this.trace.root,
+      this.words,
+      this.table,
+    );
   }
 
   /** @param {import("./sources.js").Source} source */
@@ -56,8 +69,21 @@ export class Ancestors {
       : `The line of the fitter parents, back to generation ${first}, and what each ate; beside it the other parents. All: from how many agents of a generation it descends.`;
     for (const part of [this.trace.root, this.table]) part.hidden = alone;
     const most = Math.max(1, ...eaten, ...mean);
-    this.trace.set([{ values: mean, first, colour: "meal" }, { values: eaten, first, colour: "chosen" }], Math.max(1, last), 0, most);
-    this.lines.replaceChildren(...agents.slice(0, -1).map((_, at) => this.row(at)).reverse());
+    this.trace.set(
+      [
+        { values: mean, first, colour: "meal" },
+        { values: eaten, first, colour: "chosen" },
+      ],
+      Math.max(1, last),
+      0,
+      most,
+    );
+    this.lines.replaceChildren(
+      ...agents
+        .slice(0, -1)
+        .map((_, at) => this.row(at))
+        .reverse(),
+    );
     this.root.scrollTop = 0;
     this.draw();
   }
@@ -65,20 +91,35 @@ export class Ancestors {
   row(at) {
     const { first, agents, eaten, others, eaten_of_others, ancestors } = this.line;
     const of = (agent, ate) => el("td", {}, this.link(first + at, agent), format(ate));
-    const other = others[at] === agents[at] ? el("td", { class: "soft" }, "the same") : of(others[at], eaten_of_others[at]);
-    return el("tr", {}, el("th", { scope: "row" }, format(first + at)), of(agents[at], eaten[at]), other, el("td", {}, format(ancestors[at])));
+    const other =
+      others[at] === agents[at]
+        ? el("td", { class: "soft" }, "the same")
+        : of(others[at], eaten_of_others[at]);
+    return el(
+      "tr",
+      {},
+      el("th", { scope: "row" }, format(first + at)),
+      of(agents[at], eaten[at]),
+      other,
+      el("td", {}, format(ancestors[at])),
+    );
   }
 
   link(generation, agent) {
     const name = `agent ${agent}`;
-    const act = { "aria-label": `${name}, generation ${generation}`, "data-testid": "ancestor", onclick: () => this.open({ ...this.source, generation }, agent) };
+    const act = {
+      "aria-label": `${name}, generation ${generation}`,
+      "data-testid": "ancestor",
+      onclick: () => this.open({ ...this.source, generation }, agent),
+    };
     return el("button", { type: "button", class: "chip", ...act }, name);
   }
 
   /** The life of the line's agent in a generation. */
   visit(generation) {
     const { first, agents } = this.line;
-    if (generation < first + agents.length - 1) this.open({ ...this.source, generation }, agents[generation - first]);
+    if (generation < first + agents.length - 1)
+      this.open({ ...this.source, generation }, agents[generation - first]);
   }
 
   draw() {

@@ -3,7 +3,10 @@
 import { el } from "./common.js";
 import { gridLine, niceTicks, note, pictureFile, svg } from "./drawing.js";
 
-const TOP = 10, BOTTOM = 8, LEFT = 46, SLOT = 0.34; // CSS pixels; half of a box's width as a share of its place
+const TOP = 10,
+  BOTTOM = 8,
+  LEFT = 46,
+  SLOT = 0.34; // CSS pixels; half of a box's width as a share of its place
 const FILE = { width: 760, height: 400 };
 
 /**
@@ -26,13 +29,17 @@ export function boxChart(root, options) {
   const { title, groups } = options;
   const plot = el("div", { class: "chart-plot" });
   root.replaceChildren(el("div", { class: "chart-title" }, title), plot);
-  const draw = () => plot.replaceChildren(picture(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260));
+  const draw = () =>
+    plot.replaceChildren(
+      picture(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
+    );
   draw();
   const resized = new ResizeObserver(draw);
   resized.observe(root);
   const alone = groups.map(({ href, ...group }) => group); // a file leads nowhere
   return {
-    svg: () => pictureFile(title, FILE.width, FILE.height, picture(title, alone, FILE.width, FILE.height)),
+    svg: () =>
+      pictureFile(title, FILE.width, FILE.height, picture(title, alone, FILE.width, FILE.height)),
     destroy: () => resized.disconnect(),
   };
 }
@@ -46,14 +53,24 @@ function picture(title, groups, width, height) {
   const top = Math.max(highest, ticks.at(-1));
   const y = (value) => height - bottom - (value / top) * (height - TOP - bottom);
   const slot = (width - LEFT) / groups.length;
-  const drawing = svg("svg", { width, height, viewBox: `0 0 ${width} ${height}`, role: "group", "aria-label": title });
+  const drawing = svg("svg", {
+    width,
+    height,
+    viewBox: `0 0 ${width} ${height}`,
+    role: "group",
+    "aria-label": title,
+  });
   for (const tick of ticks) {
-    drawing.append(gridLine(LEFT, y(tick), width, y(tick)), note(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }));
+    drawing.append(
+      gridLine(LEFT, y(tick), width, y(tick)),
+      note(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }),
+    );
   }
   groups.forEach((group, number) => {
     const middle = LEFT + slot * (number + 0.5);
     drawing.append(label(group.label, middle, height - bottom + 16, slanted));
-    if (group.values.length) drawing.append(box(group, middle, slot, y), ...points(group, middle, slot, y));
+    if (group.values.length)
+      drawing.append(box(group, middle, slot, y), ...points(group, middle, slot, y));
   });
   return drawing;
 }
@@ -61,12 +78,26 @@ function picture(title, groups, width, height) {
 function box(group, middle, slot, y) {
   const { low, first, median, third, high } = fiveNumbers(group.values);
   const half = Math.min(slot * SLOT, 36);
-  const line = (x1, y1, x2, y2, width = 1.5) => svg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
-  return svg("g", { "aria-hidden": "true" },
-    svg("rect", { x: middle - half, width: 2 * half, y: y(third), height: Math.max(y(first) - y(third), 0.5),
-      fill: group.color, "fill-opacity": 0.12, stroke: group.color, "stroke-width": 1.5, rx: 2 }),
-    line(middle, y(third), middle, y(high)), line(middle, y(first), middle, y(low)),
-    line(middle - half, y(median), middle + half, y(median), 3));
+  const line = (x1, y1, x2, y2, width = 1.5) =>
+    svg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
+  return svg(
+    "g",
+    { "aria-hidden": "true" },
+    svg("rect", {
+      x: middle - half,
+      width: 2 * half,
+      y: y(third),
+      height: Math.max(y(first) - y(third), 0.5),
+      fill: group.color,
+      "fill-opacity": 0.12,
+      stroke: group.color,
+      "stroke-width": 1.5,
+      rx: 2,
+    }),
+    line(middle, y(third), middle, y(high)),
+    line(middle, y(first), middle, y(low)),
+    line(middle - half, y(median), middle + half, y(median), 3),
+  );
 }
 
 function points(group, middle, slot, y) {
@@ -75,13 +106,21 @@ function points(group, middle, slot, y) {
     const x = middle + half * (2 * ((index * 0.618034) % 1) - 1); // spread evenly, the same each time
     const described = group.describe?.(index) ?? String(value);
     const name = group.href ? `${described}. ${group.leads}` : described;
-    const dot = svg("circle", { cx: x, cy: y(value), r: 4, fill: group.color, "fill-opacity": 0.75 }, svg("title", {}, name));
-    return group.href ? svg("a", { href: group.href(index), "aria-label": name, class: "chart-point" }, dot) : dot;
+    const dot = svg(
+      "circle",
+      { cx: x, cy: y(value), r: 4, fill: group.color, "fill-opacity": 0.75 },
+      svg("title", {}, name),
+    );
+    return group.href
+      ? svg("a", { href: group.href(index), "aria-label": name, class: "chart-point" }, dot)
+      : dot;
   });
 }
 
 function label(text, x, y, slanted) {
-  const place = slanted ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` } : { "text-anchor": "middle", x, y };
+  const place = slanted
+    ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` }
+    : { "text-anchor": "middle", x, y };
   return note(text, place);
 }
 

@@ -16,13 +16,36 @@ export class CellsView {
     this.player.changed = () => this.changed();
     this.heading = el("h2", { "data-testid": "view-heading" });
     this.legend = el("div", { class: "legend", role: "group", "aria-label": "Legend" });
-    this.canvas = el("canvas", { role: "img", "aria-label": "The life, as it is told below", "data-testid": "cells" });
-    this.toggle = el("button", { type: "button", class: "primary round", "data-testid": "cells-play", onclick: () => this.player.toggle() });
-    this.slider = el("input", { type: "range", min: 0, step: 1, value: 0, "aria-label": "Step", oninput: () => this.player.seek(this.slider.valueAsNumber) });
+    this.canvas = el("canvas", {
+      role: "img",
+      "aria-label": "The life, as it is told below",
+      "data-testid": "cells",
+    });
+    this.toggle = el("button", {
+      type: "button",
+      class: "primary round",
+      "data-testid": "cells-play",
+      onclick: () => this.player.toggle(),
+    });
+    this.slider = el("input", {
+      type: "range",
+      min: 0,
+      step: 1,
+      value: 0,
+      "aria-label": "Step",
+      oninput: () => this.player.seek(this.slider.valueAsNumber),
+    });
     this.told = el("p", { class: "number", "data-testid": "cells-told" });
     this.stage = el("div", { class: "cells-stage" }, this.canvas);
     const time = el("div", { class: "cells-time" }, this.toggle, this.slider);
-    this.root = el("div", { class: "view" }, el("div", { class: "row" }, this.heading, this.legend), this.stage, time, this.told);
+    this.root = el(
+      "div",
+      { class: "view" },
+      el("div", { class: "row" }, this.heading, this.legend),
+      this.stage,
+      time,
+      this.told,
+    );
     this.sized = new ResizeObserver(() => this.player.invalidate());
     this.sized.observe(this.canvas);
     this.changed();
@@ -38,14 +61,30 @@ export class CellsView {
 
   /** The step stays where it is, as far as this life goes. */
   take(header, arrays, title) {
-    const [{ shape: [steps, rows, columns] }] = header.arrays;
+    const [
+      {
+        shape: [steps, rows, columns],
+      },
+    ] = header.arrays;
     const first = !this.life;
     Object.assign(this, { title, life: { ...header, ...arrays, steps, rows, columns } });
     this.canvas.hidden = false;
     this.canvas.style.aspectRatio = `${columns} / ${rows}`;
-    const mark = (name, colour, shape = "") => el("span", { class: "entry" }, el("i", { class: `cells-mark ${shape}`, style: `background: ${colour}` }), name);
-    this.legend.replaceChildren(mark("agent", "var(--agent)", "round"), ...Object.entries(header.marks).map(([name, colour]) => mark(name, cssShade(colour))));
-    Object.assign(this.player, { last: steps - 1, ...(first && { speed: Math.min(usualSpeed(steps), 2) }) });
+    const mark = (name, colour, shape = "") =>
+      el(
+        "span",
+        { class: "entry" },
+        el("i", { class: `cells-mark ${shape}`, style: `background: ${colour}` }),
+        name,
+      );
+    this.legend.replaceChildren(
+      mark("agent", "var(--agent)", "round"),
+      ...Object.entries(header.marks).map(([name, colour]) => mark(name, cssShade(colour))),
+    );
+    Object.assign(this.player, {
+      last: steps - 1,
+      ...(first && { speed: Math.min(usualSpeed(steps), 2) }),
+    });
     this.slider.max = String(steps - 1);
     this.player.seek(this.player.time);
   }
@@ -102,8 +141,15 @@ export class CellsView {
   drawWay(pen, step) {
     const { place, visit } = this.life;
     pen.beginPath();
-    for (let at = step; at >= 0 && visit[at] === visit[step]; at--) pen.lineTo(place[2 * at + 1] + 0.5, place[2 * at] + 0.5);
-    Object.assign(pen, { strokeStyle: palette.trail, lineWidth: 0.1, lineJoin: "round", lineCap: "round", globalAlpha: 0.45 });
+    for (let at = step; at >= 0 && visit[at] === visit[step]; at--)
+      pen.lineTo(place[2 * at + 1] + 0.5, place[2 * at] + 0.5);
+    Object.assign(pen, {
+      strokeStyle: palette.trail,
+      lineWidth: 0.1,
+      lineJoin: "round",
+      lineCap: "round",
+      globalAlpha: 0.45,
+    });
     pen.stroke();
     pen.globalAlpha = 1;
   }

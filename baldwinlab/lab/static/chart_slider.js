@@ -14,7 +14,11 @@ export class ChartSlider {
     this.root = el("div", { class: `chart-slider ${kind}` }, this.canvas, this.slider);
     this.tip = new Tip(this.root);
     const share = (event) => (event.offsetX - THUMB / 2) / Math.max(1, this.canvas.clientWidth);
-    this.slider.addEventListener("pointermove", (event) => event.pointerType === "mouse" && this.tip.show(this.about(share(event)), event.offsetX, 0));
+    this.slider.addEventListener(
+      "pointermove",
+      (event) =>
+        event.pointerType === "mouse" && this.tip.show(this.about(share(event)), event.offsetX, 0),
+    );
     this.slider.addEventListener("pointerleave", () => this.tip.show(null));
     this.key = [];
   }
@@ -38,7 +42,8 @@ export class ChartSlider {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [this.canvas.clientWidth * dots, this.canvas.clientHeight * dots];
     const key = [width, height, palette.map, ...what];
-    if (key.length === this.key.length && key.every((value, at) => value === this.key[at])) return null;
+    if (key.length === this.key.length && key.every((value, at) => value === this.key[at]))
+      return null;
     this.key = key;
     this.canvas.width = Math.max(1, width);
     this.canvas.height = Math.max(1, height);

@@ -25,65 +25,124 @@ export function rangeFrom(low, high) {
 export function curvesFile({ title, x, names, series, xLabel = "", yLabel = "" }) {
   const scale = scaleOf(x, names, series);
   const keys = legend(series);
-  const drawing = svg("g", {}, axes(scale, x, names, xLabel, yLabel),
+  const drawing = svg(
+    "g",
+    {},
+    axes(scale, x, names, xLabel, yLabel),
     ...series.map((one) => band(scale, x, one)),
-    ...series.flatMap((one) => (one.runs ?? []).map(({ values }) => curve(scale, x, values, { stroke: one.color, "stroke-width": 0.8, "stroke-opacity": 0.45 }))),
-    ...series.map((one) => mean(scale, x, one)), keys.drawing);
+    ...series.flatMap((one) =>
+      (one.runs ?? []).map(({ values }) =>
+        curve(scale, x, values, { stroke: one.color, "stroke-width": 0.8, "stroke-opacity": 0.45 }),
+      ),
+    ),
+    ...series.map((one) => mean(scale, x, one)),
+    keys.drawing,
+  );
   return pictureFile(title, WIDTH, TOP + PLOT + BELOW + keys.height, drawing);
 }
 
 function scaleOf(x, names, series) {
-  const all = series.flatMap(({ values, low, high, runs = [] }) => [values, low, high, ...runs.map((run) => run.values)].filter(Boolean));
+  const all = series.flatMap(({ values, low, high, runs = [] }) =>
+    [values, low, high, ...runs.map((run) => run.values)].filter(Boolean),
+  );
   let [least, most] = [Infinity, -Infinity]; // there may be too many to be arguments
-  for (const values of all) for (const value of values) if (value !== null) [least, most] = [Math.min(least, value), Math.max(most, value)];
+  for (const values of all)
+    for (const value of values)
+      if (value !== null) [least, most] = [Math.min(least, value), Math.max(most, value)];
   const [low, high] = rangeFrom(least > most ? null : least, most);
-  const [first, last] = names ? [-0.5, names.length - 0.5] : x.length > 1 ? [x[0], x[x.length - 1]] : [x[0] - 1, x[0] + 1];
+  const [first, last] = names
+    ? [-0.5, names.length - 0.5]
+    : x.length > 1
+      ? [x[0], x[x.length - 1]]
+      : [x[0] - 1, x[0] + 1];
   return {
-    low, high, first, last,
+    low,
+    high,
+    first,
+    last,
     x: (at) => LEFT + ((at - first) / (last - first)) * (WIDTH - LEFT - RIGHT),
     y: (value) => TOP + (1 - (value - low) / (high - low)) * PLOT,
   };
 }
 
 function axes(scale, x, names, xLabel, yLabel) {
-  const rows = ticksBetween(scale.low, scale.high).map((tick) => [gridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
-    note(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" })]);
+  const rows = ticksBetween(scale.low, scale.high).map((tick) => [
+    gridLine(LEFT, scale.y(tick), WIDTH - RIGHT, scale.y(tick)),
+    note(String(tick), { x: LEFT - 8, y: scale.y(tick) + 4, "text-anchor": "end" }),
+  ]);
   const ticks = names ? Array.from(x) : ticksBetween(scale.first, scale.last, 1); // generations are whole
-  const columns = ticks.map((tick) => [gridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT),
-    note(names ? names[tick] : String(tick), { x: scale.x(tick), y: TOP + PLOT + 18, "text-anchor": "middle" })]);
+  const columns = ticks.map((tick) => [
+    gridLine(scale.x(tick), TOP, scale.x(tick), TOP + PLOT),
+    note(names ? names[tick] : String(tick), {
+      x: scale.x(tick),
+      y: TOP + PLOT + 18,
+      "text-anchor": "middle",
+    }),
+  ]);
   const [middle, height] = [LEFT + (WIDTH - LEFT - RIGHT) / 2, TOP + PLOT / 2];
-  return svg("g", {}, ...rows.flat(), ...columns.flat(), note(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
-    note(yLabel, { transform: `translate(16 ${height}) rotate(-90)`, "text-anchor": "middle" }));
+  return svg(
+    "g",
+    {},
+    ...rows.flat(),
+    ...columns.flat(),
+    note(xLabel, { x: middle, y: TOP + PLOT + 38, "text-anchor": "middle" }),
+    note(yLabel, { transform: `translate(16 ${height}) rotate(-90)`, "text-anchor": "middle" }),
+  );
 }
 
 /** Stretches of places at which there is a number. */
 function stretches(x, ...edges) {
   const found = [[]];
   for (let place = 0; place < x.length; place++) {
-    if (edges.every((values) => values[place] !== null && values[place] !== undefined)) found.at(-1).push(place);
+    if (edges.every((values) => values[place] !== null && values[place] !== undefined))
+      found.at(-1).push(place);
     else if (found.at(-1).length) found.push([]);
   }
   return found.filter((stretch) => stretch.length);
 }
 
 function band(scale, x, { low, high, color }) {
-  const point = (values) => (place) => `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`;
+  const point = (values) => (place) =>
+    `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`;
   const areas = low && high ? stretches(x, low, high) : [];
-  const outline = areas.map((area) => `M${area.map(point(high)).join("L")}L${area.toReversed().map(point(low)).join("L")}Z`).join("");
+  const outline = areas
+    .map(
+      (area) =>
+        `M${area.map(point(high)).join("L")}L${area.toReversed().map(point(low)).join("L")}Z`,
+    )
+    .join("");
   return svg("path", { d: outline, fill: color, "fill-opacity": 0.18 });
 }
 
 function curve(scale, x, values, drawn) {
-  const lines = stretches(x, values).map((stretch) => `M${stretch.map((place) => `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`).join("L")}`);
+  const lines = stretches(x, values).map(
+    (stretch) =>
+      `M${stretch.map((place) => `${round(scale.x(x[place]))} ${round(scale.y(values[place]))}`).join("L")}`,
+  );
   return svg("path", { d: lines.join(""), fill: "none", "stroke-linejoin": "round", ...drawn });
 }
 
 /** A mean's curve; where it has few places, each of them a point, too. */
 function mean(scale, x, { values, color, dash = [], label }) {
   const points = x.length > 12 ? [] : stretches(x, values).flat();
-  return svg("g", {}, svg("title", {}, label),
-    curve(scale, x, values, { stroke: color, "stroke-width": 2, "stroke-dasharray": dash.join(" ") }),
-    ...points.map((place) => svg("circle", { cx: round(scale.x(x[place])), cy: round(scale.y(values[place])), r: 3, fill: color })));
+  return svg(
+    "g",
+    {},
+    svg("title", {}, label),
+    curve(scale, x, values, {
+      stroke: color,
+      "stroke-width": 2,
+      "stroke-dasharray": dash.join(" "),
+    }),
+    ...points.map((place) =>
+      svg("circle", {
+        cx: round(scale.x(x[place])),
+        cy: round(scale.y(values[place])),
+        r: 3,
+        fill: color,
+      }),
+    ),
+  );
 }
 
 function legend(series) {
@@ -93,7 +152,20 @@ function legend(series) {
     if (left > LEFT && left + width > WIDTH - RIGHT) [left, row] = [LEFT, row + 1];
     const [x, y] = [left, TOP + PLOT + BELOW + row * ROW + 8];
     left += width;
-    return svg("g", {}, svg("line", { x1: x, x2: x + 22, y1: y, y2: y, stroke: color, "stroke-width": 3, "stroke-dasharray": dash.join(" ") }), note(label, { x: x + 28, y: y + 4 }));
+    return svg(
+      "g",
+      {},
+      svg("line", {
+        x1: x,
+        x2: x + 22,
+        y1: y,
+        y2: y,
+        stroke: color,
+        "stroke-width": 3,
+        "stroke-dasharray": dash.join(" "),
+      }),
+      note(label, { x: x + 28, y: y + 4 }),
+    );
   });
   return { drawing: svg("g", {}, ...entries), height: (row + 1) * ROW + 6 };
 }

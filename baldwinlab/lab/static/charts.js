@@ -10,12 +10,17 @@ export { boxChart } from "./box_chart.js";
 
 const DASHES = [undefined, [8, 4], [8, 3, 2, 3], [2, 3]];
 const MANY = 8; // curves beyond which bands fade, and all can be hidden at once
-const WHOLE = [1, 2, 5].flatMap((step) => [step, 10 * step, 100 * step, 1000 * step]).sort((one, other) => one - other); // between ticks of generations
+const WHOLE = [1, 2, 5]
+  .flatMap((step) => [step, 10 * step, 100 * step, 1000 * step])
+  .sort((one, other) => one - other); // between ticks of generations
 const GRID = "rgba(128, 128, 128, 0.22)"; // shows on light and on dark
 
 /** How the `number`-th condition is drawn, as in the report's figures; the first 28 differ. */
 export function look(number) {
-  return { color: palette[`series-${number % 7}`], dash: DASHES[((number % 7) + Math.floor(number / 7)) % 4] };
+  return {
+    color: palette[`series-${number % 7}`],
+    dash: DASHES[((number % 7) + Math.floor(number / 7)) % 4],
+  };
 }
 
 /**
@@ -37,7 +42,12 @@ export function look(number) {
 
 /** A box to tick, so that each run is a thin line beside the mean. @param {(each: boolean) => void} changed */
 export function runSwitch(checked, changed) {
-  const input = el("input", { type: "checkbox", checked, "data-testid": "each-run", onchange: () => changed(input.checked) });
+  const input = el("input", {
+    type: "checkbox",
+    checked,
+    "data-testid": "each-run",
+    onchange: () => changed(input.checked),
+  });
   return el("label", { class: "inline" }, input, "each run as a line");
 }
 
@@ -59,7 +69,12 @@ export function runSwitch(checked, changed) {
  */
 export function lineChart(root, options) {
   const legend = el("div", { class: "chart-legend" });
-  const plot = el("div", { class: "chart-plot", tabindex: "0", role: "group", "aria-label": options.title });
+  const plot = el("div", {
+    class: "chart-plot",
+    tabindex: "0",
+    role: "group",
+    "aria-label": options.title,
+  });
   const pointed = el("span", { class: "chart-run soft" }); // the run whose line is pointed at
   const told = el("span", { class: "visually-hidden", role: "status" }); // what the keys have led to
   root.replaceChildren(el("div", { class: "chart-title" }, options.title), plot, legend, told);
@@ -70,13 +85,25 @@ export function lineChart(root, options) {
   const build = () => {
     chart?.destroy();
     const size = { width: Math.max(root.clientWidth, 160), height: options.height ?? 260 };
-    chart = new uPlot({ ...size, ...settings(plot, series, hidden, options, showValues) }, columns(x, series), plot);
+    chart = new uPlot(
+      { ...size, ...settings(plot, series, hidden, options, showValues) },
+      columns(x, series),
+      plot,
+    );
     bindPick(chart, () => series, options.onPick);
     showLegend();
   };
   const showLegend = () => {
-    const all = el("button", { type: "button", class: "chart-all", onclick: toggleAll }, hidden.size ? "Show all" : "Hide all");
-    legend.replaceChildren(...series.map((one, number) => legendEntry(one, number, hidden, toggle)), ...(series.length > MANY ? [all] : []), pointed);
+    const all = el(
+      "button",
+      { type: "button", class: "chart-all", onclick: toggleAll },
+      hidden.size ? "Show all" : "Hide all",
+    );
+    legend.replaceChildren(
+      ...series.map((one, number) => legendEntry(one, number, hidden, toggle)),
+      ...(series.length > MANY ? [all] : []),
+      pointed,
+    );
   };
   const toggle = (label) => {
     if (!hidden.delete(label)) hidden.add(label);
@@ -88,9 +115,11 @@ export function lineChart(root, options) {
     changeShown(series.length);
   };
   const changeShown = (pressed) => {
-    chart.batch(() => curvesOf(series).forEach(({ columns, label }) => {
-      for (const column of columns) chart.setSeries(column, { show: !hidden.has(label) });
-    }));
+    chart.batch(() =>
+      curvesOf(series).forEach(({ columns, label }) => {
+        for (const column of columns) chart.setSeries(column, { show: !hidden.has(label) });
+      }),
+    );
     showLegend();
     legend.querySelectorAll("button")[pressed].focus();
     options.onHidden?.([...hidden]);
@@ -100,12 +129,18 @@ export function lineChart(root, options) {
       const value = index == null ? null : series[number]?.values[index];
       place.textContent = value == null ? "" : brief(value);
     });
-    const { run, label, values } = curvesOf(series).find(({ columns: [column] }) => column === focused) ?? {};
-    pointed.textContent = run === undefined || values[index] == null ? "" : `${label}, run ${run}: ${brief(values[index])}`;
+    const { run, label, values } =
+      curvesOf(series).find(({ columns: [column] }) => column === focused) ?? {};
+    pointed.textContent =
+      run === undefined || values[index] == null
+        ? ""
+        : `${label}, run ${run}: ${brief(values[index])}`;
   };
 
   build();
-  const resized = new ResizeObserver(() => chart.setSize({ width: Math.max(root.clientWidth, 160), height: chart.height }));
+  const resized = new ResizeObserver(() =>
+    chart.setSize({ width: Math.max(root.clientWidth, 160), height: chart.height }),
+  );
   resized.observe(root);
   const scheme = matchMedia("(prefers-color-scheme: dark)");
   const recolor = () => chart.redraw();
@@ -116,7 +151,8 @@ export function lineChart(root, options) {
     if (!found) return;
     event.preventDefault();
     event.stopPropagation();
-    if (event.key === "Enter") return void (found.curve && options.onPick?.(picked(chart, found.index, found.curve)));
+    if (event.key === "Enter")
+      return void (found.curve && options.onPick?.(picked(chart, found.index, found.curve)));
     setCursor(chart, found.index, found.curve?.top);
     chosen = found.curve?.columns[0] ?? null;
     chart.setSeries(chosen, { focus: true }); // of several that meet there, this one
@@ -125,7 +161,12 @@ export function lineChart(root, options) {
 
   return {
     update(newX, newSeries) {
-      const same = newSeries.length === series.length && newSeries.every((one, number) => one.label === series[number].label && one.runs?.length === series[number].runs?.length);
+      const same =
+        newSeries.length === series.length &&
+        newSeries.every(
+          (one, number) =>
+            one.label === series[number].label && one.runs?.length === series[number].runs?.length,
+        );
       [x, series] = [newX, newSeries];
       if (same) chart.setData(columns(x, series));
       else build();
@@ -134,7 +175,9 @@ export function lineChart(root, options) {
       setCursor(chart, index);
     },
     svg() {
-      const shown = series.map((one, number) => ({ ...look(number), ...one })).filter(({ label }) => !hidden.has(label));
+      const shown = series
+        .map((one, number) => ({ ...look(number), ...one }))
+        .filter(({ label }) => !hidden.has(label));
       return curvesFile({ ...options, x, series: shown });
     },
     destroy() {
@@ -151,44 +194,81 @@ export function lineChart(root, options) {
  */
 function columns(x, series) {
   const empty = new Array(x.length).fill(null);
-  return [x, ...runsOf(series).map(({ values }) => values), ...series.flatMap((one) => [one.values, one.high ?? empty, one.low ?? empty])];
+  return [
+    x,
+    ...runsOf(series).map(({ values }) => values),
+    ...series.flatMap((one) => [one.values, one.high ?? empty, one.low ?? empty]),
+  ];
 }
 
 function runsOf(series) {
-  return series.flatMap(({ label, runs = [] }, number) => runs.map(({ run, values }) => ({ label, number, run, values })));
+  return series.flatMap(({ label, runs = [] }, number) =>
+    runs.map(({ run, values }) => ({ label, number, run, values })),
+  );
 }
 
 /** What can be pointed at, each with the columns that it has, its own first: the lines of runs, and the means. */
 function curvesOf(series) {
   const runs = runsOf(series).map((line, place) => ({ ...line, columns: [place + 1] }));
-  return [...runs, ...series.map(({ label, values }, number) => {
-    const column = runs.length + 3 * number + 1;
-    return { label, number, values, columns: [column, column + 1, column + 2] };
-  })];
+  return [
+    ...runs,
+    ...series.map(({ label, values }, number) => {
+      const column = runs.length + 3 * number + 1;
+      return { label, number, values, columns: [column, column + 1, column + 2] };
+    }),
+  ];
 }
 
 function settings(plot, series, hidden, options, showValues) {
   const ink = () => getComputedStyle(plot).color;
   const font = "12px system-ui, sans-serif";
-  const axis = (label) => ({ label, font, labelFont: font, stroke: ink, grid: { stroke: GRID, width: 1 }, ticks: { stroke: GRID, width: 1 }, labelSize: 18 });
+  const axis = (label) => ({
+    label,
+    font,
+    labelFont: font,
+    stroke: ink,
+    grid: { stroke: GRID, width: 1 },
+    ticks: { stroke: GRID, width: 1 },
+    labelSize: 18,
+  });
   const edge = (show) => ({ show, stroke: "transparent", width: 0, points: { show: false } });
   const runs = runsOf(series).map(({ label, number }) => {
     const color = series[number].color ?? look(number).color;
-    return { label, show: !hidden.has(label), stroke: `${color}73`, width: 1, points: { show: false } };
+    return {
+      label,
+      show: !hidden.has(label),
+      stroke: `${color}73`,
+      width: 1,
+      points: { show: false },
+    };
   });
   const lines = series.flatMap((one, number) => {
     const { color, dash } = { ...look(number), ...one };
     const show = !hidden.has(one.label);
     const points = { show: Boolean(options.names) || one.values.length < 2, size: 6, fill: color };
-    return [{ label: one.label, show, stroke: color, dash, width: 2, points }, edge(show), edge(show)];
+    return [
+      { label: one.label, show, stroke: color, dash, width: 2, points },
+      edge(show),
+      edge(show),
+    ];
   });
-  const means = new Set(curvesOf(series).filter(({ run }) => run === undefined).map(({ columns: [column] }) => column));
+  const means = new Set(
+    curvesOf(series)
+      .filter(({ run }) => run === undefined)
+      .map(({ columns: [column] }) => column),
+  );
   const isCurve = (column) => column <= runs.length || means.has(column);
   let focused = null;
   return {
     legend: { show: false },
-    scales: { x: { time: false, ...(options.names && { range: [-0.5, options.names.length - 0.5] }) }, y: { range: (_, low, high) => rangeFrom(low, high) } },
-    axes: [{ ...axis(options.xLabel), space: 60, size: 30, incrs: WHOLE, ...named(options.names) }, { ...axis(options.yLabel), size: 56 }],
+    scales: {
+      x: { time: false, ...(options.names && { range: [-0.5, options.names.length - 0.5] }) },
+      y: { range: (_, low, high) => rangeFrom(low, high) },
+    },
+    axes: [
+      { ...axis(options.xLabel), space: 60, size: 30, incrs: WHOLE, ...named(options.names) },
+      { ...axis(options.yLabel), size: 56 },
+    ],
     series: [{}, ...runs, ...lines],
     bands: series.map((one, number) => ({
       series: [runs.length + 3 * number + 2, runs.length + 3 * number + 3],
@@ -196,21 +276,32 @@ function settings(plot, series, hidden, options, showValues) {
     })),
     focus: { alpha: 0.25 },
     cursor: {
-      focus: { prox: 24, dist: (_, column, index, value, cursor) => (isCurve(column) ? value - cursor : Infinity) }, // not edges
+      focus: {
+        prox: 24,
+        dist: (_, column, index, value, cursor) => (isCurve(column) ? value - cursor : Infinity),
+      }, // not edges
       drag: { x: false, y: false, click() {} }, // uPlot would take a click near an edge, where its cursor snaps, for a drag
       y: false,
       points: { show: (chart, column) => means.has(column) && cursorPoint(chart, column) },
     },
     hooks: {
       setCursor: [(chart) => showValues(chart.cursor.idx, focused)],
-      setSeries: [(chart, column, { focus }) => focus === undefined || showValues(chart.cursor.idx, (focused = column))],
+      setSeries: [
+        (chart, column, { focus }) =>
+          focus === undefined || showValues(chart.cursor.idx, (focused = column)),
+      ],
     },
   };
 }
 
 /** An axis whose places have names. */
 function named(names) {
-  return names && { splits: () => names.map((_, place) => place), values: (_, places) => places.map((place) => names[place]) };
+  return (
+    names && {
+      splits: () => names.map((_, place) => place),
+      values: (_, places) => places.map((place) => names[place]),
+    }
+  );
 }
 
 function cursorPoint(chart, column) {
@@ -219,14 +310,24 @@ function cursorPoint(chart, column) {
 
 function legendEntry(one, number, hidden, toggle) {
   const { color, dash } = { ...look(number), ...one };
-  const button = el("button", { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(one.label)) },
-    swatch(color, dash), el("span", {}, one.label), el("span", { class: "chart-value" }));
+  const button = el(
+    "button",
+    { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(one.label)) },
+    swatch(color, dash),
+    el("span", {}, one.label),
+    el("span", { class: "chart-value" }),
+  );
   button.addEventListener("click", () => toggle(one.label));
   return button;
 }
 
 function swatch(color, dash = []) {
-  const line = { d: "M0 2H22", stroke: color, "stroke-width": 3, "stroke-dasharray": dash.map((length) => length * 0.8).join(" ") };
+  const line = {
+    d: "M0 2H22",
+    stroke: color,
+    "stroke-width": 3,
+    "stroke-dasharray": dash.map((length) => length * 0.8).join(" "),
+  };
   return svg("svg", { width: 22, height: 4, "aria-hidden": "true" }, svg("path", line));
 }
 
@@ -236,7 +337,9 @@ function bindPick(chart, currentSeries, onPick) {
   chart.over.addEventListener("click", (event) => {
     const place = chart.over.getBoundingClientRect();
     const index = chart.posToIdx(event.clientX - place.left);
-    const [nearest] = shownAt(chart, currentSeries(), index).sort((one, other) => distance(one, event, place) - distance(other, event, place));
+    const [nearest] = shownAt(chart, currentSeries(), index).sort(
+      (one, other) => distance(one, event, place) - distance(other, event, place),
+    );
     if (nearest) onPick(picked(chart, index, nearest));
   });
 }
@@ -266,11 +369,23 @@ function setCursor(chart, index, top = 0) {
 function keyed({ key }, chart, series, chosen) {
   const last = chart.data[0].length - 1;
   const now = chart.cursor.idx ?? last;
-  const asked = { ArrowLeft: now - 1, ArrowRight: now + 1, PageUp: now - 10, PageDown: now + 10, Home: 0, End: last, ArrowUp: now, ArrowDown: now, Enter: now }[key];
+  const asked = {
+    ArrowLeft: now - 1,
+    ArrowRight: now + 1,
+    PageUp: now - 10,
+    PageDown: now + 10,
+    Home: 0,
+    End: last,
+    ArrowUp: now,
+    ArrowDown: now,
+    Enter: now,
+  }[key];
   if (asked === undefined) return null;
   const index = Math.min(Math.max(asked, 0), last);
   const there = shownAt(chart, series, index);
-  const before = there.find(({ columns: [column] }) => column === chosen) ?? there.find(({ run }) => run === undefined);
+  const before =
+    there.find(({ columns: [column] }) => column === chosen) ??
+    there.find(({ run }) => run === undefined);
   const rising = there.toSorted((one, other) => other.top - one.top);
   const place = rising.indexOf(before) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);
   return { index, curve: rising[Math.min(Math.max(place, 0), rising.length - 1)] };
@@ -279,7 +394,9 @@ function keyed({ key }, chart, series, chosen) {
 /** What the keys have led to, for screen readers. */
 function inWords({ index, curve }, chart, { names, xLabel = "" }) {
   const place = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
-  return curve ? `${curve.label}${curve.run === undefined ? "" : `, run ${curve.run}`}, ${place}: ${brief(curve.value)}` : place;
+  return curve
+    ? `${curve.label}${curve.run === undefined ? "" : `, run ${curve.run}`}, ${place}: ${brief(curve.value)}`
+    : place;
 }
 
 function brief(value) {

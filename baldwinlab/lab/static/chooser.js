@@ -19,10 +19,22 @@ export class Chooser {
 
   makePickers() {
     const select = (label, key) =>
-      el("select", { "aria-label": label, "data-testid": `${key}-${this.name}`, onchange: () => this.pickedFromLists(key) });
-    this.lists = { study: select("Study", "study"), condition: select("Condition", "condition"), run: select("Run", "run") };
+      el("select", {
+        "aria-label": label,
+        "data-testid": `${key}-${this.name}`,
+        onchange: () => this.pickedFromLists(key),
+      });
+    this.lists = {
+      study: select("Study", "study"),
+      condition: select("Condition", "condition"),
+      run: select("Run", "run"),
+    };
     const titled = this.studies.map(({ id }) =>
-      el("option", { value: id }, id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id),
+      el(
+        "option",
+        { value: id },
+        id === PRESETS ? "presets (nothing stored)" : id === "." ? "this study" : id,
+      ),
     );
     this.lists.study.append(...titled);
     this.number = el("input", {
@@ -48,8 +60,18 @@ export class Chooser {
         },
         icon(path),
       );
-    const touring = { type: "button", class: "quiet square", "data-testid": `tour-${this.name}`, "aria-pressed": "false", onclick: this.tell.toured };
-    this.tour = el("button", { ...touring, title: TOUR, "aria-label": TOUR }, icon("M3 5l6 5-6 5zM10 5l6 5-6 5z"));
+    const touring = {
+      type: "button",
+      class: "quiet square",
+      "data-testid": `tour-${this.name}`,
+      "aria-pressed": "false",
+      onclick: this.tell.toured,
+    };
+    this.tour = el(
+      "button",
+      { ...touring, title: TOUR, "aria-label": TOUR },
+      icon("M3 5l6 5-6 5zM10 5l6 5-6 5z"),
+    );
     return el(
       "div",
       { class: "pickers" },
@@ -60,11 +82,14 @@ export class Chooser {
         "div",
         { class: "generation" },
         el("span", { class: "soft" }, "generation"),
-        el("span", { class: "generation-steps" },
+        el(
+          "span",
+          { class: "generation-steps" },
           by(-1, "M12 5l-5 5 5 5", "Generation before ( [ )"),
           this.number,
           by(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
-          this.tour),
+          this.tour,
+        ),
         this.curve.root,
       ),
     );
@@ -84,7 +109,8 @@ export class Chooser {
     if (changed !== "study") wanted.condition = this.lists.condition.value;
     if (changed === "run") wanted.run = Number(this.lists.run.value);
     const source = nearest(this.studies, wanted);
-    if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source)) return void (location.hash = lifeAddress(source));
+    if (hasWorld(this.studies, source) !== hasWorld(this.studies, this.source))
+      return void (location.hash = lifeAddress(source));
     this.choose(source);
     this.tell.chosen();
   }
@@ -108,7 +134,9 @@ export class Chooser {
   showSource() {
     const { study, condition, run, generation } = this.source;
     const options = (list, values) => {
-      const same = list.options.length === values.length && values.every((value, at) => list.options[at].value === String(value));
+      const same =
+        list.options.length === values.length &&
+        values.every((value, at) => list.options[at].value === String(value));
       if (!same) list.replaceChildren(...values.map((value) => el("option", { value }, value)));
     };
     this.lists.study.hidden = this.studies.length < 2;

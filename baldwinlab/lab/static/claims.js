@@ -2,13 +2,19 @@
 
 import { el, format } from "./common.js";
 
-export const VERDICTS = { // its tone, and how one and several are counted
+export const VERDICTS = {
+  // its tone, and how one and several are counted
   holds: ["good", "holds", "hold"],
   undecided: ["", "is undecided", "are undecided"],
   "does not hold": ["warm", "does not hold", "do not hold"],
   "not evaluated": ["", "is not evaluated", "are not evaluated"],
 };
-const MEASURES = { best: "best agent", mean: "average agent", share: "share that eats", most: "most that any agent ate" };
+const MEASURES = {
+  best: "best agent",
+  mean: "average agent",
+  share: "share that eats",
+  most: "most that any agent ate",
+};
 
 /**
  * @param {object[]} claims records of claims.json
@@ -18,22 +24,49 @@ const MEASURES = { best: "best agent", mean: "average agent", share: "share that
  * @param {string | null} problem why the claims are not valid
  */
 export function claimList(claims, study, typicalRun, lastGeneration, problem) {
-  const section = el("section", { class: "card", "data-testid": "claims" }, el("h2", {}, ofPaper(claims) ? "The paper's claims" : "The claims"));
+  const section = el(
+    "section",
+    { class: "card", "data-testid": "claims" },
+    el("h2", {}, ofPaper(claims) ? "The paper's claims" : "The claims"),
+  );
   if (problem) {
     section.append(el("p", { role: "alert", "data-testid": "claims-problem" }, problem));
     return section;
   }
   if (!claims.length) {
     if (!study.paper) return "";
-    section.append(el("p", { class: "soft" }, "The claims of this study's paper are not decided yet. ", el("code", {}, `baldwinlab report ${study.id}`), " decides them."));
+    section.append(
+      el(
+        "p",
+        { class: "soft" },
+        "The claims of this study's paper are not decided yet. ",
+        el("code", {}, `baldwinlab report ${study.id}`),
+        " decides them.",
+      ),
+    );
     return section;
   }
   const changes = claims[0].changes ?? [];
-  if (changes.length) section.append(el("p", { role: "note", "data-testid": "claims-changes" }, el("strong", {}, `Changed model: ${changes.join(", ")}.`), " No verdict here is about the model of the paper."));
+  if (changes.length)
+    section.append(
+      el(
+        "p",
+        { role: "note", "data-testid": "claims-changes" },
+        el("strong", {}, `Changed model: ${changes.join(", ")}.`),
+        " No verdict here is about the model of the paper.",
+      ),
+    );
   section.append(el("p", { class: "soft" }, counted(claims)));
   for (const claim of claims) {
-    const shown = [claim.condition, claim.comparison].filter((name) => typicalRun(name) !== undefined);
-    const lives = shown.map((condition) => ({ study: study.id, condition, run: typicalRun(condition), generation: lastGeneration(condition) }));
+    const shown = [claim.condition, claim.comparison].filter(
+      (name) => typicalRun(name) !== undefined,
+    );
+    const lives = shown.map((condition) => ({
+      study: study.id,
+      condition,
+      run: typicalRun(condition),
+      generation: lastGeneration(condition),
+    }));
     section.append(claimEntry(claim, lives));
   }
   return section;
@@ -45,17 +78,38 @@ function ofPaper(claims) {
 }
 
 function counted(claims) {
-  const counts = Object.entries(VERDICTS).map(([verdict, words]) => [claims.filter((claim) => claim.verdict === verdict).length, words]);
-  return `${counts.filter(([count]) => count).map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`).join(", ")}.`;
+  const counts = Object.entries(VERDICTS).map(([verdict, words]) => [
+    claims.filter((claim) => claim.verdict === verdict).length,
+    words,
+  ]);
+  return `${counts
+    .filter(([count]) => count)
+    .map(([count, [, one, several]]) => `${count} ${count === 1 ? one : several}`)
+    .join(", ")}.`;
 }
 
 function claimEntry(claim, lives) {
-  return el("article", { class: "claim", "data-testid": `claim-${claim.id}` },
-    el("div", { class: "claim-head" }, el("span", { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` }, claim.too_few_runs ? "too few runs" : claim.verdict), el("p", {}, `${claim.id}. ${claim.claim}`)),
-    el("dl", { class: "claim-facts" },
+  return el(
+    "article",
+    { class: "claim", "data-testid": `claim-${claim.id}` },
+    el(
+      "div",
+      { class: "claim-head" },
+      el(
+        "span",
+        { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` },
+        claim.too_few_runs ? "too few runs" : claim.verdict,
+      ),
+      el("p", {}, `${claim.id}. ${claim.claim}`),
+    ),
+    el(
+      "dl",
+      { class: "claim-facts" },
       ...fact("Measured", measured(claim)),
       ...(claim.paper ? fact("The paper", claim.paper) : []),
-      ...(lives.length ? fact("Watch", watchLink(lives)) : [])));
+      ...(lives.length ? fact("Watch", watchLink(lives)) : []),
+    ),
+  );
 }
 
 function fact(name, ...values) {
@@ -63,12 +117,20 @@ function fact(name, ...values) {
 }
 
 function measured(claim) {
-  if (claim.effect === null) return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
-  const against = claim.p === null ? claim.condition : `${claim.condition} less ${claim.comparison}`;
+  if (claim.effect === null)
+    return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
+  const against =
+    claim.p === null ? claim.condition : `${claim.condition} less ${claim.comparison}`;
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
-  const interval = claim.interval ? ` (95 % interval ${claim.interval.map(format).join(" to ")})` : "";
-  const p = claim.p_holm === null ? "" : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
-  const weakest = claim.comparisons.length > 1 ? `; it decides, of ${claim.comparisons.length} comparisons` : "";
+  const interval = claim.interval
+    ? ` (95 % interval ${claim.interval.map(format).join(" to ")})`
+    : "";
+  const p =
+    claim.p_holm === null
+      ? ""
+      : `, corrected p ${claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm.toFixed(3)}`;
+  const weakest =
+    claim.comparisons.length > 1 ? `; it decides, of ${claim.comparisons.length} comparisons` : "";
   return `${sign}${format(claim.effect)}${interval}${p}; ${MEASURES[claim.measure] ?? claim.measure}, ${against}${weakest}`;
 }
 
@@ -76,5 +138,9 @@ function measured(claim) {
 function watchLink([life, beside]) {
   const second = beside ? Object.entries(beside).map(([key, value]) => [`b.${key}`, value]) : [];
   const address = `#/world?${new URLSearchParams([...Object.entries(life), ...second])}`;
-  return el("a", { href: address }, beside ? `${life.condition} beside ${beside.condition}` : life.condition);
+  return el(
+    "a",
+    { href: address },
+    beside ? `${life.condition} beside ${beside.condition}` : life.condition,
+  );
 }

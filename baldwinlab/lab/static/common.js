@@ -15,7 +15,9 @@ export function el(tag, attributes = {}, ...children) {
     else if (name === "value" || name === "checked") made[name] = value;
     else made.setAttribute(name, value === true ? "" : value);
   }
-  made.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  made.append(
+    ...children.flat().filter((child) => child !== null && child !== undefined && child !== false),
+  );
   return made;
 }
 
@@ -61,7 +63,9 @@ export async function getJSON(path, signal) {
 export async function postJSON(path, body, signal) {
   if (here) return here.post(path, body);
   const headers = { "Content-Type": "application/json" };
-  return (await request(path, { method: "POST", headers, body: JSON.stringify(body), signal })).json();
+  return (
+    await request(path, { method: "POST", headers, body: JSON.stringify(body), signal })
+  ).json();
 }
 
 /**
@@ -86,7 +90,8 @@ const TYPES = {
 /** The header and arrays of a container; the arrays look into `buffer`, nothing is copied but what is kept as differences. */
 export function unpack(buffer) {
   const bytes = new Uint8Array(buffer, 0, 8);
-  if (String.fromCharCode(...bytes.subarray(0, 4)) !== "BALD") throw new Error("The server sent something that is no recording.");
+  if (String.fromCharCode(...bytes.subarray(0, 4)) !== "BALD")
+    throw new Error("The server sent something that is no recording.");
   const length = new DataView(buffer).getUint32(4, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
   const arrays = {};
@@ -105,7 +110,8 @@ function summed(kept, [rows, columns]) {
   const whole = new bits(kept.length);
   for (let column = 0; column < columns; column++) {
     for (let row = 0; row < rows; row++) {
-      whole[row * columns + column] = differences[column * rows + row] + (row ? whole[(row - 1) * columns + column] : 0);
+      whole[row * columns + column] =
+        differences[column * rows + row] + (row ? whole[(row - 1) * columns + column] : 0);
     }
   }
   return new kept.constructor(whole.buffer);
@@ -114,7 +120,9 @@ function summed(kept, [rows, columns]) {
 /** Base64 of deflated bytes, unpacked. @returns {Promise<ArrayBuffer>} */
 export async function inflated(text) {
   const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer();
+  return new Response(
+    new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw")),
+  ).arrayBuffer();
 }
 
 /** A request that waits, with a banner, while there is no connection, and then goes on. Raises Refusal. */
@@ -164,18 +172,32 @@ export function connection(there, reason = LOST) {
 export function message(text, kind = "info") {
   const shelf = document.getElementById("messages");
   for (const old of shelf.children) if (old.firstChild.textContent === text) old.remove();
-  const note = el("div", { class: `message ${kind}`, "data-testid": `message-${kind}` }, el("p", {}, text));
-  note.append(el("button", { type: "button", class: "quiet", "aria-label": "Dismiss", onclick: () => note.remove() }, "×"));
+  const note = el(
+    "div",
+    { class: `message ${kind}`, "data-testid": `message-${kind}` },
+    el("p", {}, text),
+  );
+  note.append(
+    el(
+      "button",
+      { type: "button", class: "quiet", "aria-label": "Dismiss", onclick: () => note.remove() },
+      "×",
+    ),
+  );
   shelf.append(note);
   setTimeout(() => note.remove(), kind === "error" ? 12000 : 6000);
 }
 
-const formats = [0, 1, 2, 3].map((digits) => new Intl.NumberFormat("en", { maximumFractionDigits: digits }));
+const formats = [0, 1, 2, 3].map(
+  (digits) => new Intl.NumberFormat("en", { maximumFractionDigits: digits }),
+);
 
 /** A number for people: 12,345; 12.3; 0.012. */
 export function format(number) {
   if (number === null || number === undefined || Number.isNaN(number)) return "–";
   const size = Math.abs(number);
   if (size !== 0 && size < 0.001) return number.toExponential(1);
-  return formats[Number.isInteger(number) || size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3].format(number);
+  return formats[
+    Number.isInteger(number) || size >= 100 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 3
+  ].format(number);
 }

@@ -11,23 +11,52 @@ const MOST_OPEN = 4; // rows; a longer table is folded
 export function comparisonTable(comparison) {
   if (!comparison?.rows.length) return "";
   const { pairing, too_few: tooFew, rows } = comparison;
-  const table = el("div", { class: "results-comparison", tabindex: "0", role: "region", "aria-label": "Comparison of the conditions" },
-    el("table", {}, el("thead", {}, el("tr", {}, ...HEADINGS.map((heading) => el("th", { scope: "col" }, heading)))), el("tbody", {}, ...rows.map(line))));
-  const words = "The effect is the difference of the medians over runs. p is that of the Mann-Whitney test, corrected by Holm's method.";
-  return el("details", { class: "card", open: rows.length <= MOST_OPEN, "data-testid": "comparison" },
+  const table = el(
+    "div",
+    {
+      class: "results-comparison",
+      tabindex: "0",
+      role: "region",
+      "aria-label": "Comparison of the conditions",
+    },
+    el(
+      "table",
+      {},
+      el(
+        "thead",
+        {},
+        el("tr", {}, ...HEADINGS.map((heading) => el("th", { scope: "col" }, heading))),
+      ),
+      el("tbody", {}, ...rows.map(line)),
+    ),
+  );
+  const words =
+    "The effect is the difference of the medians over runs. p is that of the Mann-Whitney test, corrected by Holm's method.";
+  return el(
+    "details",
+    { class: "card", open: rows.length <= MOST_OPEN, "data-testid": "comparison" },
     el("summary", {}, "Comparison of the conditions"),
     el("p", { class: "soft" }, `${pairing} ${words}`),
     ...(tooFew ? [el("p", {}, tooFew)] : []),
-    table);
+    table,
+  );
 }
 
 function line(row) {
   const interval = row.low === null ? "" : ` [${format(row.low)}, ${format(row.high)}]`;
-  return el("tr", {},
-    el("th", { scope: "row" }, row.condition_a, el("small", {}, `against ${row.condition_b}, ${MEASURES[row.measure]}`)),
+  return el(
+    "tr",
+    {},
+    el(
+      "th",
+      { scope: "row" },
+      row.condition_a,
+      el("small", {}, `against ${row.condition_b}, ${MEASURES[row.measure]}`),
+    ),
     el("td", {}, el("span", { class: `badge ${TONES[row.verdict] ?? ""}` }, row.verdict)),
     el("td", {}, `${row.effect > 0 ? "+" : ""}${format(row.effect)}${interval}`),
     el("td", {}, row.p_holm < 0.001 ? "below 0.001" : row.p_holm.toFixed(3)),
     el("td", {}, row.a12.toFixed(2)),
-    el("td", {}, `${row.n_a}, ${row.n_b}`));
+    el("td", {}, `${row.n_a}, ${row.n_b}`),
+  );
 }

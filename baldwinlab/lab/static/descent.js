@@ -16,6 +16,16 @@ export function lineOfAncestors(lived, agent) {
     others.unshift(other);
   }
   const eaten = (line) => line.map((one, at) => lived[first + at].food_eaten[one]);
-  const mean = lived.slice(first).map(({ food_eaten }) => food_eaten.reduce((sum, items) => sum + items, 0) / food_eaten.length);
-  return { first, agents, eaten: eaten(agents), others, eaten_of_others: eaten(others), ancestors: everybody.map(({ size }) => size), mean };
+  const mean = lived
+    .slice(first)
+    .map(({ food_eaten }) => food_eaten.reduce((sum, items) => sum + items, 0) / food_eaten.length);
+  return {
+    first,
+    agents,
+    eaten: eaten(agents),
+    others,
+    eaten_of_others: eaten(others),
+    ancestors: everybody.map(({ size }) => size),
+    mean,
+  };
 }

@@ -24,11 +24,20 @@ export function note(text, place) {
 
 /** The text of a file with a drawing under its title, black on white, whatever the page's ground is. */
 export function pictureFile(title, width, height, drawing) {
-  const whole = svg("svg", { width, height: height + HEAD, viewBox: `0 0 ${width} ${height + HEAD}`, color: "black", "font-family": FONT },
+  const whole = svg(
+    "svg",
+    {
+      width,
+      height: height + HEAD,
+      viewBox: `0 0 ${width} ${height + HEAD}`,
+      color: "black",
+      "font-family": FONT,
+    },
     svg("title", {}, title),
     svg("rect", { width, height: height + HEAD, fill: "white" }),
     svg("text", { x: 12, y: 24, "font-size": 14, "font-weight": 600 }, title),
-    svg("g", { transform: `translate(0 ${HEAD})` }, drawing));
+    svg("g", { transform: `translate(0 ${HEAD})` }, drawing),
+  );
   return `${new XMLSerializer().serializeToString(whole)}\n`;
 }
 
@@ -51,5 +60,7 @@ function niceStep(span) {
 }
 
 function multiples(step, first, last) {
-  return Array.from({ length: Math.max(0, last - first + 1) }, (_, number) => Number(((first + number) * step).toPrecision(12)));
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, number) =>
+    Number(((first + number) * step).toPrecision(12)),
+  );
 }

@@ -5,7 +5,14 @@
 
 const PAGE = 65536; // bytes, in which memory grows
 const ALIGNED = 64; // bytes, to which arrays begin
-const ARRAYS = { f4: Float32Array, f8: Float64Array, i4: Int32Array, i8: BigInt64Array, u4: Uint32Array, bool: Uint8Array };
+const ARRAYS = {
+  f4: Float32Array,
+  f8: Float64Array,
+  i4: Int32Array,
+  i8: BigInt64Array,
+  u4: Uint32Array,
+  bool: Uint8Array,
+};
 const NUMBERS = {
   f4: (view, at, value) => view.setFloat32(at, value, true),
   f8: (view, at, value) => view.setFloat64(at, value, true),
@@ -14,7 +21,8 @@ const NUMBERS = {
 };
 const HEAD = 32; // bytes of an array's description before its shape
 
-export const REFUSED = "The browser refused the memory that this experiment takes; fewer agents, items or units take less.";
+export const REFUSED =
+  "The browser refused the memory that this experiment takes; fewer agents, items or units take less.";
 
 /** @typedef {{plan: Object<string, any>, code: WebAssembly.Module}} Program */
 
@@ -29,7 +37,14 @@ export class Engine {
 
   /** Make room for a run of an experiment, and fill in what never changes in it. */
   prepare(experiment, { seed, run }) {
-    Object.assign(this, { experiment, given: { seed, run }, free: this.first, found: {}, tuples: {}, arrays: {} });
+    Object.assign(this, {
+      experiment,
+      given: { seed, run },
+      free: this.first,
+      found: {},
+      tuples: {},
+      arrays: {},
+    });
     this.place("setting");
     this.call("measure");
     const answers = this.array("setting.found");
@@ -74,7 +89,9 @@ export class Engine {
   /** Make room for an array, fill it, and write its description as compiled code reads it. */
   lay(name, at, { type, fill = 0, ...spec }) {
     const content = this.content(spec);
-    const shape = spec.table ? [content.length / spec.columns.length, spec.columns.length] : this.sizes(spec.shape ?? [content.length]);
+    const shape = spec.table
+      ? [content.length / spec.columns.length, spec.columns.length]
+      : this.sizes(spec.shape ?? [content.length]);
     const size = shape.reduce((product, length) => product * length, 1);
     const width = ARRAYS[type].BYTES_PER_ELEMENT;
     const data = this.take(size * width);
@@ -101,17 +118,22 @@ export class Engine {
   content({ values, table, columns, then }) {
     if (values) return values.flatMap((value) => this.value(value));
     if (!table) return null;
-    const rows = lookUp(this.experiment, table).map((row) => columns.map((column) => (typeof column === "string" ? lookUp(row, column) : column)));
+    const rows = lookUp(this.experiment, table).map((row) =>
+      columns.map((column) => (typeof column === "string" ? lookUp(row, column) : column)),
+    );
     return [...rows, ...then].flat();
   }
 
   sizes(names) {
-    return names.map((name) => (typeof name === "string" ? (this.found[name] ?? this.value(this.plan.sizes[name])) : name));
+    return names.map((name) =>
+      typeof name === "string" ? (this.found[name] ?? this.value(this.plan.sizes[name])) : name,
+    );
   }
 
   /** What a value of the plan is in this run. */
   value(value) {
-    if (value === null || typeof value !== "object") return typeof value === "string" ? Number(value) : value;
+    if (value === null || typeof value !== "object")
+      return typeof value === "string" ? Number(value) : value;
     if ("found" in value) return this.found[value.found];
     if ("given" in value) return this.given[value.given];
     const there = lookUp(this.experiment, value.path) ?? value.absent;
@@ -134,7 +156,9 @@ export class Engine {
 /** Compile a module. Raises an Error with a sentence where the browser cannot. */
 export async function load(bytes, plan) {
   if (typeof WebAssembly === "undefined" || !WebAssembly.validate(bytes)) {
-    throw new Error("This browser has no WebAssembly with SIMD, which evolution runs in here; a browser of 2021 or later has it.");
+    throw new Error(
+      "This browser has no WebAssembly with SIMD, which evolution runs in here; a browser of 2021 or later has it.",
+    );
   }
   return { plan, code: await WebAssembly.compile(bytes) };
 }

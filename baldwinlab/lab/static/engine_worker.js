@@ -22,10 +22,15 @@ const ORDERS = {
     const run = new Run(loaded.get(program), experiment, 0, 0);
     const until = performance.now() + WARMING;
     run.bear(0);
-    for (let step = 0; step < experiment.lifetime.steps && performance.now() < until; step += PIECE) run.live(step, Math.min(step + PIECE, experiment.lifetime.steps));
+    for (let step = 0; step < experiment.lifetime.steps && performance.now() < until; step += PIECE)
+      run.live(step, Math.min(step + PIECE, experiment.lifetime.steps));
   },
   begin({ group, program, experiment, seed, runs }) {
-    const made = runs.map((run) => ({ run, living: new Run(loaded.get(program), experiment, seed, run), genomes: [] }));
+    const made = runs.map((run) => ({
+      run,
+      living: new Run(loaded.get(program), experiment, seed, run),
+      genomes: [],
+    }));
     groups.set(group, { made });
   },
   /** The next generation of each run of a group. */
@@ -37,19 +42,24 @@ const ORDERS = {
       const { elders } = living; // theirs who live now; those of their children stand there afterwards
       const { genome, ...lived } = await livedInPieces(living, () => !whole.stopped);
       genomes.push(genome);
-      genomes[genomes.length - 1 - Math.floor(MOST_KEPT / made.length / genome.byteLength)] &&= null;
+      genomes[genomes.length - 1 - Math.floor(MOST_KEPT / made.length / genome.byteLength)] &&=
+        null;
       all.push({ run, elders, ...lived });
     }
     return all;
   },
   genome({ group, run, generation }) {
     const found = groups.get(group).made.find((one) => one.run === run).genomes[generation];
-    if (!found) throw new Error(`The genomes of generation ${generation} are no longer kept: a page keeps those of the newest only.`);
+    if (!found)
+      throw new Error(
+        `The genomes of generation ${generation} are no longer kept: a page keeps those of the newest only.`,
+      );
     return found;
   },
   recording: (wanted) => looked(wanted, record),
   inside: (wanted) => looked(wanted, lookInside),
-  simulate: ({ program, experiment, seed, run }) => simulate(loaded.get(program), experiment, seed, run),
+  simulate: ({ program, experiment, seed, run }) =>
+    simulate(loaded.get(program), experiment, seed, run),
   /** Live no further, in mid-life too; what has lived can still be seen. */
   stop({ group }) {
     groups.get(group).stopped = true;
@@ -62,7 +72,10 @@ const ORDERS = {
 
 /** The next generation of a run, which is left where it is as soon as it is not `wanted` any more. */
 async function livedInPieces(living, wanted) {
-  const { lifetime: { steps }, population: { size } } = living.experiment;
+  const {
+    lifetime: { steps },
+    population: { size },
+  } = living.experiment;
   const piece = Math.max(1, Math.floor(AGENT_STEPS / size));
   const genome = living.begin();
   let since = performance.now();
@@ -80,7 +93,11 @@ function looked({ program, experiment, seed, run, genome, first, last, ...wanted
   const again = new Run(loaded.get(program), experiment, seed, run);
   again.engine.array("population.genome").set(genome);
   const part = partOf(experiment, first, last);
-  return { part, sizes: Array.from(again.engine.array("setting.sizes"), Number), arrays: look(again, { ...wanted, ...part }) };
+  return {
+    part,
+    sizes: Array.from(again.engine.array("setting.sizes"), Number),
+    arrays: look(again, { ...wanted, ...part }),
+  };
 }
 
 addEventListener("message", async ({ data: { ticket, order, given } }) => {

@@ -15,7 +15,10 @@ const KINDS = {
   boolean: [(value) => typeof value === "boolean", "true or false"],
   string: [(value) => typeof value === "string", "text"],
   array: [Array.isArray, "a list"],
-  object: [(value) => value !== null && typeof value === "object" && !Array.isArray(value), "a table"],
+  object: [
+    (value) => value !== null && typeof value === "object" && !Array.isArray(value),
+    "a table",
+  ],
 };
 
 /**
@@ -34,34 +37,47 @@ function* ofTable(form, node, table, path) {
   for (const [name, value] of Object.entries(table)) {
     const at = path ? `${path}.${name}` : name;
     if (name in there) yield* ofValue(form, resolve(form, there[name]), value, at);
-    else yield { path: at, message: `${at}: there is no such field; there are: ${Object.keys(there).join(", ")}` };
+    else
+      yield {
+        path: at,
+        message: `${at}: there is no such field; there are: ${Object.keys(there).join(", ")}`,
+      };
   }
 }
 
 function* ofValue(form, node, value, path) {
   if (value === null && node.empty) return;
-  const wrong = (sentence) => ({ path, message: `${path} = ${JSON.stringify(value)}: ${sentence}` });
+  const wrong = (sentence) => ({
+    path,
+    message: `${path} = ${JSON.stringify(value)}: ${sentence}`,
+  });
   if ("const" in node) {
-    if (JSON.stringify(value) !== JSON.stringify(node.const)) yield wrong(`input should be ${JSON.stringify(node.const)}, for which this page was made`);
+    if (JSON.stringify(value) !== JSON.stringify(node.const))
+      yield wrong(`input should be ${JSON.stringify(node.const)}, for which this page was made`);
     return;
   }
   if (node.enum) {
-    if (!node.enum.includes(value)) yield wrong(`input should be one of ${node.enum.map((each) => `'${each}'`).join(", ")}`);
+    if (!node.enum.includes(value))
+      yield wrong(`input should be one of ${node.enum.map((each) => `'${each}'`).join(", ")}`);
     return;
   }
   const [is, kind] = KINDS[node.type] ?? [() => true];
   if (!is(value)) return yield wrong(`input should be ${kind}`);
   for (const [name, [holds, words]] of Object.entries(LIMITS)) {
-    if (node[name] !== undefined && !holds(value, node[name])) yield wrong(`input should be ${words} ${node[name]}`);
+    if (node[name] !== undefined && !holds(value, node[name]))
+      yield wrong(`input should be ${words} ${node[name]}`);
   }
   if (node.type === "object") yield* ofTable(form, node, value, path);
   if (node.type === "array") yield* ofList(form, node, value, path, wrong);
-  if (node.pattern && !new RegExp(node.pattern).test(value)) yield wrong("this is no name: letters, digits and + _ . - / may be in it");
+  if (node.pattern && !new RegExp(node.pattern).test(value))
+    yield wrong("this is no name: letters, digits and + _ . - / may be in it");
 }
 
 function* ofList(form, node, list, path, wrong) {
-  if (node.maxItems !== undefined && list.length > node.maxItems) yield wrong(`at most ${node.maxItems} entries are allowed`);
-  if (node.minItems !== undefined && list.length < node.minItems) yield wrong(`at least ${node.minItems} entries are needed`);
+  if (node.maxItems !== undefined && list.length > node.maxItems)
+    yield wrong(`at most ${node.maxItems} entries are allowed`);
+  if (node.minItems !== undefined && list.length < node.minItems)
+    yield wrong(`at least ${node.minItems} entries are needed`);
   for (const [number, value] of list.entries()) {
     const item = node.prefixItems?.[number] ?? node.items;
     if (item) yield* ofValue(form, resolve(form, item), value, `${path}.${number}`);
@@ -73,8 +89,12 @@ function broken(rule, tree) {
   if (rule.path.includes("*")) {
     const entries = lookUp(tree, rule.path.split(".*")[0]) ?? [];
     const one = (text, number) => text.replace("*", String(number));
-    return entries.flatMap((_, number) => broken({ ...rule, path: one(rule.path, number), than: one(rule.than, number) }, tree));
+    return entries.flatMap((_, number) =>
+      broken({ ...rule, path: one(rule.path, number), than: one(rule.than, number) }, tree),
+    );
   }
   const [value, limit] = [lookUp(tree, rule.path), (rule.share ?? 1) * lookUp(tree, rule.than)];
-  return value < limit || (rule.equal && value === limit) ? [] : [{ path: rule.path, message: `${rule.path} = ${value}: ${rule.says}, ${limit}` }];
+  return value < limit || (rule.equal && value === limit)
+    ? []
+    : [{ path: rule.path, message: `${rule.path} = ${value}: ${rule.says}, ${limit}` }];
 }

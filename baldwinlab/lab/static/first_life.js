@@ -31,19 +31,42 @@ class FirstLife {
     Object.assign(this, { root, before: root.className });
     this.player = new Player((time) => this.draw(time));
     this.player.setSpeed(SPEED);
-    this.figure = new WorldFigure("A life that was recorded before", "first-canvas", { invalidate: () => this.player.invalidate() });
+    this.figure = new WorldFigure("A life that was recorded before", "first-canvas", {
+      invalidate: () => this.player.invalidate(),
+    });
     this.bar = new TimeBar(this.player, "first");
     this.player.changed = () => {
       this.bar.showTime();
-      if (!this.player.playing && this.figure.life && this.player.time >= this.player.last) this.player.play(); // again and again
+      if (!this.player.playing && this.figure.life && this.player.time >= this.player.last)
+        this.player.play(); // again and again
     };
     this.legend = new Legend();
     this.seconds = el("span", { class: "number" });
     this.what = el("p", { class: "soft" });
-    const waiting = el("p", { class: "first-waiting" }, el("span", { class: "spinner" }), el("span", {},
-      "The engine is being compiled for this machine. That is done once, and takes about as long as this life plays. ", this.seconds));
+    const waiting = el(
+      "p",
+      { class: "first-waiting" },
+      el("span", { class: "spinner" }),
+      el(
+        "span",
+        {},
+        "The engine is being compiled for this machine. That is done once, and takes about as long as this life plays. ",
+        this.seconds,
+      ),
+    );
     const { stage, foot, facts } = this.figure;
-    const element = el("section", { class: "first", "data-testid": "first-life" }, el("h1", {}, "Almost ready"), waiting, stage, facts, this.bar.root, foot, this.legend.root, this.what);
+    const element = el(
+      "section",
+      { class: "first", "data-testid": "first-life" },
+      el("h1", {}, "Almost ready"),
+      waiting,
+      stage,
+      facts,
+      this.bar.root,
+      foot,
+      this.legend.root,
+      this.what,
+    );
     element.addEventListener("keydown", (event) => this.bar.steer(event));
     root.replaceChildren(element);
     root.className = "view-first";

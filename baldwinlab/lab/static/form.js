@@ -32,7 +32,12 @@ export function schemaForm(schema, start, onChange, onChoose) {
   const fault = el("p", { class: "fault", hidden: true });
   places.set("", { fault, input: null });
   const element = el("div", { class: "form" }, fault, ...fieldsOf(form, schema, value, ""));
-  return { element, value, show: (faults) => showFaults(places, faults), go: (path) => go(places, path) };
+  return {
+    element,
+    value,
+    show: (faults) => showFaults(places, faults),
+    go: (path) => go(places, path),
+  };
 }
 
 function go(places, path) {
@@ -44,7 +49,12 @@ function go(places, path) {
 
 /** Open all groups around an element. */
 function open(element) {
-  for (let group = element.closest("details"); group; group = group.parentElement.closest("details")) group.open = true;
+  for (
+    let group = element.closest("details");
+    group;
+    group = group.parentElement.closest("details")
+  )
+    group.open = true;
 }
 
 function showFaults(places, faults) {
@@ -76,7 +86,14 @@ function shelf(places, path) {
 export function resolve(form, node) {
   if (node.anyOf?.length === 2 && node.anyOf.some(({ type }) => type === "null")) {
     const { anyOf, ...rest } = node;
-    return { ...resolve(form, anyOf.find(({ type }) => type !== "null")), ...rest, empty: true }; // null where nothing is written
+    return {
+      ...resolve(
+        form,
+        anyOf.find(({ type }) => type !== "null"),
+      ),
+      ...rest,
+      empty: true,
+    }; // null where nothing is written
   }
   if (!node.$ref) return node;
   const { $ref, ...rest } = node;
@@ -85,10 +102,14 @@ export function resolve(form, node) {
 
 function fieldsOf(form, node, holder, path) {
   const at = (name) => (path ? `${path}.${name}` : name);
-  const known = Object.entries(node.properties ?? {}).filter(([name]) => holder[name] !== undefined);
+  const known = Object.entries(node.properties ?? {}).filter(
+    ([name]) => holder[name] !== undefined,
+  );
   const strange = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
-    ...known.map(([name, below]) => field(form, resolve(form, below), holder, name, at(name), below.title)),
+    ...known.map(([name, below]) =>
+      field(form, resolve(form, below), holder, name, at(name), below.title),
+    ),
     ...strange.map((name) => asItIs(words(name), holder[name], at(name))),
   ];
 }
@@ -96,19 +117,28 @@ function fieldsOf(form, node, holder, path) {
 /** What cannot be changed here: a table of a part that is not there, say. */
 function asItIs(title, value, path) {
   const text = typeof value === "string" ? value : JSON.stringify(value, null, 1);
-  return el("div", { class: "form-field", "data-testid": `plain-${path}` }, el("span", { class: "form-name" }, title), el("pre", { class: "form-plain" }, text));
+  return el(
+    "div",
+    { class: "form-field", "data-testid": `plain-${path}` },
+    el("span", { class: "form-name" }, title),
+    el("pre", { class: "form-plain" }, text),
+  );
 }
 
 /** The element for `holder[key]`, which it keeps up to date. A group may have a title of its own. */
 function field(form, node, holder, key, path, title) {
   if (node.const !== undefined) return asItIs(words(key), node.const, path);
   if (node.type === "object") return group(form, node, holder[key], path, title ?? words(key));
-  if (node.type === "boolean") return labelled(form, node, path, words(key), [checkbox(form, holder, key)]);
+  if (node.type === "boolean")
+    return labelled(form, node, path, words(key), [checkbox(form, holder, key)]);
   if (node.enum) return labelled(form, node, path, words(key), [choice(form, node, holder, key)]);
-  if (node.prefixItems) return labelled(form, node, path, words(key), pair(form, node, holder[key], path, words(key)));
+  if (node.prefixItems)
+    return labelled(form, node, path, words(key), pair(form, node, holder[key], path, words(key)));
   if (node.type === "array" && node.items) return list(form, node, holder, key, path);
-  if (node.type === "string") return labelled(form, node, path, words(key), [text(form, node, holder, key)]);
-  if (node.type !== "number" && node.type !== "integer") return asItIs(words(key), holder[key], path);
+  if (node.type === "string")
+    return labelled(form, node, path, words(key), [text(form, node, holder, key)]);
+  if (node.type !== "number" && node.type !== "integer")
+    return asItIs(words(key), holder[key], path);
   const number = numberInput(form, node, holder, key);
   const slider = sliderOf(form, node, holder, key, number, words(key));
   return labelled(form, node, path, words(key), slider ? [slider, number] : [number]);
@@ -118,20 +148,35 @@ function group(form, node, value, path, title) {
   const fault = el("p", { class: "fault", hidden: true });
   form.places.set(path, { fault, input: null });
   const hint = node.description ? el("p", { class: "hint" }, node.description) : null;
-  return el("details", { class: "form-group", "data-testid": `group-${path}` },
-    el("summary", {}, title), fault, hint, ...fieldsOf(form, node, value, path));
+  return el(
+    "details",
+    { class: "form-group", "data-testid": `group-${path}` },
+    el("summary", {}, title),
+    fault,
+    hint,
+    ...fieldsOf(form, node, value, path),
+  );
 }
 
 /** A field: its name, what it means, the inputs and the sentence if it is wrong. The last input carries the name. */
 function labelled(form, node, path, title, inputs) {
   const [input, id] = [inputs.at(-1), `field-${path}`];
-  const [hint, fault] = [el("span", { class: "hint", id: `${id}-hint` }, node.description), el("p", { class: "fault", id: `${id}-fault`, hidden: true })];
+  const [hint, fault] = [
+    el("span", { class: "hint", id: `${id}-hint` }, node.description),
+    el("p", { class: "fault", id: `${id}-fault`, hidden: true }),
+  ];
   input.id = id;
   input.setAttribute("data-testid", id);
   input.setAttribute("aria-describedby", `${id}-hint ${id}-fault`);
   form.places.set(path, { fault, input });
-  return el("div", { class: "form-field" }, el("label", { for: id }, title), el("div", { class: "form-inputs" }, ...inputs),
-    fault, node.description ? hint : null);
+  return el(
+    "div",
+    { class: "form-field" },
+    el("label", { for: id }, title),
+    el("div", { class: "form-inputs" }, ...inputs),
+    fault,
+    node.description ? hint : null,
+  );
 }
 
 /** @returns {HTMLInputElement} */
@@ -145,7 +190,9 @@ function numberInput(form, node, holder, key) {
     required: !node.empty,
   });
   const nothing = node.empty ? null : "";
-  input.addEventListener("input", () => set(form, holder, key, input.value === "" ? nothing : Number(input.value)));
+  input.addEventListener("input", () =>
+    set(form, holder, key, input.value === "" ? nothing : Number(input.value)),
+  );
   return input;
 }
 
@@ -158,7 +205,13 @@ function sliderOf(form, node, holder, key, number, title) {
   const high = node.maximum - low <= 1 ? node.maximum : Math.min(node.maximum, low + near);
   const step = Math.max(whole ? 1 : 0, 10 ** Math.floor(Math.log10((high - low) / 50)));
   const first = node.minimum === undefined ? low + step : low;
-  const slider = el("input", { type: "range", min: first, max: high, step, "aria-label": `${title}, slider` });
+  const slider = el("input", {
+    type: "range",
+    min: first,
+    max: high,
+    step,
+    "aria-label": `${title}, slider`,
+  });
   slider.value = String(holder[key]);
   slider.addEventListener("input", () => {
     number.value = String(Number(Number(slider.value).toPrecision(6)));
@@ -175,7 +228,11 @@ function checkbox(form, holder, key) {
 }
 
 function choice(form, node, holder, key) {
-  const input = el("select", {}, ...node.enum.map((option) => el("option", { value: option }, option)));
+  const input = el(
+    "select",
+    {},
+    ...node.enum.map((option) => el("option", { value: option }, option)),
+  );
   input.value = holder[key];
   input.addEventListener("change", () => {
     holder[key] = input.value;
@@ -185,7 +242,12 @@ function choice(form, node, holder, key) {
 }
 
 function text(form, node, holder, key) {
-  const input = el("input", { type: "text", maxlength: node.maxLength ?? null, spellcheck: "false", value: holder[key] });
+  const input = el("input", {
+    type: "text",
+    maxlength: node.maxLength ?? null,
+    spellcheck: "false",
+    value: holder[key],
+  });
   input.addEventListener("input", () => set(form, holder, key, input.value));
   return input;
 }
@@ -203,11 +265,23 @@ function pair(form, node, values, path, title) {
 /** A list that grows and shrinks: of numbers in a row, or of groups. */
 function list(form, node, holder, key, path) {
   const [item, title] = [resolve(form, node.items), words(key)];
-  const [fault, entries] = [el("p", { class: "fault", hidden: true }), el("div", { class: item.type === "object" ? "form-groups" : "form-row" })];
-  const add = el("button", { type: "button", class: "quiet", "data-testid": `add-${path}` }, item.type === "object" ? `Add a ${words(item.title)}` : "Add");
+  const [fault, entries] = [
+    el("p", { class: "fault", hidden: true }),
+    el("div", { class: item.type === "object" ? "form-groups" : "form-row" }),
+  ];
+  const add = el(
+    "button",
+    { type: "button", class: "quiet", "data-testid": `add-${path}` },
+    item.type === "object" ? `Add a ${words(item.title)}` : "Add",
+  );
   const draw = () => {
-    for (const old of [...form.places.keys()]) if (old.startsWith(`${path}.`)) form.places.delete(old);
-    entries.replaceChildren(...holder[key].map((_, number) => entry(form, item, holder, key, number, path, title, redraw)));
+    for (const old of [...form.places.keys()])
+      if (old.startsWith(`${path}.`)) form.places.delete(old);
+    entries.replaceChildren(
+      ...holder[key].map((_, number) =>
+        entry(form, item, holder, key, number, path, title, redraw),
+      ),
+    );
     add.disabled = node.maxItems !== undefined && holder[key].length >= node.maxItems;
   };
   const redraw = (values) => {
@@ -219,14 +293,32 @@ function list(form, node, holder, key, path) {
   add.addEventListener("click", () => redraw([...holder[key], next(form, item, holder[key])]));
   form.places.set(path, { fault, input: null });
   draw();
-  return el("div", { class: "form-field", role: "group", "aria-label": title, "data-testid": `list-${path}` },
-    el("span", { class: "form-name" }, title), node.description ? el("span", { class: "hint" }, node.description) : null, entries, add, fault);
+  return el(
+    "div",
+    { class: "form-field", role: "group", "aria-label": title, "data-testid": `list-${path}` },
+    el("span", { class: "form-name" }, title),
+    node.description ? el("span", { class: "hint" }, node.description) : null,
+    entries,
+    add,
+    fault,
+  );
 }
 
 function entry(form, item, holder, key, number, path, title, redraw) {
   const named = `${title} ${number + 1}`;
-  const remove = el("button", { type: "button", class: "quiet", "aria-label": `Remove ${named}`, "data-testid": `remove-${path}.${number}` }, item.type === "object" ? `Remove ${named}` : "×");
-  remove.addEventListener("click", () => redraw(holder[key].filter((_, other) => other !== number)));
+  const remove = el(
+    "button",
+    {
+      type: "button",
+      class: "quiet",
+      "aria-label": `Remove ${named}`,
+      "data-testid": `remove-${path}.${number}`,
+    },
+    item.type === "object" ? `Remove ${named}` : "×",
+  );
+  remove.addEventListener("click", () =>
+    redraw(holder[key].filter((_, other) => other !== number)),
+  );
   if (item.type === "object") {
     const made = group(form, item, holder[key][number], `${path}.${number}`, named);
     made.open = true;
@@ -251,7 +343,10 @@ function next(form, item, entries) {
 function fresh(form, node) {
   const whole = resolve(form, node);
   if (whole.default !== undefined) return structuredClone(whole.default);
-  if (whole.type === "object") return Object.fromEntries(Object.entries(whole.properties).map(([name, below]) => [name, fresh(form, below)]));
+  if (whole.type === "object")
+    return Object.fromEntries(
+      Object.entries(whole.properties).map(([name, below]) => [name, fresh(form, below)]),
+    );
   if (whole.prefixItems) return whole.prefixItems.map((_, number) => 100 * number);
   return whole.minimum ?? 0;
 }
@@ -263,5 +358,8 @@ function set(form, holder, key, value) {
 
 /** `FoodRegion` and `food_region` as "food region". */
 function words(name) {
-  return name.replace(/_/g, " ").replace(/([a-z])([A-Z])/g, "$1 $2").toLowerCase();
+  return name
+    .replace(/_/g, " ")
+    .replace(/([a-z])([A-Z])/g, "$1 $2")
+    .toLowerCase();
 }

@@ -24,14 +24,21 @@ export function listen(canvas, view, { changed, picked, fitted, hovered }) {
       if (!event.ctrlKey && scrolls(canvas.closest("main"))) return;
       event.preventDefault();
       const lines = event.deltaMode === 1 ? 16 : 1;
-      view.zoomAt(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), ...place(event));
+      view.zoomAt(
+        Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)),
+        ...place(event),
+      );
       changed();
     },
     { passive: false },
   );
 
   // Two fingers zoom the map, and do not move the page as one does.
-  canvas.addEventListener("touchmove", (event) => event.touches.length > 1 && event.preventDefault(), { passive: false });
+  canvas.addEventListener(
+    "touchmove",
+    (event) => event.touches.length > 1 && event.preventDefault(),
+    { passive: false },
+  );
 
   canvas.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;

@@ -14,9 +14,29 @@ export class Guide {
   constructor(opener) {
     this.opener = opener;
     this.words = el("div", { class: "guide-words" });
-    const close = el("button", { type: "button", class: "quiet square spread", "aria-label": "Close", "data-testid": "close-guide" }, icon(CROSS));
+    const close = el(
+      "button",
+      {
+        type: "button",
+        class: "quiet square spread",
+        "aria-label": "Close",
+        "data-testid": "close-guide",
+      },
+      icon(CROSS),
+    );
     const head = el("div", { class: "row" }, el("h2", {}, "What is this?"), close);
-    this.root = el("section", { id: "guide", class: "guide", tabindex: "0", "aria-label": "What is this?", "data-testid": "guide" }, head, this.words);
+    this.root = el(
+      "section",
+      {
+        id: "guide",
+        class: "guide",
+        tabindex: "0",
+        "aria-label": "What is this?",
+        "data-testid": "guide",
+      },
+      head,
+      this.words,
+    );
     close.addEventListener("click", () => this.close());
     opener.addEventListener("click", () => (this.open ? this.close() : this.ask()));
     this.root.addEventListener("keydown", (event) => {
@@ -35,7 +55,11 @@ export class Guide {
   /** @param {Topic[]} topics */
   tell(topics) {
     this.topics = topics;
-    this.words.replaceChildren(...topics.map(({ title, text }) => el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text))));
+    this.words.replaceChildren(
+      ...topics.map(({ title, text }) =>
+        el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text)),
+      ),
+    );
     this.show();
   }
 

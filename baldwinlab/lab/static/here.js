@@ -27,25 +27,44 @@ export class Here {
     const { pathname, searchParams } = new URL(path, "http://here/");
     const given = Object.fromEntries(searchParams);
     const { presets } = this.laboratory;
-    if (pathname === "/api/presets") return { presets: presets.map(({ name, description }) => ({ name, description })), default: presets[0].name };
+    if (pathname === "/api/presets")
+      return {
+        presets: presets.map(({ name, description }) => ({ name, description })),
+        default: presets[0].name,
+      };
     if (pathname === "/api/preset") return structuredClone(this.preset(given.name).experiment);
     if (pathname === "/api/live") return { runs: [] };
     if (pathname === "/api/sweep") return { sweep: null };
     const feed = this.feeds.get(given.live);
     const number = (name) => (given[name] === undefined ? undefined : Number(given[name]));
-    const source = { run: number("run"), generation: number("generation"), first: number("first"), last: number("last") };
+    const source = {
+      run: number("run"),
+      generation: number("generation"),
+      first: number("first"),
+      last: number("last"),
+    };
     if (pathname === "/api/recording") return feed.recording(given, source);
     const asked = { ...source, agent: number("agent") };
     return pathname === "/api/ancestors" ? feed.ancestors(asked) : feed.inside(asked);
   }
 
   async post(path, { experiment, ...order }) {
-    if (path === "/api/schema") return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
-    if (path === "/api/validate") return { errors: [...this.faults(experiment), ...faultsOf(ORDER, order, [])] };
-    if (path === "/api/look") return { world: experiment.world, look: this.look(experiment), about: [] };
+    if (path === "/api/schema")
+      return { schema: this.schema(experiment), experiment, errors: this.faults(experiment) };
+    if (path === "/api/validate")
+      return { errors: [...this.faults(experiment), ...faultsOf(ORDER, order, [])] };
+    if (path === "/api/look")
+      return { world: experiment.world, look: this.look(experiment), about: [] };
     const preset = this.preset(experiment.name);
     const turn = Math.random().toString(36).slice(2, 6); // the same can be started again
-    return { id: written({ preset: preset.name, changes: changesOf(experiment, preset.experiment), ...order, turn }) };
+    return {
+      id: written({
+        preset: preset.name,
+        changes: changesOf(experiment, preset.experiment),
+        ...order,
+        turn,
+      }),
+    };
   }
 
   /** The feed of a live run, whose id says what it is. */
@@ -58,7 +77,11 @@ export class Here {
   /** What an id orders; null where it is damaged. */
   order(given) {
     const preset = this.laboratory.presets.find(({ name }) => name === given?.preset);
-    if (!preset || faultsOf(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length) return null;
+    if (
+      !preset ||
+      faultsOf(ORDER, { runs: given.runs, seed: given.seed, seconds: given.seconds }, []).length
+    )
+      return null;
     return { ...given, experiment: withChanges(preset.experiment, given.changes ?? {}) };
   }
 
@@ -77,8 +100,13 @@ export class Here {
 
   /** The program that lives an experiment. Raises an Error with a sentence where the page has none. */
   program(experiment) {
-    const found = this.laboratory.programs.find(({ when }) => Object.entries(when).every(([path, value]) => same(lookUp(experiment, path), value)));
-    if (!found) throw new Error("This page has no module for the parts that the experiment chooses; export it with them.");
+    const found = this.laboratory.programs.find(({ when }) =>
+      Object.entries(when).every(([path, value]) => same(lookUp(experiment, path), value)),
+    );
+    if (!found)
+      throw new Error(
+        "This page has no module for the parts that the experiment chooses; export it with them.",
+      );
     return found;
   }
 
@@ -104,13 +132,25 @@ export class Here {
 }
 
 const INTEGER = { type: "integer", minimum: 0, maximum: 2 ** 31 - 1 };
-const ORDER = { properties: { seed: INTEGER, run: INTEGER, runs: { ...INTEGER, minimum: 1, maximum: 50 }, seconds: { type: "number" } } };
+const ORDER = {
+  properties: {
+    seed: INTEGER,
+    run: INTEGER,
+    runs: { ...INTEGER, minimum: 1, maximum: 50 },
+    seconds: { type: "number" },
+  },
+};
 
 /** A tree laid over another, table by table; lists are replaced whole. */
 function laid(base, changes) {
   if (!plain(base) || !plain(changes)) return structuredClone(changes);
   const names = new Set([...Object.keys(base), ...Object.keys(changes)]);
-  return Object.fromEntries([...names].map((name) => [name, name in changes ? laid(base[name], changes[name]) : structuredClone(base[name])]));
+  return Object.fromEntries(
+    [...names].map((name) => [
+      name,
+      name in changes ? laid(base[name], changes[name]) : structuredClone(base[name]),
+    ]),
+  );
 }
 
 function plain(value) {
@@ -124,25 +164,40 @@ function same(one, other) {
 /** A template with what an experiment says in the place of each {"path"}, and a row for each entry of a "table". */
 function filled(template, experiment) {
   if (Array.isArray(template)) {
-    return template.flatMap((each) => (each?.table ? lookUp(experiment, each.table).map((row) => filled(each.row, row)) : [filled(each, experiment)]));
+    return template.flatMap((each) =>
+      each?.table
+        ? lookUp(experiment, each.table).map((row) => filled(each.row, row))
+        : [filled(each, experiment)],
+    );
   }
   if (!plain(template)) return template;
-  if ("path" in template) return lookUp(experiment, template.path) - (template.less ? lookUp(experiment, template.less) : 0);
-  if ("sum" in template) return template.sum.reduce((sum, [path, factor]) => sum + factor * lookUp(experiment, path), 0);
-  return Object.fromEntries(Object.entries(template).map(([name, value]) => [name, filled(value, experiment)]));
+  if ("path" in template)
+    return (
+      lookUp(experiment, template.path) - (template.less ? lookUp(experiment, template.less) : 0)
+    );
+  if ("sum" in template)
+    return template.sum.reduce((sum, [path, factor]) => sum + factor * lookUp(experiment, path), 0);
+  return Object.fromEntries(
+    Object.entries(template).map(([name, value]) => [name, filled(value, experiment)]),
+  );
 }
 
 /** An order as an id that can stand in an address. */
 function written(order) {
   const bytes = new TextEncoder().encode(JSON.stringify(order));
-  return btoa(String.fromCharCode(...bytes)).replace(/[+/=]/g, (letter) => ({ "+": "-", "/": "_", "=": "" })[letter]);
+  return btoa(String.fromCharCode(...bytes)).replace(
+    /[+/=]/g,
+    (letter) => ({ "+": "-", "/": "_", "=": "" })[letter],
+  );
 }
 
 /** What was written in an id; null where it is damaged. */
 function read(id) {
   try {
     const text = atob(id.replace(/[-_]/g, (letter) => ({ "-": "+", _: "/" })[letter]));
-    return JSON.parse(new TextDecoder().decode(Uint8Array.from(text, (letter) => letter.charCodeAt(0))));
+    return JSON.parse(
+      new TextDecoder().decode(Uint8Array.from(text, (letter) => letter.charCodeAt(0))),
+    );
   } catch {
     return null;
   }

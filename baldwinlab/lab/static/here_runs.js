@@ -54,7 +54,10 @@ class Asked {
       else reject(new Error(fault));
     };
     worker.onerror = (event) => {
-      for (const { reject } of this.waiting.values()) reject(new Error(`The page's worker failed: ${event.message ?? "it does not start here"}.`));
+      for (const { reject } of this.waiting.values())
+        reject(
+          new Error(`The page's worker failed: ${event.message ?? "it does not start here"}.`),
+        );
       this.waiting.clear();
     };
   }
@@ -80,7 +83,9 @@ export class HereFeed extends Feed {
   }
 
   async live() {
-    const faults = this.order ? this.here.faults(this.order.experiment) : [{ message: "This link is damaged, and says of no run that could be started here" }];
+    const faults = this.order
+      ? this.here.faults(this.order.experiment)
+      : [{ message: "This link is damaged, and says of no run that could be started here" }];
     if (faults.length) return this.turn("gone", `${faults[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
     this.about = { id: this.id, experiment, runs, seed, seconds, kept: "" };
@@ -89,7 +94,8 @@ export class HereFeed extends Feed {
       await this.prepare(experiment, runs, seed);
       this.turn(this.wanted ?? "running");
       while (this.lived < experiment.evolution.generations && !this.ended) {
-        if (this.state === "paused" && !this.steps) await new Promise((resolve) => (this.stirred = resolve));
+        if (this.state === "paused" && !this.steps)
+          await new Promise((resolve) => (this.stirred = resolve));
         else await this.generation();
       }
       if (!this.ended) this.turn("done");
@@ -104,7 +110,9 @@ export class HereFeed extends Feed {
     const program = this.here.program(experiment);
     this.groups = [];
     for (let run = 0; run < runs; run++) (this.groups[run % workers.most] ??= []).push(run);
-    this.workers = await Promise.all(this.groups.map((_, number) => workers.ready(number, program)));
+    this.workers = await Promise.all(
+      this.groups.map((_, number) => workers.ready(number, program)),
+    );
     const given = { group: this.id, program: program.name, experiment, seed };
     await this.all((number) => ["begin", { ...given, runs: this.groups[number] }]);
   }
@@ -116,7 +124,9 @@ export class HereFeed extends Feed {
   async generation() {
     const began = performance.now();
     this.steps = Math.max(0, this.steps - 1);
-    const lived = (await this.all(() => ["next", { group: this.id }])).flat().sort((one, other) => one.run - other.run);
+    const lived = (await this.all(() => ["next", { group: this.id }]))
+      .flat()
+      .sort((one, other) => one.run - other.run);
     if (this.ended) return; // stopped in mid-life
     this.past.push(lived);
     this.add(bandsOf(lived, this.here.laboratory.quantiles));
@@ -133,7 +143,8 @@ export class HereFeed extends Feed {
   send({ do: wish, seconds }) {
     if (wish === "pace") this.about.seconds = seconds;
     else if (wish === "step") this.steps += 1;
-    else if (!this.workers || this.state === "preparing") this.wanted = { pause: "paused", stop: "stopped" }[wish];
+    else if (!this.workers || this.state === "preparing")
+      this.wanted = { pause: "paused", stop: "stopped" }[wish];
     else this.turn({ pause: "paused", resume: "running", stop: "stopped" }[wish]);
     if (wish === "stop") this.all(() => ["stop", { group: this.id }]);
     this.stirred();
@@ -148,40 +159,112 @@ export class HereFeed extends Feed {
   async recording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.about;
     const look = this.here.look(experiment);
-    const { part, sizes, arrays } = await this.looked("recording", { run, generation, look, first, last });
-    const { name: condition, lifetime: { steps }, population: { size: agents }, world, network: { biases } } = experiment;
-    const header = { kind: "recording", source, condition, seed, run, generation, ...part, steps, agents, items: arrays.item_x.length, world, look, about: [] };
-    return { header: { ...header, learns: experiment.learning.rule !== "none", layer_sizes: sizes, biases }, arrays };
+    const { part, sizes, arrays } = await this.looked("recording", {
+      run,
+      generation,
+      look,
+      first,
+      last,
+    });
+    const {
+      name: condition,
+      lifetime: { steps },
+      population: { size: agents },
+      world,
+      network: { biases },
+    } = experiment;
+    const header = {
+      kind: "recording",
+      source,
+      condition,
+      seed,
+      run,
+      generation,
+      ...part,
+      steps,
+      agents,
+      items: arrays.item_x.length,
+      world,
+      look,
+      about: [],
+    };
+    return {
+      header: {
+        ...header,
+        learns: experiment.learning.rule !== "none",
+        layer_sizes: sizes,
+        biases,
+      },
+      arrays,
+    };
   }
 
   /** The container about one agent. */
   async inside({ run, generation, agent, first, last }) {
     const { experiment } = this.about;
     const look = this.here.look(experiment);
-    const { part, sizes, arrays } = await this.looked("inside", { run, generation, agent, look, first, last });
+    const { part, sizes, arrays } = await this.looked("inside", {
+      run,
+      generation,
+      agent,
+      look,
+      first,
+      last,
+    });
     const { parents: own, elders: dealt, energy } = this.past[generation][run];
     const next = this.past[generation + 1]?.[run].parents;
-    const couple = (pairs) => (pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null);
-    const children = next ? Array.from({ length: next.length / 2 }, (_, child) => child).filter((child) => next[2 * child] === agent || next[2 * child + 1] === agent) : [];
-    const header = { kind: "inside", agent, ...part, look, layer_sizes: sizes, biases: experiment.network.biases };
+    const couple = (pairs) =>
+      pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null;
+    const children = next
+      ? Array.from({ length: next.length / 2 }, (_, child) => child).filter(
+          (child) => next[2 * child] === agent || next[2 * child + 1] === agent,
+        )
+      : [];
+    const header = {
+      kind: "inside",
+      agent,
+      ...part,
+      look,
+      layer_sizes: sizes,
+      biases: experiment.network.biases,
+    };
     const elders = this.here.eldersTeach(experiment) ? couple(dealt) : null;
-    const kin = { parents: couple(own), elders, children, food: arrays.eaten_in_life.at(-1), rank: 1 + energy.filter((one) => one > energy[agent]).length };
+    const kin = {
+      parents: couple(own),
+      elders,
+      children,
+      food: arrays.eaten_in_life.at(-1),
+      rank: 1 + energy.filter((one) => one > energy[agent]).length,
+    };
     return { header: { ...header, ...kin }, arrays };
   }
 
   /** From whom an agent descends. */
   ancestors({ run, generation, agent }) {
-    return lineOfAncestors(this.past.slice(0, generation + 1).map((lived) => lived[run]), agent);
+    return lineOfAncestors(
+      this.past.slice(0, generation + 1).map((lived) => lived[run]),
+      agent,
+    );
   }
 
   /** What a worker finds that lives a generation again. */
   async looked(order, wanted) {
     const { run, generation } = wanted;
     const { workers } = this.here;
-    const genome = await this.workers[run % workers.most].ask("genome", { group: this.id, run, generation });
+    const genome = await this.workers[run % workers.most].ask("genome", {
+      group: this.id,
+      run,
+      generation,
+    });
     const { experiment, seed } = this.about;
     const program = this.here.program(experiment);
-    return (await workers.ready("looking", program)).ask(order, { program: program.name, experiment, seed, genome, ...wanted });
+    return (await workers.ready("looking", program)).ask(order, {
+      program: program.name,
+      experiment,
+      seed,
+      genome,
+      ...wanted,
+    });
   }
 
   disconnect() {
@@ -197,10 +280,15 @@ function bandsOf(lived, quantiles) {
   const measures = {
     best: lived.map(({ energy }) => Math.max(...energy)),
     mean: lived.map(({ energy }) => meanOf(energy)),
-    share: lived.map(({ food_eaten }) => food_eaten.filter((items) => items > 0).length / food_eaten.length),
+    share: lived.map(
+      ({ food_eaten }) => food_eaten.filter((items) => items > 0).length / food_eaten.length,
+    ),
   };
   return Object.fromEntries(
-    Object.entries(measures).map(([name, values]) => [name, band(values, quantiles, name === "share" ? 1 : Infinity)])
+    Object.entries(measures).map(([name, values]) => [
+      name,
+      band(values, quantiles, name === "share" ? 1 : Infinity),
+    ]),
   );
 }
 

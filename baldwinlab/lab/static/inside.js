@@ -34,12 +34,19 @@ export class Inspector {
     };
     this.responses = new Responses();
     this.kin = el("div", { class: "kin", "data-testid": "kin" });
-    this.traces.weights.root.append(hint(["lit", "of the first layer"], ["agent", "of those after it"]));
+    this.traces.weights.root.append(
+      hint(["lit", "of the first layer"], ["agent", "of those after it"]),
+    );
     this.body = el(
       "div",
       { class: "inside", tabindex: 0, role: "group", "aria-label": "Networks, weights and kin" },
       el("div", { class: "row" }, this.inputs, this.action),
-      el("figure", {}, this.nets, hint(["agent", "weight above 0"], ["chosen", "below 0; the wider, the larger"])),
+      el(
+        "figure",
+        {},
+        this.nets,
+        hint(["agent", "weight above 0"], ["chosen", "below 0; the wider, the larger"]),
+      ),
       this.responses.root,
       ...Object.values(this.traces).map(({ root }) => root),
       this.kin,
@@ -49,10 +56,20 @@ export class Inspector {
       this.turn(!this.descent);
       tell.turned();
     };
-    this.turner = el("button", { type: "button", class: "chip spread", "data-testid": "ancestors-of", onclick: turn }, "Ancestors");
+    this.turner = el(
+      "button",
+      { type: "button", class: "chip spread", "data-testid": "ancestors-of", onclick: turn },
+      "Ancestors",
+    );
     const close = el(
       "button",
-      { type: "button", class: "quiet square", "aria-label": "Close", "data-testid": "close-agent", onclick: tell.close },
+      {
+        type: "button",
+        class: "quiet square",
+        "aria-label": "Close",
+        "data-testid": "close-agent",
+        onclick: tell.close,
+      },
       icon("M5 5l10 10M15 5L5 15"),
     );
     this.root = el(
@@ -97,7 +114,10 @@ export class Inspector {
     if (this.descent) this.ancestors.show(source, agent);
     this.root.classList.add("waiting");
     try {
-      this.take(source, await getBinary(`api/inside?${asked}&first=${this.first}`, this.stop.signal));
+      this.take(
+        source,
+        await getBinary(`api/inside?${asked}&first=${this.first}`, this.stop.signal),
+      );
     } catch (fault) {
       if (fault.name === "AbortError") return;
       message(fault.message, "error");
@@ -109,14 +129,27 @@ export class Inspector {
     this.data = data;
     this.root.classList.remove("waiting");
     const { header, arrays } = data;
-    this.inputs.replaceChildren(...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)));
+    this.inputs.replaceChildren(
+      ...header.look.inputs.map((name) => el("span", { class: "sensor" }, name)),
+    );
     this.facts.textContent = `${header.food.toLocaleString("en")} items in its life · rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     const steps = arrays.sample_step.at(-1);
     const { first } = header;
-    this.traces.eaten.set([{ values: arrays.eaten_in_life, first, colour: "meal" }], steps, 0, Math.max(1, arrays.eaten_in_life.at(-1)));
-    if (arrays.error) this.traces.error.set([{ values: arrays.error, first, colour: "chosen" }], steps, 0, largest(arrays.error));
+    this.traces.eaten.set(
+      [{ values: arrays.eaten_in_life, first, colour: "meal" }],
+      steps,
+      0,
+      Math.max(1, arrays.eaten_in_life.at(-1)),
+    );
+    if (arrays.error)
+      this.traces.error.set(
+        [{ values: arrays.error, first, colour: "chosen" }],
+        steps,
+        0,
+        largest(arrays.error),
+      );
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, at) => weight - arrays.weights[at % count]);
     const most = largest(changes);
@@ -126,7 +159,9 @@ export class Inspector {
       values: changes,
       stride: count,
       offset,
-      ...(offset < firstLayer ? { colour: "lit", label: "of the first layer" } : { colour: "agent", label: "of those after it" }),
+      ...(offset < firstLayer
+        ? { colour: "lit", label: "of the first layer" }
+        : { colour: "agent", label: "of those after it" }),
       alpha: 0.6,
     }));
     this.traces.weights.set(lines, steps, -most, most);
@@ -148,7 +183,12 @@ export class Inspector {
         `agent ${agent}`,
       );
     const line = (title, links, none) =>
-      el("div", {}, el("h3", {}, title), el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)));
+      el(
+        "div",
+        {},
+        el("h3", {}, title),
+        el("div", { class: "row" }, links.length ? links : el("span", { class: "soft" }, none)),
+      );
     const both = parents ? [...new Set(parents)] : [];
     this.kin.replaceChildren(
       line(
@@ -156,7 +196,15 @@ export class Inspector {
         both.map((agent) => link(agent, -1)),
         "none: its weights were drawn afresh",
       ),
-      ...(elders ? [el("p", { class: "soft", "data-testid": "elders" }, taughtBy([...new Set(elders)], source.generation - 1))] : []),
+      ...(elders
+        ? [
+            el(
+              "p",
+              { class: "soft", "data-testid": "elders" },
+              taughtBy([...new Set(elders)], source.generation - 1),
+            ),
+          ]
+        : []),
       line(
         children.length ? `children, in generation ${source.generation + 1}` : "children",
         children.map((agent) => link(agent, 1)),
@@ -177,8 +225,14 @@ export class Inspector {
     }
     const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
-    [...this.inputs.children].forEach((light, input) => this.light(light, header.look, input, active[input]));
-    this.showAction(header.look.actions, arrays.action[row], strongest(active, header.layer_sizes.at(-1)));
+    [...this.inputs.children].forEach((light, input) =>
+      this.light(light, header.look, input, active[input]),
+    );
+    this.showAction(
+      header.look.actions,
+      arrays.action[row],
+      strongest(active, header.layer_sizes.at(-1)),
+    );
     this.responses.draw(step, active.subarray(0, header.look.inputs.length));
     this.weightsAt(step);
     this.drawNets(active, row, units);
@@ -236,8 +290,14 @@ export class Inspector {
     const dots = Math.min(devicePixelRatio || 1, 2);
     const width = this.nets.parentElement.clientWidth;
     const height = nets.length * (ROOM + 28);
-    if (this.nets.width !== Math.round(width * dots) || this.nets.height !== Math.round(height * dots)) {
-      Object.assign(this.nets, { width: Math.round(width * dots), height: Math.round(height * dots) });
+    if (
+      this.nets.width !== Math.round(width * dots) ||
+      this.nets.height !== Math.round(height * dots)
+    ) {
+      Object.assign(this.nets, {
+        width: Math.round(width * dots),
+        height: Math.round(height * dots),
+      });
       this.nets.style.height = `${height}px`;
     }
     const pen = this.nets.getContext("2d");
@@ -252,14 +312,22 @@ export class Inspector {
       pen.fillText(modules[number], 0, top + 13, width);
       const box = { left: 0, top: top + 20, width, height: ROOM };
       if (arrays.links) drawGraph(pen, box, { ...net, links: arrays.links, inputs });
-      else drawNetwork(pen, box, { ...net, sizes: header.layer_sizes, biases: header.biases, inputs, memory });
+      else
+        drawNetwork(pen, box, {
+          ...net,
+          sizes: header.layer_sizes,
+          biases: header.biases,
+          inputs,
+          memory,
+        });
     });
   }
 }
 
 /** Who taught an agent before it was born; no line in the world could lead to them. */
 function taughtBy(elders, generation) {
-  const [who, are] = elders.length > 1 ? [`agents ${elders.join(" and ")}`, "are"] : [`agent ${elders[0]}`, "is"];
+  const [who, are] =
+    elders.length > 1 ? [`agents ${elders.join(" and ")}`, "are"] : [`agent ${elders[0]}`, "is"];
   return `Taught by ${who} of generation ${generation}, who ${are} no longer in the world: its reinforcement module was passed on from what they had learned until death.`;
 }
 

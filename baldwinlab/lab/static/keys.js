@@ -59,7 +59,14 @@ export function steerGenerations(event, view) {
 
 /** @param {HTMLElement|null} own the slider whose keys are those of the whole view @param {Object<string, () => void>} acts by key */
 function act(event, own, acts) {
-  if (event.ctrlKey || event.metaKey || event.altKey || !Object.hasOwn(acts, event.key) || hasKeys(event, own)) return;
+  if (
+    event.ctrlKey ||
+    event.metaKey ||
+    event.altKey ||
+    !Object.hasOwn(acts, event.key) ||
+    hasKeys(event, own)
+  )
+    return;
   event.preventDefault();
   acts[event.key]();
 }
@@ -68,18 +75,26 @@ function act(event, own, acts) {
 function hasKeys({ target, key }, own) {
   if (target.matches?.("select, textarea, input:not([type=range], [type=checkbox])")) return true;
   if (target.matches?.("button, a, input[type=checkbox]")) return key === " ";
-  return target.matches?.("input[type=range]") && target !== own && /^(Arrow|Home|End|Page)/.test(key);
+  return (
+    target.matches?.("input[type=range]") && target !== own && /^(Arrow|Home|End|Page)/.test(key)
+  );
 }
 
 /** The dialog that lists them. */
 export function help() {
-  const lines = Object.entries(KEYS).map(([key, what]) => el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, what)));
+  const lines = Object.entries(KEYS).map(([key, what]) =>
+    el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, what)),
+  );
   return el(
     "dialog",
     { "aria-label": "Keys" },
     el("h2", {}, "Keys"),
     el("table", {}, lines),
-    el("p", { class: "soft" }, "The wheel, with Ctrl where the page scrolls, or a pinch zooms; dragging moves; a click or tap on an agent opens it."),
+    el(
+      "p",
+      { class: "soft" },
+      "The wheel, with Ctrl where the page scrolls, or a pinch zooms; dragging moves; a click or tap on an agent opens it.",
+    ),
     el("form", { method: "dialog" }, el("button", { class: "primary" }, "Close")),
   );
 }

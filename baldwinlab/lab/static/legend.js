@@ -10,16 +10,28 @@ export class Legend {
     this.kinds = el("span", { class: "entries" });
     this.lessons = entry("learns from", { class: "mark lesson" });
     this.lessons.hidden = true;
-    const entries = Object.entries(MARKS).map(([mark, text]) => entry(text, { class: `mark ${mark}` }));
-    this.root = el("div", { class: "legend", role: "group", "aria-label": "Legend", "data-testid": "legend" }, this.kinds, entries, this.lessons);
+    const entries = Object.entries(MARKS).map(([mark, text]) =>
+      entry(text, { class: `mark ${mark}` }),
+    );
+    this.root = el(
+      "div",
+      { class: "legend", role: "group", "aria-label": "Legend", "data-testid": "legend" },
+      this.kinds,
+      entries,
+      this.lessons,
+    );
   }
 
   /** What is drawn of worlds that look so; the kinds of items each once. */
   show(looks) {
     this.lessons.hidden = !looks.some(({ lessons }) => lessons);
-    const different = new Map(looks.flatMap(({ item_kinds: kinds }) => kinds).map(({ name, colour }) => [name, colour]));
+    const different = new Map(
+      looks.flatMap(({ item_kinds: kinds }) => kinds).map(({ name, colour }) => [name, colour]),
+    );
     this.kinds.replaceChildren(
-      ...[...different].map(([name, colour]) => entry(name, { class: "mark item", style: `background: ${cssShade(colour)}` })),
+      ...[...different].map(([name, colour]) =>
+        entry(name, { class: "mark item", style: `background: ${cssShade(colour)}` }),
+      ),
     );
   }
 }

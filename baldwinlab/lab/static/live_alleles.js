@@ -12,16 +12,48 @@ export class LiveAlleles {
    * @param {(patch: Object<string, any>) => void} navigate
    */
   constructor(id, runs, state, navigate) {
-    Object.assign(this, { id, navigate, lived: 0, asked: "", coming: false, kept: null, stop: new AbortController() });
+    Object.assign(this, {
+      id,
+      navigate,
+      lived: 0,
+      asked: "",
+      coming: false,
+      kept: null,
+      stop: new AbortController(),
+    });
     this.run = Math.min(whole(state.run) ?? 0, runs - 1);
     this.picked = whole(state.generation);
     this.bars = new AlleleBars();
     const newest = "Go on with the newest generation as the run goes on";
-    this.newest = el("button", { type: "button", title: newest, "data-testid": "live-newest", onclick: () => this.pick(null) }, "Newest");
-    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
+    this.newest = el(
+      "button",
+      {
+        type: "button",
+        title: newest,
+        "data-testid": "live-newest",
+        onclick: () => this.pick(null),
+      },
+      "Newest",
+    );
+    this.open = el(
+      "a",
+      { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
+      "Open in World",
+    ); // once the run is kept
     this.picker = runPicker(runs, this.run, (run) => this.pick(this.picked, run));
-    this.element = el("section", { class: "card live-alleles", "aria-label": "Genomes", "data-testid": "live-alleles" },
-      el("div", { class: "row" }, this.newest, el("span", { class: "spread" }), this.picker, this.open), this.bars.root);
+    this.element = el(
+      "section",
+      { class: "card live-alleles", "aria-label": "Genomes", "data-testid": "live-alleles" },
+      el(
+        "div",
+        { class: "row" },
+        this.newest,
+        el("span", { class: "spread" }),
+        this.picker,
+        this.open,
+      ),
+      this.bars.root,
+    );
     this.showPlace();
   }
 

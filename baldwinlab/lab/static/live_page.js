@@ -20,13 +20,17 @@ export function open(root, laboratory, code) {
   window.baldwinlab = { simulate: (wanted) => here.simulate(wanted) };
   addEventListener("unhandledrejection", (event) => {
     event.preventDefault();
-    if (event.reason?.name !== "AbortError") message(event.reason?.message ?? String(event.reason), "error");
+    if (event.reason?.name !== "AbortError")
+      message(event.reason?.message ?? String(event.reason), "error");
   });
   const place = asked(["live"], "live");
   follow({ ...place, state: { seed: laboratory.seed, ...place.state } });
   const guide = new Guide(document.getElementById("about"));
   const [{ name, about }] = laboratory.presets;
-  guide.begin("live", [...LIVE, ...about.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text }))]);
+  guide.begin("live", [
+    ...LIVE,
+    ...about.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
+  ]);
   guide.follow(followed().state);
   root.append(guide.root);
   const view = mount(root, followed().state, navigate, guide);

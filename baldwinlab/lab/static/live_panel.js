@@ -7,8 +7,13 @@ import { LiveWorld } from "./live_world.js";
 import { chartSaves } from "./saving.js";
 
 const WORDS = {
-  preparing: ["Getting ready", ""], running: ["Running", "good"], paused: ["Paused", "warm"],
-  done: ["Done", "good"], stopped: ["Stopped", ""], failed: ["Failed", "warm"], gone: ["Gone", "warm"],
+  preparing: ["Getting ready", ""],
+  running: ["Running", "good"],
+  paused: ["Paused", "warm"],
+  done: ["Done", "good"],
+  stopped: ["Stopped", ""],
+  failed: ["Failed", "warm"],
+  gone: ["Gone", "warm"],
 };
 
 /**
@@ -23,22 +28,56 @@ export function livePanel(root, feed, state, navigate, again) {
   const { experiment, alleles, runs, seed } = feed.about;
   const Lives = experiment.world ? LiveWorld : alleles.length ? LiveAlleles : null;
   const world = Lives ? new Lives(feed.id, runs, state, navigate) : noWorld(experiment.model);
-  const [badge, progress] = [el("span", { "data-testid": "live-state" }), el("progress", { "aria-label": "Generations that have lived" })];
-  const [count, fault] = [el("span", { class: "number", "data-testid": "live-count" }), el("p", { class: "fault", hidden: true, "data-testid": "live-fault" })];
+  const [badge, progress] = [
+    el("span", { "data-testid": "live-state" }),
+    el("progress", { "aria-label": "Generations that have lived" }),
+  ];
+  const [count, fault] = [
+    el("span", { class: "number", "data-testid": "live-count" }),
+    el("p", { class: "fault", hidden: true, "data-testid": "live-fault" }),
+  ];
   const buttons = controls(feed, experiment, seed, again);
-  const [fitness, share] = [el("div", { "data-testid": "live-fitness" }), el("div", { "data-testid": "live-share" })];
+  const [fitness, share] = [
+    el("div", { "data-testid": "live-fitness" }),
+    el("div", { "data-testid": "live-share" }),
+  ];
   const about = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
   root.replaceChildren(
-    el("section", { class: "card live-head", "data-testid": "live-head" },
-      el("div", { class: "row" }, el("h1", {}, experiment.name), badge, el("span", { class: "soft" }, about), el("span", { class: "spread" }), ...buttons.elements),
-      el("div", { class: "row live-progress" }, progress, count), fault),
-    el("div", { class: "live-both" }, el("div", { class: "live-curves" }, el("section", { class: "card" }, fitness), el("section", { class: "card" }, share)), world.element));
+    el(
+      "section",
+      { class: "card live-head", "data-testid": "live-head" },
+      el(
+        "div",
+        { class: "row" },
+        el("h1", {}, experiment.name),
+        badge,
+        el("span", { class: "soft" }, about),
+        el("span", { class: "spread" }),
+        ...buttons.elements,
+      ),
+      el("div", { class: "row live-progress" }, progress, count),
+      fault,
+    ),
+    el(
+      "div",
+      { class: "live-both" },
+      el(
+        "div",
+        { class: "live-curves" },
+        el("section", { class: "card" }, fitness),
+        el("section", { class: "card" }, share),
+      ),
+      world.element,
+    ),
+  );
   const eachRun = runSwitch(state.lines === "each", (each) => {
     navigate({ lines: each ? "each" : null }, true);
     charts.update();
   });
   if (runs > 1) fitness.after(eachRun);
-  const charts = curves(feed, fitness, share, eachRun.firstChild, (generation, run) => world.pick(generation, run));
+  const charts = curves(feed, fitness, share, eachRun.firstChild, (generation, run) =>
+    world.pick(generation, run),
+  );
 
   const update = () => {
     const [word, kind] = WORDS[feed.state];
@@ -66,20 +105,40 @@ export function livePanel(root, feed, state, navigate, again) {
 
 /** In the place of a world, of a model that has none. */
 function noWorld(model) {
-  const element = el("section", { class: "card", "data-testid": "live-no-world" }, el("p", { class: "soft" }, `Lives of the model ${model} have no world to watch.`));
+  const element = el(
+    "section",
+    { class: "card", "data-testid": "live-no-world" },
+    el("p", { class: "soft" }, `Lives of the model ${model} have no world to watch.`),
+  );
   const nothing = () => {};
   return { element, pick: nothing, offer: nothing, keptAs: nothing, close: nothing };
 }
 
 /** Curves of fitness and of the share that eats; a click on one shows that generation's world, if there are worlds. */
 function curves(feed, fitness, share, eachRun, pick) {
-  const { runs, experiment: { world: worlds } } = feed.about;
-  const x = Array.from({ length: feed.about.experiment.evolution.generations }, (_, generation) => generation);
+  const {
+    runs,
+    experiment: { world: worlds },
+  } = feed.about;
+  const x = Array.from(
+    { length: feed.about.experiment.evolution.generations },
+    (_, generation) => generation,
+  );
   const whole = (values) => values && x.map((generation) => values[generation] ?? null); // so the axis stands still
   const band = (label, name, number) => {
     const { mean, low, high, each } = feed.bands[name];
-    const ofRuns = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({ run, values: whole((each ?? []).map((values) => values[run])) }));
-    return { label, color: look(number).color, values: whole(mean), low: whole(low), high: whole(high), runs: ofRuns };
+    const ofRuns = Array.from({ length: eachRun.checked ? runs : 0 }, (_, run) => ({
+      run,
+      values: whole((each ?? []).map((values) => values[run])),
+    }));
+    return {
+      label,
+      color: look(number).color,
+      values: whole(mean),
+      low: whole(low),
+      high: whole(high),
+      runs: ofRuns,
+    };
   };
   const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
   const shares = () => [band(worlds ? "share that eats" : "share above 0", "share", 2)];
@@ -88,13 +147,41 @@ function curves(feed, fitness, share, eachRun, pick) {
   const chart = (root, name, more, shown) => {
     const plot = el("div");
     const made = lineChart(plot, { ...options, ...more, series: shown() });
-    const rows = () => shown().flatMap(({ label, values, low, high }) => x.slice(0, feed.lived).map((generation) => ({ curve: label, generation, mean: values[generation], low: low?.[generation], high: high?.[generation] })));
-    root.append(plot, chartSaves(name, ["curve", "generation", "mean", "low", "high"], rows, made.svg));
+    const rows = () =>
+      shown().flatMap(({ label, values, low, high }) =>
+        x
+          .slice(0, feed.lived)
+          .map((generation) => ({
+            curve: label,
+            generation,
+            mean: values[generation],
+            low: low?.[generation],
+            high: high?.[generation],
+          })),
+      );
+    root.append(
+      plot,
+      chartSaves(name, ["curve", "generation", "mean", "low", "high"], rows, made.svg),
+    );
     return made;
   };
   const charts = [
-    chart(fitness, "fitness", { title: `Fitness${over}`, yLabel: worlds ? "energy eaten" : "fitness" }, lines),
-    chart(share, "share", { title: worlds ? "Agents that eat at all" : "Agents with fitness above 0", yLabel: "share", height: 150 }, shares),
+    chart(
+      fitness,
+      "fitness",
+      { title: `Fitness${over}`, yLabel: worlds ? "energy eaten" : "fitness" },
+      lines,
+    ),
+    chart(
+      share,
+      "share",
+      {
+        title: worlds ? "Agents that eat at all" : "Agents with fitness above 0",
+        yLabel: "share",
+        height: 150,
+      },
+      shares,
+    ),
   ];
   let drawn = 0;
   const draw = () => {
@@ -114,24 +201,53 @@ function curves(feed, fitness, share, eachRun, pick) {
 /** Pause or resume, stop, keep, change and run again. */
 function controls(feed, experiment, seed, again) {
   const pause = el("button", { type: "button", "data-testid": "pause" });
-  const step = el("button", { type: "button", hidden: true, title: "Live one generation more", "data-testid": "one-more", onclick: () => feed.send({ do: "step" }) }, "Step");
+  const step = el(
+    "button",
+    {
+      type: "button",
+      hidden: true,
+      title: "Live one generation more",
+      "data-testid": "one-more",
+      onclick: () => feed.send({ do: "step" }),
+    },
+    "Step",
+  );
   const stop = el("button", { type: "button", class: "danger", "data-testid": "stop" }, "Stop");
-  const keep = el("button", { type: "button", class: "primary", "data-testid": "keep", hidden: true }, "Keep as a study …");
-  const change = el("button", { type: "button", "data-testid": "again", onclick: () => again(feed.about) }, "Change and run again");
-  const kept = el("a", { class: "button primary", "data-testid": "open-kept", hidden: true }, "Open the study");
-  pause.addEventListener("click", () => feed.send({ do: feed.state === "paused" ? "resume" : "pause" }));
+  const keep = el(
+    "button",
+    { type: "button", class: "primary", "data-testid": "keep", hidden: true },
+    "Keep as a study …",
+  );
+  const change = el(
+    "button",
+    { type: "button", "data-testid": "again", onclick: () => again(feed.about) },
+    "Change and run again",
+  );
+  const kept = el(
+    "a",
+    { class: "button primary", "data-testid": "open-kept", hidden: true },
+    "Open the study",
+  );
+  pause.addEventListener("click", () =>
+    feed.send({ do: feed.state === "paused" ? "resume" : "pause" }),
+  );
   stop.addEventListener("click", () => feed.send({ do: "stop" }));
   keep.addEventListener("click", () =>
     askName(`live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`, async (name) => {
       feed.about.kept = (await postJSON(`/api/live/${feed.id}/keep`, { name })).study;
       message(`Kept as the study ${feed.about.kept}.`, "done");
       feed.heard();
-    }));
+    }),
+  );
   const update = () => {
     pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
     pause.hidden = stop.hidden = feed.ended;
     step.hidden = feed.ended || feed.state !== "paused" || !serverless();
-    keep.hidden = serverless() || Boolean(feed.about.kept) || !["done", "stopped"].includes(feed.state) || !feed.lived;
+    keep.hidden =
+      serverless() ||
+      Boolean(feed.about.kept) ||
+      !["done", "stopped"].includes(feed.state) ||
+      !feed.lived;
     kept.hidden = !feed.about.kept;
     if (feed.about.kept) kept.href = `#/results?${new URLSearchParams({ study: feed.about.kept })}`;
   };
@@ -140,14 +256,37 @@ function controls(feed, experiment, seed, again) {
 
 /** A dialog that asks for a study's name until `keep` takes it. */
 function askName(proposed, keep) {
-  const name = el("input", { value: proposed, spellcheck: "false", maxlength: 100, "data-testid": "keep-name" });
-  const fault = el("p", { class: "fault", hidden: true, role: "alert", "data-testid": "keep-fault" });
+  const name = el("input", {
+    value: proposed,
+    spellcheck: "false",
+    maxlength: 100,
+    "data-testid": "keep-name",
+  });
+  const fault = el("p", {
+    class: "fault",
+    hidden: true,
+    role: "alert",
+    "data-testid": "keep-fault",
+  });
   const done = el("button", { type: "submit", class: "primary", "data-testid": "keep-do" }, "Keep");
-  const cancel = el("button", { type: "button", class: "quiet", onclick: () => dialog.close() }, "Cancel");
-  const form = el("form", { class: "live-keep" },
+  const cancel = el(
+    "button",
+    { type: "button", class: "quiet", onclick: () => dialog.close() },
+    "Cancel",
+  );
+  const form = el(
+    "form",
+    { class: "live-keep" },
     el("h2", {}, "Keep this run as a study"),
-    el("label", { class: "field" }, el("span", {}, "Name, below the folder that this lab shows"), name), fault,
-    el("div", { class: "row" }, el("span", { class: "spread" }), cancel, done));
+    el(
+      "label",
+      { class: "field" },
+      el("span", {}, "Name, below the folder that this lab shows"),
+      name,
+    ),
+    fault,
+    el("div", { class: "row" }, el("span", { class: "spread" }), cancel, done),
+  );
   const dialog = el("dialog", {}, form);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();

@@ -5,7 +5,12 @@ import { schemaForm } from "./form.js";
 import { sweepDialog } from "./sweep_dialog.js";
 
 const CHECK_AFTER = 200; // ms after the last change
-const PACES = [["0", "as fast as it goes"], ["0.1", "10 a second"], ["0.5", "2 a second"], ["5", "one in 5 seconds"]]; // seconds a generation
+const PACES = [
+  ["0", "as fast as it goes"],
+  ["0.1", "10 a second"],
+  ["0.5", "2 a second"],
+  ["5", "one in 5 seconds"],
+]; // seconds a generation
 const PACE = "0.1";
 
 /**
@@ -24,14 +29,40 @@ export class Setup {
    */
   constructor(state, navigate, listener, signal) {
     Object.assign(this, { state, navigate, listener, signal });
-    this.given = { runs: number(state.runs, 5), seed: number(state.seed, 0), pace: state.pace ?? PACE };
+    this.given = {
+      runs: number(state.runs, 5),
+      seed: number(state.seed, 0),
+      pace: state.pace ?? PACE,
+    };
     this.body = el("div", { class: "live-form" });
     this.description = el("p", { class: "hint" });
     this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" }); // why it does not start
-    this.note = el("p", { class: "hint", role: "status", hidden: true, "data-testid": "setup-note" }); // runs that are too few for a verdict
-    this.start = el("button", { type: "submit", class: "primary", "data-testid": "start" }, "Start");
-    this.sweep = el("button", { type: "button", "data-testid": "sweep", hidden: serverless(), onclick: () => this.plan({}) }, "Sweep a field …");
-    this.reset = el("button", { type: "button", class: "quiet", hidden: true, "data-testid": "reset" }, "Undo all changes");
+    this.note = el("p", {
+      class: "hint",
+      role: "status",
+      hidden: true,
+      "data-testid": "setup-note",
+    }); // runs that are too few for a verdict
+    this.start = el(
+      "button",
+      { type: "submit", class: "primary", "data-testid": "start" },
+      "Start",
+    );
+    this.sweep = el(
+      "button",
+      {
+        type: "button",
+        "data-testid": "sweep",
+        hidden: serverless(),
+        onclick: () => this.plan({}),
+      },
+      "Sweep a field …",
+    );
+    this.reset = el(
+      "button",
+      { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
+      "Undo all changes",
+    );
     this.waiting = this.turn = 0;
   }
 
@@ -54,13 +85,20 @@ export class Setup {
   plan(fields) {
     const { runs, seed } = this.given;
     const remember = (chosen) => this.navigate({ fields: chosen && JSON.stringify(chosen) });
-    const dialog = sweepDialog({ preset: this.preset.value, experiment: this.form.value, runs, seed }, fields, remember, (name) => this.listener.swept(name));
+    const dialog = sweepDialog(
+      { preset: this.preset.value, experiment: this.form.value, runs, seed },
+      fields,
+      remember,
+      (name) => this.listener.swept(name),
+    );
     this.signal.addEventListener("abort", () => dialog.close(), { once: true });
   }
 
   /** The form says what a run is, so that it can be changed and run again. */
   async again({ experiment, runs, seed, seconds }) {
-    const name = this.presets.some((preset) => preset.name === experiment.name) ? experiment.name : this.preset.value;
+    const name = this.presets.some((preset) => preset.name === experiment.name)
+      ? experiment.name
+      : this.preset.value;
     this.preset.value = name;
     this.given = { runs, seed, pace: String(seconds) };
     this.navigate({ preset: name, ...this.given });
@@ -80,15 +118,30 @@ export class Setup {
       else this.check();
     };
     this.heading = el("h1", { tabindex: -1 }, "Live run");
-    const element = el("form", { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
-      this.heading, el("div", { class: "row live-begin" }, start, this.sweep), fault,
+    const element = el(
+      "form",
+      { class: "card live-setup", novalidate: true, "aria-label": "What to run" },
+      this.heading,
+      el("div", { class: "row live-begin" }, start, this.sweep),
+      fault,
       el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
-      el("div", { class: "live-numbers" },
+      el(
+        "div",
+        { class: "live-numbers" },
         counter("Runs", "runs", given.runs, 1, 50, remember("runs")),
         counter("Seed", "seed", given.seed, 0, 2 ** 31 - 1, remember("seed")),
-        pacePicker(given.pace, remember("pace"))),
+        pacePicker(given.pace, remember("pace")),
+      ),
       this.note,
-      el("div", { class: "row" }, el("h2", {}, "Parameters"), el("span", { class: "spread" }), this.reset), body);
+      el(
+        "div",
+        { class: "row" },
+        el("h2", {}, "Parameters"),
+        el("span", { class: "spread" }),
+        this.reset,
+      ),
+      body,
+    );
     element.addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();
@@ -122,18 +175,28 @@ export class Setup {
     if (changes || shape !== this.shape) {
       const since = changes ?? changesOf(this.form.value, sent); // what was written while the server was asked
       this.shape = shape;
-      this.replace(schemaForm(schema, withChanges(experiment, since), () => this.changed(), (value) => this.build(value)));
+      this.replace(
+        schemaForm(
+          schema,
+          withChanges(experiment, since),
+          () => this.changed(),
+          (value) => this.build(value),
+        ),
+      );
     }
     this.changed();
   }
 
   /** Another form in the place of the one before: what was open and had the focus is and has it again. */
   replace(form) {
-    const open = new Set([...this.body.querySelectorAll("details[open]")].map((group) => group.dataset.testid));
+    const open = new Set(
+      [...this.body.querySelectorAll("details[open]")].map((group) => group.dataset.testid),
+    );
     const focused = document.activeElement?.id;
     this.form = form;
     this.body.replaceChildren(form.element);
-    for (const group of this.body.querySelectorAll("details")) if (open.has(group.dataset.testid)) group.open = true;
+    for (const group of this.body.querySelectorAll("details"))
+      if (open.has(group.dataset.testid)) group.open = true;
     if (focused) document.getElementById(focused)?.focus();
   }
 
@@ -154,7 +217,11 @@ export class Setup {
       const { errors, note } = await postJSON("/api/validate", order, this.signal);
       if (mine !== this.turn) return;
       form.show(errors.filter(({ path }) => !(path in this.given)));
-      for (const name of ["runs", "seed"]) this.root.querySelector(`#setup-${name}`)?.setAttribute("aria-invalid", errors.some(({ path }) => path === name));
+      for (const name of ["runs", "seed"])
+        this.root.querySelector(`#setup-${name}`)?.setAttribute(
+          "aria-invalid",
+          errors.some(({ path }) => path === name),
+        );
       this.start.disabled = errors.length > 0;
       this.explain(errors);
       this.note.textContent = note ?? "";
@@ -174,8 +241,20 @@ export class Setup {
   explain(errors) {
     const [first, ...rest] = errors;
     const more = rest.length ? ` And ${rest.length} more.` : "";
-    const way = el("button", { type: "button", class: "quiet", "data-testid": "setup-show", onclick: () => this.form.go(first.path) }, "Show it");
-    this.fault.replaceChildren(...(first ? [`${first.message}.${more} `] : []), ...(first?.path && !(first.path in this.given) ? [way] : []));
+    const way = el(
+      "button",
+      {
+        type: "button",
+        class: "quiet",
+        "data-testid": "setup-show",
+        onclick: () => this.form.go(first.path),
+      },
+      "Show it",
+    );
+    this.fault.replaceChildren(
+      ...(first ? [`${first.message}.${more} `] : []),
+      ...(first?.path && !(first.path in this.given) ? [way] : []),
+    );
   }
 
   async begin() {
@@ -200,7 +279,11 @@ function counter(title, name, value, min, max, changed) {
 
 /** How fast generations follow each other. */
 function pacePicker(pace, changed) {
-  const picker = el("select", { "data-testid": "pace" }, ...PACES.map(([value, name]) => el("option", { value }, name)));
+  const picker = el(
+    "select",
+    { "data-testid": "pace" },
+    ...PACES.map(([value, name]) => el("option", { value }, name)),
+  );
   picker.value = pace;
   if (!picker.value) picker.value = PACE;
   picker.addEventListener("change", () => changed(picker.value));
@@ -226,7 +309,12 @@ export function changesOf(tree, base, path = "") {
   if (tree === null || typeof tree !== "object" || Array.isArray(tree)) {
     return JSON.stringify(tree) === JSON.stringify(base) ? {} : { [path]: tree };
   }
-  return Object.assign({}, ...Object.entries(tree).map(([key, value]) => changesOf(value, base?.[key], path ? `${path}.${key}` : key)));
+  return Object.assign(
+    {},
+    ...Object.entries(tree).map(([key, value]) =>
+      changesOf(value, base?.[key], path ? `${path}.${key}` : key),
+    ),
+  );
 }
 
 /** A copy of a tree with the fields of `changes` set, by path; paths that it has not are passed over. */
@@ -244,6 +332,9 @@ export function withChanges(base, changes) {
 /** Options for presets, those of a learner under its name. */
 function byLearner(presets) {
   const groups = new Map();
-  for (const { name, learner } of presets) groups.set(learner, [...(groups.get(learner) ?? []), el("option", { value: name }, name)]);
-  return [...groups].flatMap(([learner, options]) => (learner && options.length > 1 ? [el("optgroup", { label: learner }, ...options)] : options));
+  for (const { name, learner } of presets)
+    groups.set(learner, [...(groups.get(learner) ?? []), el("option", { value: name }, name)]);
+  return [...groups].flatMap(([learner, options]) =>
+    learner && options.length > 1 ? [el("optgroup", { label: learner }, ...options)] : options,
+  );
 }

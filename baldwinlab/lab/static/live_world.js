@@ -21,7 +21,17 @@ export class LiveWorld {
    * @param {(patch: Object<string, any>) => void} navigate
    */
   constructor(id, runs, state, navigate) {
-    Object.assign(this, { id, navigate, lived: 0, life: null, coming: null, generation: null, kept: null, since: 0, waiting: 0 });
+    Object.assign(this, {
+      id,
+      navigate,
+      lived: 0,
+      life: null,
+      coming: null,
+      generation: null,
+      kept: null,
+      since: 0,
+      waiting: 0,
+    });
     this.run = Math.min(whole(state.run) ?? 0, runs - 1);
     this.asked = { generation: whole(state.generation), step: whole(state.step) ?? 0 };
     this.follows = this.asked.generation === null;
@@ -46,10 +56,28 @@ export class LiveWorld {
   }
 
   build(runs) {
-    this.title = el("h2", { class: "number", "data-testid": "live-caption" }, "The first generation lives …");
+    this.title = el(
+      "h2",
+      { class: "number", "data-testid": "live-caption" },
+      "The first generation lives …",
+    );
     const newest = "Go on with the newest generation as the run goes on";
-    this.newest = el("button", { type: "button", "aria-pressed": this.follows, title: newest, "data-testid": "live-newest", onclick: () => this.follow() }, "Newest");
-    this.open = el("a", { class: "button quiet", hidden: true, "data-testid": "live-open-world" }, "Open in World"); // once the run is kept
+    this.newest = el(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": this.follows,
+        title: newest,
+        "data-testid": "live-newest",
+        onclick: () => this.follow(),
+      },
+      "Newest",
+    );
+    this.open = el(
+      "a",
+      { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
+      "Open in World",
+    ); // once the run is kept
     this.picker = runPicker(runs, this.run, (run) => {
       this.run = run;
       if (this.generation !== null) this.load(this.generation);
@@ -57,9 +85,24 @@ export class LiveWorld {
     const { stage, foot } = this.figure;
     stage.classList.add("scrolls");
     stage.addEventListener("wheel", (event) => this.letScroll(event), { capture: true });
-    const element = el("section", { class: "card live-world", "aria-label": "World" },
-      el("div", { class: "row" }, this.title, this.newest, el("span", { class: "spread" }), this.picker, this.open),
-      stage, foot, this.legend.root, this.inspector.root, this.bar.root);
+    const element = el(
+      "section",
+      { class: "card live-world", "aria-label": "World" },
+      el(
+        "div",
+        { class: "row" },
+        this.title,
+        this.newest,
+        el("span", { class: "spread" }),
+        this.picker,
+        this.open,
+      ),
+      stage,
+      foot,
+      this.legend.root,
+      this.inspector.root,
+      this.bar.root,
+    );
     element.addEventListener("keydown", (event) => this.key(event));
     return element;
   }
@@ -68,7 +111,8 @@ export class LiveWorld {
   offer(lived) {
     this.lived = lived;
     if (!lived || this.coming) return;
-    if (this.generation === null) this.load(Math.min(this.asked.generation ?? lived - 1, lived - 1), this.asked.step);
+    if (this.generation === null)
+      this.load(Math.min(this.asked.generation ?? lived - 1, lived - 1), this.asked.step);
     else this.next();
   }
 
@@ -111,7 +155,10 @@ export class LiveWorld {
     this.coming?.close();
     const source = { live: this.id, run: this.run, generation };
     const life = new Lifetime(
-      async (part, signal) => new Recording(await getBinary(`/api/recording?${new URLSearchParams({ ...source, ...part })}`, signal)),
+      async (part, signal) =>
+        new Recording(
+          await getBinary(`/api/recording?${new URLSearchParams({ ...source, ...part })}`, signal),
+        ),
       () => (life === this.coming ? this.begin(life, source, step) : this.player.invalidate()),
       (fault) => message(fault.message, "error"),
     );
@@ -165,7 +212,14 @@ export class LiveWorld {
   changed() {
     const { player } = this;
     this.bar.showTime();
-    if (this.follows && this.life && !player.playing && player.last > 0 && player.time >= player.last) player.play();
+    if (
+      this.follows &&
+      this.life &&
+      !player.playing &&
+      player.last > 0 &&
+      player.time >= player.last
+    )
+      player.play();
     else this.remember();
   }
 
@@ -174,16 +228,27 @@ export class LiveWorld {
     this.newest.setAttribute("aria-pressed", this.follows);
     if (this.generation === null) return;
     const { generation, run, player, figure } = this;
-    const place = this.follows ? { generation: null, step: null } : { generation, step: Math.floor(player.time) };
+    const place = this.follows
+      ? { generation: null, step: null }
+      : { generation, step: Math.floor(player.time) };
     const inside = this.inspector.descent ? "ancestors" : null;
-    this.navigate({ ...place, run: run || null, agent: figure.agent, inside, speed: player.speed === SPEED ? null : player.speed });
+    this.navigate({
+      ...place,
+      run: run || null,
+      agent: figure.agent,
+      inside,
+      speed: player.speed === SPEED ? null : player.speed,
+    });
     this.open.hidden = !this.kept;
     this.open.href = `#/world?${new URLSearchParams({ ...this.kept, run, generation })}`;
   }
 
   /** What the share menu takes along. */
   shared() {
-    return { panels: [{ source: String(query(this.source)), canvas: this.figure.canvas }], step: Math.floor(this.player.time) };
+    return {
+      panels: [{ source: String(query(this.source)), canvas: this.figure.canvas }],
+      step: Math.floor(this.player.time),
+    };
   }
 
   /** The run is kept as a study: from there, the World tab shows more of what is seen here. */
@@ -229,8 +294,14 @@ export class LiveWorld {
 /** Which of several runs is shown; null where there is but one. @param {(run: number) => void} chosen */
 export function runPicker(runs, run, chosen) {
   if (runs === 1) return null;
-  const options = Array.from({ length: runs }, (_, number) => el("option", { value: number }, `run ${number}`));
-  const picker = el("select", { "aria-label": "Which run is shown", "data-testid": "live-run" }, ...options);
+  const options = Array.from({ length: runs }, (_, number) =>
+    el("option", { value: number }, `run ${number}`),
+  );
+  const picker = el(
+    "select",
+    { "aria-label": "Which run is shown", "data-testid": "live-run" },
+    ...options,
+  );
   picker.value = String(run);
   picker.addEventListener("change", () => chosen(Number(picker.value)));
   return picker;

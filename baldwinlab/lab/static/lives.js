@@ -4,8 +4,10 @@ import { Engine, lookUp } from "./engine.js";
 
 const FAULTS = {
   1: (path) => `evolution.fitness = "${path("evolution.fitness")}" gave no number for some agents.`,
-  2: (path) => `evolution.selection = "${path("evolution.selection")}" cannot work with a fitness below 0 or without end; choose rank or tournament.`,
-  3: (path) => `evolution.selection = "${path("evolution.selection")}" chose a parent that is none of the agents.`,
+  2: (path) =>
+    `evolution.selection = "${path("evolution.selection")}" cannot work with a fitness below 0 or without end; choose rank or tournament.`,
+  3: (path) =>
+    `evolution.selection = "${path("evolution.selection")}" chose a parent that is none of the agents.`,
 };
 
 /**
@@ -47,7 +49,12 @@ export class Run {
     engine.call("reckon");
     this.check();
     const agents = this.experiment.population.size;
-    const lived = { food_eaten: engine.array("population.eaten_of_kind").slice(0, agents), energy: engine.array("population.energy").slice(), parents, genome };
+    const lived = {
+      food_eaten: engine.array("population.eaten_of_kind").slice(0, agents),
+      energy: engine.array("population.energy").slice(),
+      parents,
+      genome,
+    };
     this.lived += 1;
     if (this.lived < this.generations) {
       engine.call("breed");
@@ -90,9 +97,15 @@ export class Run {
     const at = this.engine.array("population.genome").findIndex((gene) => !(gene < Infinity));
     if (at < 0) return;
     const [, modules, genes] = this.engine.arrays["population.genome"].shape;
-    const [agent, module, gene] = [Math.floor(at / (modules * genes)), Math.floor(at / genes) % modules, at % genes];
-    throw new Error(`Gene ${gene} of module ${module} of agent ${agent} in generation ${this.lived} is not a finite number: `
-      + "choose a smaller learning.rate, evolution.lamarckian_share or evolution.mutation_size.");
+    const [agent, module, gene] = [
+      Math.floor(at / (modules * genes)),
+      Math.floor(at / genes) % modules,
+      at % genes,
+    ];
+    throw new Error(
+      `Gene ${gene} of module ${module} of agent ${agent} in generation ${this.lived} is not a finite number: ` +
+        "choose a smaller learning.rate, evolution.lamarckian_share or evolution.mutation_size.",
+    );
   }
 }
 
@@ -100,7 +113,9 @@ export class Run {
 export function simulate(program, experiment, seed, run) {
   const made = new Run(program, experiment, seed, run);
   const all = Array.from({ length: made.generations }, () => made.next());
-  return Object.fromEntries(Object.keys(all[0]).map((name) => [name, joined(all.map((one) => one[name]))]));
+  return Object.fromEntries(
+    Object.keys(all[0]).map((name) => [name, joined(all.map((one) => one[name]))]),
+  );
 }
 
 /** Arrays of a kind, one after the other. */

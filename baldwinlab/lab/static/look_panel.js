@@ -28,14 +28,31 @@ export class LookPanel extends Chooser {
     super("a", studies, tell);
     Object.assign(this, { header: null, drawer: null, look: null, agent: null });
     const change = (how) => {
-      this.choose(this.source, { look: this.looks.value, agent: this.agents.value || null, ...how });
+      this.choose(this.source, {
+        look: this.looks.value,
+        agent: this.agents.value || null,
+        ...how,
+      });
       this.tell.chosen();
     };
-    this.looks = el("select", { "aria-label": "What to look at", "data-testid": "look-a", onchange: () => change({}) });
-    this.agents = el("select", { "aria-label": "Agent", "data-testid": "agent-a", onchange: () => change({}) });
+    this.looks = el("select", {
+      "aria-label": "What to look at",
+      "data-testid": "look-a",
+      onchange: () => change({}),
+    });
+    this.agents = el("select", {
+      "aria-label": "Agent",
+      "data-testid": "agent-a",
+      onchange: () => change({}),
+    });
     this.lists.run.closest("label").after(this.looks, this.agents);
     this.body = el("div", { class: "looked-at" });
-    this.root = el("section", { class: "panel", "aria-label": "Genomes and lives" }, this.pickers, this.body);
+    this.root = el(
+      "section",
+      { class: "panel", "aria-label": "Genomes and lives" },
+      this.pickers,
+      this.body,
+    );
     this.sized = new ResizeObserver(() => tell.invalidate());
     this.sized.observe(this.curve.root);
   }
@@ -49,8 +66,11 @@ export class LookPanel extends Chooser {
   /** What of an address is not there, in a sentence; nothing where all is. */
   lacking({ look, agent }) {
     const { name, agents } = this.condition;
-    if (look && look !== this.look.name) return `${name} has no view ${look}. There are: ${this.ways.map((way) => way.name).join(", ")}.`;
-    return agent && this.look.of_an_agent && agent !== this.agent ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.` : "";
+    if (look && look !== this.look.name)
+      return `${name} has no view ${look}. There are: ${this.ways.map((way) => way.name).join(", ")}.`;
+    return agent && this.look.of_an_agent && agent !== this.agent
+      ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.`
+      : "";
   }
 
   /** Show a generation; what another one looked like stays in sight until this one is there. @param {import("./sources.js").Source} source */
@@ -58,11 +78,22 @@ export class LookPanel extends Chooser {
     super.choose(source);
     const { study, condition, run, generation } = source;
     this.look = this.ways.find(({ name }) => name === look) ?? this.ways[0];
-    this.agent = this.look.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents ? agent : null;
+    this.agent =
+      this.look.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
+        ? agent
+        : null;
     this.showWays();
     const of = { study, condition, run };
-    const view = { ...of, generation, view: this.look.name, ...(this.agent !== null && { agent: this.agent }) };
-    const asked = this.look.name === ALLELES ? `api/alleles?${new URLSearchParams(of)}` : `api/view?${new URLSearchParams(view)}`;
+    const view = {
+      ...of,
+      generation,
+      view: this.look.name,
+      ...(this.agent !== null && { agent: this.agent }),
+    };
+    const asked =
+      this.look.name === ALLELES
+        ? `api/alleles?${new URLSearchParams(of)}`
+        : `api/view?${new URLSearchParams(view)}`;
     if (asked === this.asked) return this.header && this.show();
     this.stop?.abort();
     Object.assign(this, { asked, header: null, stop: new AbortController() });
@@ -98,7 +129,8 @@ export class LookPanel extends Chooser {
   /** What is looked at, and of whom. */
   title() {
     const { agent } = this.header;
-    const of = agent === null ? "" : `, agent ${agent}${this.agent === null ? ", the fittest" : ""}`;
+    const of =
+      agent === null ? "" : `, agent ${agent}${this.agent === null ? ", the fittest" : ""}`;
     return `${this.look.name[0].toUpperCase()}${this.look.name.slice(1)}${of}`;
   }
 
@@ -108,8 +140,17 @@ export class LookPanel extends Chooser {
       list.dataset.shown = JSON.stringify(entries);
       list.replaceChildren(...entries.map(([value, text]) => el("option", { value }, text)));
     };
-    options(this.looks, this.ways.map(({ name }) => [name, name]));
-    options(this.agents, [["", "the fittest"], ...Array.from({ length: this.condition.agents }, (_, agent) => [String(agent), `agent ${agent}`])]);
+    options(
+      this.looks,
+      this.ways.map(({ name }) => [name, name]),
+    );
+    options(this.agents, [
+      ["", "the fittest"],
+      ...Array.from({ length: this.condition.agents }, (_, agent) => [
+        String(agent),
+        `agent ${agent}`,
+      ]),
+    ]);
     this.looks.hidden = this.ways.length < 2;
     this.agents.hidden = !this.look.of_an_agent;
     Object.assign(this.looks, { value: this.look.name });

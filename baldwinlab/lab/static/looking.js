@@ -6,7 +6,10 @@ const MOST_BYTES = 64_000_000; // of one recording
 
 /** The part of a life that one recording holds from `first` on: all of it, where that is not too much. */
 export function partOf({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
-  return { first, last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (20 * size))), steps) };
+  return {
+    first,
+    last: Math.min(last, first + Math.max(1, Math.floor(MOST_BYTES / (20 * size))), steps),
+  };
 }
 
 /**
@@ -16,14 +19,33 @@ export function partOf({ lifetime: { steps }, population: { size } }, first = 0,
  */
 export function record(run, { generation, first, last, look }) {
   const { engine } = run;
-  const [agents, inputs, steps] = [run.experiment.population.size, look.inputs.length, last - first];
+  const [agents, inputs, steps] = [
+    run.experiment.population.size,
+    look.inputs.length,
+    last - first,
+  ];
   const inputBytes = Math.ceil(inputs / 8);
   const numbers = look.real.some(Boolean); // inputs as they are, and not as bits
   const arrays = {
-    x: new Float32Array(steps * agents), y: new Float32Array(steps * agents), heading: new Uint8Array(steps * agents),
-    sensor: numbers ? new Float32Array(steps * agents * inputs) : new Uint8Array(steps * agents * inputBytes), action: new Uint8Array(steps * agents), eaten_in_life: new Uint32Array(steps * agents),
+    x: new Float32Array(steps * agents),
+    y: new Float32Array(steps * agents),
+    heading: new Uint8Array(steps * agents),
+    sensor: numbers
+      ? new Float32Array(steps * agents * inputs)
+      : new Uint8Array(steps * agents * inputBytes),
+    action: new Uint8Array(steps * agents),
+    eaten_in_life: new Uint32Array(steps * agents),
   };
-  const now = views(engine, ["places", "heading", "activations", "action", "eaten_in_life", "item_x", "item_y", "touched"]);
+  const now = views(engine, [
+    "places",
+    "heading",
+    "activations",
+    "action",
+    "eaten_in_life",
+    "item_x",
+    "item_y",
+    "touched",
+  ]);
   const taughtBy = engine.plan["learns from"] ? engine.array(engine.plan["learns from"]) : null;
   if (taughtBy) arrays.teacher = new Uint32Array(steps * agents); // whichever whole numbers a rule keeps
   const [lanes, regions] = [now.heading.length, now.eaten_in_life.length / now.heading.length];
@@ -41,17 +63,30 @@ export function record(run, { generation, first, last, look }) {
     arrays.action.set(now.action.subarray(0, agents), row);
     arrays.teacher?.set(Uint32Array.from(taughtBy.subarray(0, agents), Number), row);
     for (let agent = 0; agent < agents; agent++) {
-      for (let region = 0; region < regions; region++) arrays.eaten_in_life[row + agent] += now.eaten_in_life[region * lanes + agent];
+      for (let region = 0; region < regions; region++)
+        arrays.eaten_in_life[row + agent] += now.eaten_in_life[region * lanes + agent];
       for (let input = 0; input < inputs; input++) {
         const value = now.activations[input * lanes + agent];
         if (numbers) arrays.sensor[(row + agent) * inputs + input] = value;
-        else if (value > 0) arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
+        else if (value > 0)
+          arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
       }
     }
     if (step + 1 === last) break;
     for (let item = 0; item < now.touched.length; item++) {
-      if (now.touched[item] !== step && now.item_x[item] === before.x[item] && now.item_y[item] === before.y[item]) continue;
-      for (const [name, value] of Object.entries({ step: step + 1, item, x: now.item_x[item], y: now.item_y[item] })) moves[name].push(value);
+      if (
+        now.touched[item] !== step &&
+        now.item_x[item] === before.x[item] &&
+        now.item_y[item] === before.y[item]
+      )
+        continue;
+      for (const [name, value] of Object.entries({
+        step: step + 1,
+        item,
+        x: now.item_x[item],
+        y: now.item_y[item],
+      }))
+        moves[name].push(value);
     }
     before.x.set(now.item_x);
     before.y.set(now.item_y);
@@ -69,10 +104,16 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   const steps = experiment.lifetime.steps;
   const now = views(engine, ["weights", "activations", "action", "eaten_in_life", "heading"]);
   const lanes = now.heading.length;
-  const column = (array) => Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
-  const samples = [...new Set(Array.from({ length: SAMPLES }, (_, number) => Math.floor((steps * number) / (SAMPLES - 1))))];
+  const column = (array) =>
+    Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
+  const samples = [
+    ...new Set(
+      Array.from({ length: SAMPLES }, (_, number) => Math.floor((steps * number) / (SAMPLES - 1))),
+    ),
+  ];
   const [weights, activations, action, eaten, asked] = [[], [], [], [], []];
-  const teacher = "state.recall.activations" in engine.arrays ? engine.array("state.recall.activations") : null;
+  const teacher =
+    "state.recall.activations" in engine.arrays ? engine.array("state.recall.activations") : null;
   run.bear(generation);
   for (let step = 0; step <= steps; step++) {
     if (samples[weights.length] === step) weights.push(column(now.weights));
@@ -86,13 +127,23 @@ export function lookInside(run, { generation, first, last, look, agent }) {
   }
   const genome = engine.array("population.genome");
   const [, modules, length] = engine.shape("population.genome");
-  const module = (number) => genome.slice((agent * modules + number) * length, (agent * modules + number) * length + weights[0].length);
+  const module = (number) =>
+    genome.slice(
+      (agent * modules + number) * length,
+      (agent * modules + number) * length + weights[0].length,
+    );
   const inputs = look.inputs.length;
   const memoryless = !look.remembers && !look.real.some(Boolean); // answers may have been looked up, and hidden units never made
   const few = inputs <= MOST_INPUTS && memoryless;
   const answers = (of) => activations.map((one) => answer(engine, of, one.subarray(0, inputs)));
   const units = memoryless && !learns(engine) ? answers(module(0)) : activations;
-  const found = { sample_step: Uint32Array.from(samples), weights: flat(weights), activations: flat(units), action: Uint16Array.from(action), eaten_in_life: Uint32Array.from(eaten) };
+  const found = {
+    sample_step: Uint32Array.from(samples),
+    weights: flat(weights),
+    activations: flat(units),
+    action: Uint16Array.from(action),
+    eaten_in_life: Uint32Array.from(eaten),
+  };
   const linked = links(engine, weights[0]);
   if (linked.length) found.links = linked;
   if (few) found.responses = responses(engine, weights, inputs, look.actions.length);
@@ -121,22 +172,32 @@ function answer(engine, weights, inputs) {
 function links(engine, weights) {
   engine.array("population.asked_weights").set(weights);
   engine.call("link");
-  return engine.array("population.asked_links").slice(0, 3 * Number(engine.array("population.asked_count")[0]));
+  return engine
+    .array("population.asked_links")
+    .slice(0, 3 * Number(engine.array("population.asked_count")[0]));
 }
 
 /** What the action module would have the agent do, [sample, code]: the action of its largest output. */
 function responses(engine, weights, inputs, actions) {
-  const codes = Array.from({ length: 2 ** inputs }, (_, code) => Array.from({ length: inputs }, (_, input) => (code >> input) & 1));
-  return Uint8Array.from(weights.flatMap((one) => codes.map((code) => {
-    const outputs = answer(engine, one, code).slice(-actions);
-    return outputs.indexOf(Math.max(...outputs));
-  })));
+  const codes = Array.from({ length: 2 ** inputs }, (_, code) =>
+    Array.from({ length: inputs }, (_, input) => (code >> input) & 1),
+  );
+  return Uint8Array.from(
+    weights.flatMap((one) =>
+      codes.map((code) => {
+        const outputs = answer(engine, one, code).slice(-actions);
+        return outputs.indexOf(Math.max(...outputs));
+      }),
+    ),
+  );
 }
 
 /** The root mean square of the difference of two modules' outputs, [step]. */
 function errors(own, taught, actions) {
   return Float32Array.from(own, (units, step) => {
-    const square = units.slice(-actions).reduce((sum, output, k) => sum + (output - taught[step].at(k - actions)) ** 2, 0);
+    const square = units
+      .slice(-actions)
+      .reduce((sum, output, k) => sum + (output - taught[step].at(k - actions)) ** 2, 0);
     return Math.sqrt(square / actions);
   });
 }

@@ -8,9 +8,25 @@ import { KEEPING, LIVE, PAPERS, RESULTS } from "./topics.js";
 
 const VIEWS = {
   papers: { title: "Papers", load: () => import("./view_papers.js"), about: PAPERS },
-  world: { title: "World", ofStudy: true, lives: true, load: () => import("./view_lives.js"), about: [] }, // what it shows is in the recording's own words
-  live: { title: "Live run", lives: true, load: () => import("./view_live.js"), about: [...LIVE, KEEPING] },
-  results: { title: "Results", ofStudy: true, load: () => import("./view_results.js"), about: RESULTS },
+  world: {
+    title: "World",
+    ofStudy: true,
+    lives: true,
+    load: () => import("./view_lives.js"),
+    about: [],
+  }, // what it shows is in the recording's own words
+  live: {
+    title: "Live run",
+    lives: true,
+    load: () => import("./view_live.js"),
+    about: [...LIVE, KEEPING],
+  },
+  results: {
+    title: "Results",
+    ofStudy: true,
+    load: () => import("./view_results.js"),
+    about: RESULTS,
+  },
 };
 
 const root = document.getElementById("view");
@@ -30,7 +46,9 @@ async function show() {
   if (bare) place.state = now?.name === place.name ? now.state : asLeft(place.name);
   const { name, state } = place;
   for (const tab of document.querySelectorAll("[data-view]")) {
-    tab.dataset.view === name ? tab.setAttribute("aria-current", "page") : tab.removeAttribute("aria-current");
+    tab.dataset.view === name
+      ? tab.setAttribute("aria-current", "page")
+      : tab.removeAttribute("aria-current");
   }
   if (shown?.name === name) {
     settle(place, bare);
@@ -72,7 +90,9 @@ function settle(place, bare) {
 function asLeft(name) {
   const before = left.get(name)?.state ?? {};
   const last = [...left.values()].at(-1)?.state.study;
-  return last && last !== PRESETS && last !== before.study && VIEWS[name].ofStudy ? { study: last } : { ...before };
+  return last && last !== PRESETS && last !== before.study && VIEWS[name].ofStudy
+    ? { study: last }
+    : { ...before };
 }
 
 /** Down to where the reader was, once the page has become as long again, unless the reader goes elsewhere first. */
@@ -83,13 +103,15 @@ function scrollBack(top) {
     if (Math.abs(root.scrollTop - top) < 2) grown.disconnect();
   });
   for (const part of root.children) grown.observe(part);
-  for (const act of ["wheel", "pointerdown", "keydown"]) root.addEventListener(act, () => grown.disconnect(), { once: true });
+  for (const act of ["wheel", "pointerdown", "keydown"])
+    root.addEventListener(act, () => grown.disconnect(), { once: true });
   returning = grown;
 }
 
 addEventListener("hashchange", show);
 addEventListener("unhandledrejection", (event) => {
   event.preventDefault();
-  if (event.reason?.name !== "AbortError") message(event.reason?.message ?? String(event.reason), "error");
+  if (event.reason?.name !== "AbortError")
+    message(event.reason?.message ?? String(event.reason), "error");
 });
 show();

@@ -9,7 +9,11 @@ export class MatrixView {
     this.heading = el("h2", { "data-testid": "view-heading" });
     this.table = el("table", { class: "matrix number", "data-testid": "matrix" });
     this.value = el("p", { class: "soft" });
-    const scrolled = el("div", { class: "matrix-room", tabindex: "0", role: "group", "aria-label": "Matrix" }, this.table);
+    const scrolled = el(
+      "div",
+      { class: "matrix-room", tabindex: "0", role: "group", "aria-label": "Matrix" },
+      this.table,
+    );
     this.root = el("div", { class: "view" }, this.heading, this.value, scrolled);
   }
 
@@ -22,15 +26,40 @@ export class MatrixView {
   take({ rows, columns, value }, { values }, title) {
     const there = [...values].filter((one) => !Number.isNaN(one));
     const [least, most] = [Math.min(...there), Math.max(...there)];
-    const share = (one) => (Number.isNaN(one) ? 0 : most > least ? (one - least) / (most - least) : 0.5);
+    const share = (one) =>
+      Number.isNaN(one) ? 0 : most > least ? (one - least) / (most - least) : 0.5;
     const digits = there.every(Number.isInteger) || most >= 100 ? 0 : most >= 10 ? 1 : 2; // of all alike, so that columns can be compared
     const told = (one) => (Number.isNaN(one) ? "–" : one.toFixed(digits));
-    const cell = (one) => el("td", { style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(one))}%, transparent)` }, told(one));
-    const line = (name, row) => el("tr", {}, el("th", { scope: "row" }, name), [...values.slice(row * columns.length, (row + 1) * columns.length)].map(cell));
+    const cell = (one) =>
+      el(
+        "td",
+        {
+          style: `background: color-mix(in srgb, var(--sky) ${Math.round(MOST * share(one))}%, transparent)`,
+        },
+        told(one),
+      );
+    const line = (name, row) =>
+      el(
+        "tr",
+        {},
+        el("th", { scope: "row" }, name),
+        [...values.slice(row * columns.length, (row + 1) * columns.length)].map(cell),
+      );
     this.title = title;
     this.value.textContent = value;
     this.table.replaceChildren(
-      el("thead", {}, el("tr", {}, el("td"), columns.map((name) => el("th", { scope: "col" }, name)))), el("tbody", {}, rows.map(line)));
+      el(
+        "thead",
+        {},
+        el(
+          "tr",
+          {},
+          el("td"),
+          columns.map((name) => el("th", { scope: "col" }, name)),
+        ),
+      ),
+      el("tbody", {}, rows.map(line)),
+    );
   }
 
   show(generation) {

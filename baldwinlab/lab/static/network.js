@@ -13,7 +13,10 @@ const WORDS = `11px ${FONT}`;
  *   of units, of which the second remembers the first; `action` is the output that has a ring
  */
 export function drawNetwork(pen, box, net) {
-  const names = [...net.inputs, ...net.memory.map((_, unit) => `memory ${unit + 1}`)].slice(0, net.sizes[0]);
+  const names = [...net.inputs, ...net.memory.map((_, unit) => `memory ${unit + 1}`)].slice(
+    0,
+    net.sizes[0],
+  );
   const places = unitPlaces(net.sizes, box, sidesOf(pen, names, net.actions));
   if (net.weights) drawWeights(pen, places, net);
   drawMemory(pen, places.flat(), net.memory);
@@ -25,7 +28,9 @@ export function drawNetwork(pen, box, net) {
 /** The room that the words beside the first and the last layer take. */
 function sidesOf(pen, names, actions) {
   pen.font = WORDS;
-  return [names, actions].map((texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)));
+  return [names, actions].map(
+    (texts) => 16 + Math.max(...texts.map((text) => pen.measureText(text).width)),
+  );
 }
 
 function unitPlaces(sizes, { left, top, width, height }, [before, after]) {
@@ -33,7 +38,10 @@ function unitPlaces(sizes, { left, top, width, height }, [before, after]) {
   return sizes.map((count, layer) => {
     const x = inner + (room * layer) / (sizes.length - 1);
     const apart = Math.min(height / count, count <= 4 ? 30 : 14.5);
-    return Array.from({ length: count }, (_, unit) => [x, top + height / 2 + (unit - (count - 1) / 2) * apart]);
+    return Array.from({ length: count }, (_, unit) => [
+      x,
+      top + height / 2 + (unit - (count - 1) / 2) * apart,
+    ]);
   });
 }
 
@@ -43,7 +51,12 @@ function drawWeights(pen, places, { sizes, biases, weights }) {
   for (let layer = 0; layer + 1 < sizes.length; layer++) {
     for (let from = 0; from < sizes[layer]; from++) {
       for (let to = 0; to < sizes[layer + 1] && lines < mostLines; to++, lines++) {
-        drawLink(pen, places[layer][from], places[layer + 1][to], weights[at + from * sizes[layer + 1] + to]);
+        drawLink(
+          pen,
+          places[layer][from],
+          places[layer + 1][to],
+          weights[at + from * sizes[layer + 1] + to],
+        );
       }
     }
     at += (sizes[layer] + Number(biases)) * sizes[layer + 1];
@@ -81,7 +94,14 @@ function drawUnits(pen, places, { activations, action }) {
   places.forEach((layer, number) => {
     const radius = layer.length > 12 ? 3.5 : number === 0 || number === places.length - 1 ? 7 : 4.8;
     layer.forEach((place, at) => {
-      drawUnit(pen, place, radius, activations[unit++], number === 0, number === places.length - 1 && at === action);
+      drawUnit(
+        pen,
+        place,
+        radius,
+        activations[unit++],
+        number === 0,
+        number === places.length - 1 && at === action,
+      );
     });
   });
 }
@@ -106,17 +126,32 @@ function drawUnit(pen, [x, y], radius, active, senses, chosen) {
  *   1), to which, and the weight of each, one after the other
  */
 export function drawGraph(pen, box, net) {
-  const links = Array.from({ length: net.links.length / 3 }, (_, link) => net.links.subarray(3 * link, 3 * link + 3));
+  const links = Array.from({ length: net.links.length / 3 }, (_, link) =>
+    net.links.subarray(3 * link, 3 * link + 3),
+  );
   const outputs = net.activations.length - net.actions.length;
   const inputs = [...net.inputs.keys(), -1];
   const columns = byDepth(links, inputs, outputs, net.activations.length);
   const names = [...net.inputs, "bias"];
-  const places = unitPlaces(columns.map((column) => column.length), box, sidesOf(pen, names, net.actions));
-  const placeOf = new Map(columns.flatMap((column, depth) => column.map((unit, at) => [unit, places[depth][at]])));
+  const places = unitPlaces(
+    columns.map((column) => column.length),
+    box,
+    sidesOf(pen, names, net.actions),
+  );
+  const placeOf = new Map(
+    columns.flatMap((column, depth) => column.map((unit, at) => [unit, places[depth][at]])),
+  );
   for (const [from, to, weight] of links) drawLink(pen, placeOf.get(from), placeOf.get(to), weight);
   for (const [unit, place] of placeOf) {
     const end = unit < net.inputs.length || unit >= outputs;
-    drawUnit(pen, place, end ? 7 : 4.8, unit < 0 ? 1 : net.activations[unit], unit < net.inputs.length, unit - outputs === net.action);
+    drawUnit(
+      pen,
+      place,
+      end ? 7 : 4.8,
+      unit < 0 ? 1 : net.activations[unit],
+      unit < net.inputs.length,
+      unit - outputs === net.action,
+    );
   }
   label(pen, places[0], names, "right", -11);
   label(pen, places.at(-1), net.actions, "left", 11);
@@ -125,20 +160,29 @@ export function drawGraph(pen, box, net) {
 /** The units in columns: inputs first, outputs last, each behind all that it hears. */
 function byDepth(links, inputs, firstOutput, units) {
   const depths = new Map(inputs.map((unit) => [unit, 0]));
-  for (const unit of links.flatMap(([from, to]) => [from, to])) if (!depths.has(unit)) depths.set(unit, 1);
+  for (const unit of links.flatMap(([from, to]) => [from, to]))
+    if (!depths.has(unit)) depths.set(unit, 1);
   for (let round = 0; round < depths.size; round++) {
     for (const [from, to] of links) depths.set(to, Math.max(depths.get(to), depths.get(from) + 1));
   }
-  const last = 1 + Math.max(0, ...[...depths].filter(([unit]) => unit < firstOutput).map(([, depth]) => depth));
-  const columns = Array.from({ length: last }, (_, depth) => [...depths.keys()].filter((unit) => unit < firstOutput && depths.get(unit) === depth));
-  return [...columns, Array.from({ length: units - firstOutput }, (_, output) => firstOutput + output)];
+  const last =
+    1 +
+    Math.max(0, ...[...depths].filter(([unit]) => unit < firstOutput).map(([, depth]) => depth));
+  const columns = Array.from({ length: last }, (_, depth) =>
+    [...depths.keys()].filter((unit) => unit < firstOutput && depths.get(unit) === depth),
+  );
+  return [
+    ...columns,
+    Array.from({ length: units - firstOutput }, (_, output) => firstOutput + output),
+  ];
 }
 
 /** The first of the largest outputs. */
 export function strongest(activations, outputs) {
   const first = activations.length - outputs;
   let best = 0;
-  for (let output = 1; output < outputs; output++) if (activations[first + output] > activations[first + best]) best = output;
+  for (let output = 1; output < outputs; output++)
+    if (activations[first + output] > activations[first + best]) best = output;
   return best;
 }
 

@@ -8,7 +8,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (kno
 /** `palette.text` is what `var(--text)` is now. @type {Object<string, string>} */
 export const palette = new Proxy(
   {},
-  { get: (_, name) => (known[name] ??= getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()) },
+  {
+    get: (_, name) =>
+      (known[name] ??= getComputedStyle(document.documentElement)
+        .getPropertyValue(`--${name}`)
+        .trim()),
+  },
 );
 
 /** A colour as a recording gives it: by name, or "#rrggbb". */

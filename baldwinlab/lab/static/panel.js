@@ -21,7 +21,12 @@ export class Panel extends Chooser {
   constructor(name, studies, tell) {
     super(name, studies, tell);
     this.life = null;
-    this.canvas = el("canvas", { tabindex: 0, role: "img", "data-testid": `world-${name}`, "aria-label": "The world" });
+    this.canvas = el("canvas", {
+      tabindex: 0,
+      role: "img",
+      "data-testid": `world-${name}`,
+      "aria-label": "The world",
+    });
     this.busy = el("div", { class: "busy", hidden: true }, "Living it again …");
     this.note = el("div", { class: "count number", "data-testid": `eaten-${name}` });
     this.pickers.append(this.note);
@@ -34,8 +39,14 @@ export class Panel extends Chooser {
     );
     this.view = new WorldView(this.canvas);
     this.tip = new Tip(this.stage);
-    const hovered = (agent, x, y) => this.tip.show(agent === null || !this.seen ? null : this.seen(agent), x, y);
-    listen(this.canvas, this.view, { changed: tell.moved, picked: tell.picked, fitted: tell.fitted, hovered });
+    const hovered = (agent, x, y) =>
+      this.tip.show(agent === null || !this.seen ? null : this.seen(agent), x, y);
+    listen(this.canvas, this.view, {
+      changed: tell.moved,
+      picked: tell.picked,
+      fitted: tell.fitted,
+      hovered,
+    });
     this.sized = new ResizeObserver(() => {
       this.view.resize();
       tell.invalidate();
@@ -76,7 +87,11 @@ export class Panel extends Chooser {
   async fetchPart(source, part, agents, signal) {
     const asked = query(source);
     const steps = this.condition?.steps;
-    const span = part ?? (agents && steps ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART / agents))) } : null);
+    const span =
+      part ??
+      (agents && steps
+        ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART / agents))) }
+        : null);
     if (span) for (const [key, value] of Object.entries(span)) asked.set(key, value);
     return new Recording(await getBinary(`api/recording?${asked}`, signal));
   }

@@ -25,7 +25,12 @@ export class Population {
   draw(recording, step, playing) {
     const now = performance.now();
     const most = recording.arrays.eaten_in_life.subarray(-recording.agents);
-    if (!this.root.clientWidth || (recording === this.recording && (step === this.step || (playing && now - this.drawn < EVERY)))) return;
+    if (
+      !this.root.clientWidth ||
+      (recording === this.recording &&
+        (step === this.step || (playing && now - this.drawn < EVERY)))
+    )
+      return;
     if (recording !== this.recording) this.begin(recording, most);
     Object.assign(this, { recording, step, drawn: now });
     this.lines.forEach(({ agent, bar, number, line }) => {
@@ -42,14 +47,21 @@ export class Population {
   begin(recording, whole) {
     this.best = Math.max(1, ...[...whole]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
-    const shown = agents.length <= SHOWN ? agents : agents.sort((one, other) => whole[other] - whole[one]).slice(0, SHOWN);
+    const shown =
+      agents.length <= SHOWN
+        ? agents
+        : agents.sort((one, other) => whole[other] - whole[one]).slice(0, SHOWN);
     this.facts.textContent =
       agents.length <= SHOWN
         ? "items eaten so far; choose one to look inside"
         : `the ${SHOWN} that eat most, of ${agents.length.toLocaleString("en")}`;
     this.lines = shown.map((agent) => {
       const [bar, number] = [el("i", {}), el("b", { class: "number" })];
-      const act = { "aria-label": named(agent, 0), "data-testid": `agent-${agent}`, onclick: () => this.pick(agent) };
+      const act = {
+        "aria-label": named(agent, 0),
+        "data-testid": `agent-${agent}`,
+        onclick: () => this.pick(agent),
+      };
       const line = el(
         "button",
         { type: "button", class: "agent-line", ...act },
@@ -59,7 +71,8 @@ export class Population {
       );
       return { agent, bar, number, line };
     });
-    const focused = this.list.contains(document.activeElement) && document.activeElement.dataset.testid;
+    const focused =
+      this.list.contains(document.activeElement) && document.activeElement.dataset.testid;
     this.list.replaceChildren(...this.lines.map(({ line }) => line));
     if (focused) this.lines.find(({ line }) => line.dataset.testid === focused)?.line.focus(); // the same agent of another life
   }

@@ -4,7 +4,8 @@ import { lineChart, look } from "./charts.js";
 import { el } from "./common.js";
 import { chartSaves } from "./saving.js";
 
-const WORDS = "Fitness of the last generation under circumstances that it did not evolve in, one changed at a time; in parentheses what it evolved with. Lines are medians over runs, bands their 95 % intervals, of six runs or more.";
+const WORDS =
+  "Fitness of the last generation under circumstances that it did not evolve in, one changed at a time; in parentheses what it evolved with. Lines are medians over runs, bands their 95 % intervals, of six runs or more.";
 
 /**
  * @param {Promise<{unit: string, panels: object[]}>} asked the answer of /api/results/reaction
@@ -14,10 +15,17 @@ const WORDS = "Fitness of the last generation under circumstances that it did no
  * @returns {{section: HTMLElement, destroy: () => void}}
  */
 export function reactionNorms(asked, groups, field, choose) {
-  const section = el("section", { class: "card", "data-testid": "reaction" }, el("h2", {}, "Reaction norms"));
+  const section = el(
+    "section",
+    { class: "card", "data-testid": "reaction" },
+    el("h2", {}, "Reaction norms"),
+  );
   let [charts, over] = [[], false];
   const fill = (answer) => {
-    if (!over) charts = answer.panels.length ? drawn(section, answer, groups, field, choose) : lacking(section);
+    if (!over)
+      charts = answer.panels.length
+        ? drawn(section, answer, groups, field, choose)
+        : lacking(section);
   };
   asked.then(fill).catch((fault) => section.append(el("p", { class: "soft" }, fault.message)));
   return {
@@ -30,36 +38,98 @@ export function reactionNorms(asked, groups, field, choose) {
 }
 
 function lacking(section) {
-  section.append(el("p", { class: "soft" }, "How the last generation does in what it did not evolve in has not been measured. ", el("code", {}, "baldwinlab assay STUDY --only reaction"), " does it."));
+  section.append(
+    el(
+      "p",
+      { class: "soft" },
+      "How the last generation does in what it did not evolve in has not been measured. ",
+      el("code", {}, "baldwinlab assay STUDY --only reaction"),
+      " does it.",
+    ),
+  );
   return [];
 }
 
 function drawn(section, { unit, panels }, groups, field, choose) {
   const conditions = new Set(groups.flatMap((group) => group.conditions));
-  const fitting = panels.filter(({ norms }) => Object.keys(norms).some((name) => conditions.has(name)));
+  const fitting = panels.filter(({ norms }) =>
+    Object.keys(norms).some((name) => conditions.has(name)),
+  );
   if (!fitting.length) {
-    section.append(el("p", { class: "soft" }, "They have not been measured in the conditions that are shown."));
+    section.append(
+      el("p", { class: "soft" }, "They have not been measured in the conditions that are shown."),
+    );
     return [];
   }
   const names = new Map(fitting.map((panel) => [panel.field, panel.name]));
   const chosen = names.has(field) ? field : fitting[0].field;
-  const options = [...names].map(([value, name]) => el("option", { value, selected: value === chosen }, name));
-  const places = fitting.filter((panel) => panel.field === chosen).map((panel) => [panel, el("div")]);
-  section.append(el("p", { class: "soft" }, WORDS),
-    el("label", { class: "field norm-field" }, el("span", {}, "what is changed"), el("select", { "data-testid": "norm", onchange: (event) => choose({ norm: event.target.value }) }, ...options)),
-    el("div", { class: places.length > 1 ? "results-boxes" : "results-boxes wide" }, ...places.map(([, place]) => place)));
+  const options = [...names].map(([value, name]) =>
+    el("option", { value, selected: value === chosen }, name),
+  );
+  const places = fitting
+    .filter((panel) => panel.field === chosen)
+    .map((panel) => [panel, el("div")]);
+  section.append(
+    el("p", { class: "soft" }, WORDS),
+    el(
+      "label",
+      { class: "field norm-field" },
+      el("span", {}, "what is changed"),
+      el(
+        "select",
+        { "data-testid": "norm", onchange: (event) => choose({ norm: event.target.value }) },
+        ...options,
+      ),
+    ),
+    el(
+      "div",
+      { class: places.length > 1 ? "results-boxes" : "results-boxes wide" },
+      ...places.map(([, place]) => place),
+    ),
+  );
   return places.map(([panel, place]) => norms(place, panel, unit, conditions, groups));
 }
 
 /** The curves of one circumstance on one map. */
 function norms(place, { field, name, map, values, evolved, norms }, unit, conditions, groups) {
   const root = el("div");
-  const series = Object.entries(norms).filter(([condition]) => conditions.has(condition)).map(([label, { median, low, high }]) => ({ label, values: median, low, high }));
-  const own = series.map(({ label }) => groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label));
-  series.forEach((one, number) => Object.assign(one, look(own.includes(-1) ? number : own[number]))); // as in the curves above, if each has one there
+  const series = Object.entries(norms)
+    .filter(([condition]) => conditions.has(condition))
+    .map(([label, { median, low, high }]) => ({ label, values: median, low, high }));
+  const own = series.map(({ label }) =>
+    groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
+  );
+  series.forEach((one, number) =>
+    Object.assign(one, look(own.includes(-1) ? number : own[number])),
+  ); // as in the curves above, if each has one there
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
-  const chart = lineChart(root, { title: map ? `Evolved on map ${map}, by ${name}` : `By ${name}`, x: values.map((_, at) => at), names, xLabel: name, yLabel: unit, series, height: 220 });
-  const rows = () => series.flatMap((one) => values.map((value, at) => ({ condition: one.label, value, median: one.values[at], low: one.low[at], high: one.high[at] })));
-  place.append(root, chartSaves(`reaction-${field}${map && `-${map}`}`, ["condition", "value", "median", "low", "high"], rows, chart.svg));
+  const chart = lineChart(root, {
+    title: map ? `Evolved on map ${map}, by ${name}` : `By ${name}`,
+    x: values.map((_, at) => at),
+    names,
+    xLabel: name,
+    yLabel: unit,
+    series,
+    height: 220,
+  });
+  const rows = () =>
+    series.flatMap((one) =>
+      values.map((value, at) => ({
+        condition: one.label,
+        value,
+        median: one.values[at],
+        low: one.low[at],
+        high: one.high[at],
+      })),
+    );
+  place.append(
+    root,
+    chartSaves(
+      `reaction-${field}${map && `-${map}`}`,
+      ["condition", "value", "median", "low", "high"],
+      rows,
+      chart.svg,
+    ),
+  );
   return chart;
 }

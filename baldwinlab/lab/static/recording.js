@@ -9,9 +9,19 @@ export class Recording {
   constructor({ header, arrays }) {
     this.header = header;
     this.arrays = arrays;
-    ({ first: this.first, last: this.last, steps: this.steps, agents: this.agents, items: this.items } = header);
+    ({
+      first: this.first,
+      last: this.last,
+      steps: this.steps,
+      agents: this.agents,
+      items: this.items,
+    } = header);
     const { inputs, sectors, real } = header.look;
-    this.inputs = inputs.map((name, input) => ({ name, sector: sectors[input], real: real[input] }));
+    this.inputs = inputs.map((name, input) => ({
+      name,
+      sector: sectors[input],
+      real: real[input],
+    }));
     this.numbers = real.some(Boolean); // float32 inputs, and not bits
     this.inputBytes = Math.ceil(this.inputs.length / 8);
     this.places = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
@@ -50,8 +60,14 @@ export class Recording {
 
   /** The inputs of an agent that are above 0 at a step, in words; with its value where one is real-valued. */
   senses(step, agent) {
-    const values = this.inputs.map(({ name, real }, input) => ({ name, real, value: this.sensed(step, agent, input) }));
-    return values.filter(({ value }) => value > 0).map(({ name, real, value }) => (real ? `${name} ${value.toFixed(2)}` : name));
+    const values = this.inputs.map(({ name, real }, input) => ({
+      name,
+      real,
+      value: this.sensed(step, agent, input),
+    }));
+    return values
+      .filter(({ value }) => value > 0)
+      .map(({ name, real, value }) => (real ? `${name} ${value.toFixed(2)}` : name));
   }
 
   /** The agent from whom another learns in a step, or null. */

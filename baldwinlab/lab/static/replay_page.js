@@ -12,22 +12,41 @@ import { WorldFigure, whole } from "./world_figure.js";
  * @param {{version: string, step: number, panels: {title: string, recording: string, experiment: string|null, commands: string[]}[]}} replay
  */
 export async function play(root, replay) {
-  const lives = await Promise.all(replay.panels.map(async ({ recording }) => whole(new Recording(unpack(await inflated(recording))))));
+  const lives = await Promise.all(
+    replay.panels.map(async ({ recording }) =>
+      whole(new Recording(unpack(await inflated(recording)))),
+    ),
+  );
   const player = new Player((time) => {
     const ready = figures.map((figure) => figure.draw(time).ready);
-    bar.draw(Math.floor(time), player.last + 1, figures.map(({ life, agent }) => ({ life, chosen: agent })));
+    bar.draw(
+      Math.floor(time),
+      player.last + 1,
+      figures.map(({ life, agent }) => ({ life, chosen: agent })),
+    );
     if (ready.includes(false)) player.invalidate();
     return true;
   });
   player.last = Math.max(...lives.map((life) => life.at(0).last)) - 1;
   const bar = new TimeBar(player, "replay");
   player.changed = () => bar.showTime();
-  const figures = replay.panels.map(({ title }) => new WorldFigure(`The world of ${title}`, "replay-canvas", { invalidate: () => player.invalidate() }));
+  const figures = replay.panels.map(
+    ({ title }) =>
+      new WorldFigure(`The world of ${title}`, "replay-canvas", {
+        invalidate: () => player.invalidate(),
+      }),
+  );
   const legend = new Legend();
   legend.show(lives.map(({ header }) => header.look));
   const panels = replay.panels.map((panel, place) => framed(panel, lives[place], figures[place]));
   const heading = el("h1", { class: "visually-hidden" }, "A lifetime, lived again");
-  root.replaceChildren(heading, el("div", { class: "replay-panels" }, ...panels), bar.root, legend.root, about(replay));
+  root.replaceChildren(
+    heading,
+    el("div", { class: "replay-panels" }, ...panels),
+    bar.root,
+    legend.root,
+    about(replay),
+  );
   figures.forEach((figure, place) => figure.show(lives[place]));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
   addEventListener("keydown", (event) => steer(event, bar, figures));
@@ -36,8 +55,18 @@ export async function play(root, replay) {
 
 function framed({ title }, { header }, { stage, foot, facts }) {
   const about = `seed ${header.seed}, ${format(header.agents)} agents, ${items(header)}`;
-  const part = header.last - header.first < header.steps ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}` : "";
-  return el("figure", {}, el("figcaption", {}, el("strong", {}, title), el("span", { class: "soft" }, about + part)), stage, foot, facts);
+  const part =
+    header.last - header.first < header.steps
+      ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}`
+      : "";
+  return el(
+    "figure",
+    {},
+    el("figcaption", {}, el("strong", {}, title), el("span", { class: "soft" }, about + part)),
+    stage,
+    foot,
+    facts,
+  );
 }
 
 /** Such as: 50 items of food. */
@@ -53,7 +82,13 @@ function about({ version, panels }) {
     el("pre", { "data-testid": "replay-commands" }, commands.join("\n")),
   ]);
   const what = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime learning. The same commands give the same lifetime, to the bit.`;
-  return el("details", { class: "replay-about" }, el("summary", {}, `What this is, and how to live it again (baldwinlab ${version})`), el("p", {}, what), ...parts);
+  return el(
+    "details",
+    { class: "replay-about" },
+    el("summary", {}, `What this is, and how to live it again (baldwinlab ${version})`),
+    el("p", {}, what),
+    ...parts,
+  );
 }
 
 /** Esc looks at all agents again; else as the bar of time says. */

@@ -7,7 +7,16 @@ export class Responses {
     this.lines = el("tbody", {});
     const title = (text) => el("th", { scope: "col" }, text);
     const head = el("thead", {}, el("tr", {}, title("senses"), title("at birth"), title("now")));
-    this.root = el("table", { class: "responses", "data-testid": "responses", "aria-label": "What it does at what it senses" }, head, this.lines);
+    this.root = el(
+      "table",
+      {
+        class: "responses",
+        "data-testid": "responses",
+        "aria-label": "What it does at what it senses",
+      },
+      head,
+      this.lines,
+    );
   }
 
   /** @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} inside as /api/inside gives it */
@@ -16,10 +25,20 @@ export class Responses {
     if (!responses) return;
     const codes = responses.length / samples.length;
     Object.assign(this, { actions: look.actions, responses, samples, codes, shown: -1 });
-    const sensed = (code) => look.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
+    const sensed = (code) =>
+      look.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
     this.now = Array.from({ length: codes }, () => el("td", {}));
-    this.lines.replaceChildren(...this.now.map((now, code) =>
-      el("tr", {}, el("th", { scope: "row" }, sensed(code)), el("td", {}, look.actions[responses[code]]), now)));
+    this.lines.replaceChildren(
+      ...this.now.map((now, code) =>
+        el(
+          "tr",
+          {},
+          el("th", { scope: "row" }, sensed(code)),
+          el("td", {}, look.actions[responses[code]]),
+          now,
+        ),
+      ),
+    );
   }
 
   /** As it is at a step, and which line is the agent's own just now. */

@@ -12,15 +12,32 @@ const EACH = "each"; // in the address: every condition by itself
  * @returns {{by: string|null, only: Object<string, string>, groups: {label: string, conditions: string[]}[]}}
  */
 export function arranged({ conditions, factors, swept }, state) {
-  const only = Object.fromEntries(Object.keys(factors).map((factor) => [factor, state[`only.${factor}`] ?? ""]));
-  const fits = (number) => Object.entries(only).every(([factor, value]) => !value || String(factors[factor][number]) === value);
+  const only = Object.fromEntries(
+    Object.keys(factors).map((factor) => [factor, state[`only.${factor}`] ?? ""]),
+  );
+  const fits = (number) =>
+    Object.entries(only).every(
+      ([factor, value]) => !value || String(factors[factor][number]) === value,
+    );
   const shown = conditions.map((_, number) => number).filter(fits);
   const values = (factor) => [...new Set(shown.map((number) => String(factors[factor][number])))];
   const telling = Object.keys(factors).filter((factor) => values(factor).length > 1);
-  const usual = swept || shown.length > MANY ? telling.find((factor) => values(factor).length <= MANY) ?? telling[0] : undefined;
-  const by = telling.includes(state.group) ? state.group : state.group === EACH ? null : usual ?? null;
+  const usual =
+    swept || shown.length > MANY
+      ? (telling.find((factor) => values(factor).length <= MANY) ?? telling[0])
+      : undefined;
+  const by = telling.includes(state.group)
+    ? state.group
+    : state.group === EACH
+      ? null
+      : (usual ?? null);
   const groups = by
-    ? values(by).map((value) => ({ label: value, conditions: shown.filter((number) => String(factors[by][number]) === value).map((number) => conditions[number]) }))
+    ? values(by).map((value) => ({
+        label: value,
+        conditions: shown
+          .filter((number) => String(factors[by][number]) === value)
+          .map((number) => conditions[number]),
+      }))
     : shown.map((number) => ({ label: conditions[number], conditions: [conditions[number]] }));
   return { by, only, groups };
 }
@@ -28,10 +45,11 @@ export function arranged({ conditions, factors, swept }, state) {
 /** One curve of several conditions: the mean of theirs, and from the lowest of them to the highest. */
 export function together(curves) {
   if (curves.length === 1) return curves[0];
-  const across = (choose) => curves[0].mean.map((_, place) => {
-    const there = curves.map((curve) => curve.mean[place]).filter((value) => value !== null);
-    return there.length ? choose(there) : null;
-  });
+  const across = (choose) =>
+    curves[0].mean.map((_, place) => {
+      const there = curves.map((curve) => curve.mean[place]).filter((value) => value !== null);
+      return there.length ? choose(there) : null;
+    });
   return {
     mean: across((values) => values.reduce((sum, value) => sum + value, 0) / values.length),
     low: across((values) => Math.min(...values)),
@@ -43,19 +61,48 @@ export function together(curves) {
 export function factorChoices({ factors }, { by, only }, choose) {
   const names = Object.keys(factors);
   if (!names.length) return null;
-  const filters = names.map((factor) => list(factor, [["", "all"], ...[...new Set(factors[factor].map(String))].map((value) => [value, value])],
-    only[factor], (value) => choose({ [`only.${factor}`]: value, hidden: null }), `only-${factor}`));
-  const grouped = list("one curve for each", [[EACH, "condition"], ...names.map((name) => [name, name])], by ?? EACH,
-    (value) => choose({ group: value, hidden: null }), "group");
+  const filters = names.map((factor) =>
+    list(
+      factor,
+      [["", "all"], ...[...new Set(factors[factor].map(String))].map((value) => [value, value])],
+      only[factor],
+      (value) => choose({ [`only.${factor}`]: value, hidden: null }),
+      `only-${factor}`,
+    ),
+  );
+  const grouped = list(
+    "one curve for each",
+    [[EACH, "condition"], ...names.map((name) => [name, name])],
+    by ?? EACH,
+    (value) => choose({ group: value, hidden: null }),
+    "group",
+  );
   return el("div", { class: "row results-factors" }, ...filters, grouped);
 }
 
 function list(name, options, chosen, change, id) {
-  const entries = options.map(([value, text]) => el("option", { value, selected: value === chosen }, text));
-  return el("label", { class: "field" }, el("span", {}, name), el("select", { "data-testid": id, onchange: (event) => change(event.target.value) }, ...entries));
+  const entries = options.map(([value, text]) =>
+    el("option", { value, selected: value === chosen }, text),
+  );
+  return el(
+    "label",
+    { class: "field" },
+    el("span", {}, name),
+    el(
+      "select",
+      { "data-testid": id, onchange: (event) => change(event.target.value) },
+      ...entries,
+    ),
+  );
 }
 
 /** What a new study forgets of the one before. */
 export function forgotten(results) {
-  return { group: null, hidden: null, ...Object.fromEntries(Object.keys(results?.factors ?? {}).map((factor) => [`only.${factor}`, null])) };
+  return {
+    group: null,
+    hidden: null,
+    ...Object.fromEntries(
+      Object.keys(results?.factors ?? {}).map((factor) => [`only.${factor}`, null]),
+    ),
+  };
 }

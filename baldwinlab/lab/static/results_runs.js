@@ -13,28 +13,77 @@ const COLUMNS = ["condition", "run", "best", "mean", "share"];
  */
 export function runTable(results, runs, measures, address) {
   const rows = Object.entries(runs).flatMap(([condition, numbers]) =>
-    numbers.map((run, index) => ({ condition, run, ...Object.fromEntries(COLUMNS.slice(2).map((measure) => [measure, results.final[condition][measure][index]])) })));
+    numbers.map((run, index) => ({
+      condition,
+      run,
+      ...Object.fromEntries(
+        COLUMNS.slice(2).map((measure) => [measure, results.final[condition][measure][index]]),
+      ),
+    })),
+  );
   const body = el("tbody");
-  const titled = (column) => (column in measures ? `${measures[column].name}, ${measures[column].axis}` : column);
+  const titled = (column) =>
+    column in measures ? `${measures[column].name}, ${measures[column].axis}` : column;
   let order = { column: "mean", rising: false };
-  const heads = COLUMNS.map((column) => el("th", { scope: "col" }, el("button", { type: "button", class: "quiet", "data-testid": `sort-${column}`, onclick: () => sort(column) }, titled(column))));
+  const heads = COLUMNS.map((column) =>
+    el(
+      "th",
+      { scope: "col" },
+      el(
+        "button",
+        {
+          type: "button",
+          class: "quiet",
+          "data-testid": `sort-${column}`,
+          onclick: () => sort(column),
+        },
+        titled(column),
+      ),
+    ),
+  );
   const sort = (column) => {
-    order = { column, rising: order.column === column ? !order.rising : column === "condition" || column === "run" };
+    order = {
+      column,
+      rising: order.column === column ? !order.rising : column === "condition" || column === "run",
+    };
     show();
   };
   const show = () => {
     const { column, rising } = order;
-    const sorted = [...rows].sort((one, other) => (one[column] > other[column] ? 1 : one[column] < other[column] ? -1 : 0) * (rising ? 1 : -1));
-    heads.forEach((head, number) => head.setAttribute("aria-sort", COLUMNS[number] === column ? (rising ? "ascending" : "descending") : "none"));
+    const sorted = [...rows].sort(
+      (one, other) =>
+        (one[column] > other[column] ? 1 : one[column] < other[column] ? -1 : 0) *
+        (rising ? 1 : -1),
+    );
+    heads.forEach((head, number) =>
+      head.setAttribute(
+        "aria-sort",
+        COLUMNS[number] === column ? (rising ? "ascending" : "descending") : "none",
+      ),
+    );
     body.replaceChildren(...sorted.map((row) => line(row, address(row.condition, row.run))));
   };
-  const table = el("div", { class: "results-runs", tabindex: "0", role: "region", "aria-label": "Every run" }, el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body));
-  return el("details", { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
-    el("summary", {}, `Every run (${rows.length}), averaged over its last ten generations`), table,
-    saveButton("runs.csv", () => csv(COLUMNS, rows)));
+  const table = el(
+    "div",
+    { class: "results-runs", tabindex: "0", role: "region", "aria-label": "Every run" },
+    el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body),
+  );
+  return el(
+    "details",
+    { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
+    el("summary", {}, `Every run (${rows.length}), averaged over its last ten generations`),
+    table,
+    saveButton("runs.csv", () => csv(COLUMNS, rows)),
+  );
 }
 
 function line(row, address) {
   const run = address ? el("a", { href: address }, row.run) : row.run;
-  return el("tr", {}, el("th", { scope: "row" }, row.condition), el("td", {}, run), ...COLUMNS.slice(2).map((measure) => el("td", {}, format(row[measure]))));
+  return el(
+    "tr",
+    {},
+    el("th", { scope: "row" }, row.condition),
+    el("td", {}, run),
+    ...COLUMNS.slice(2).map((measure) => el("td", {}, format(row[measure]))),
+  );
 }

@@ -21,7 +21,8 @@ export class RunCurve extends ChartSlider {
       this.held = false;
       settled();
     };
-    for (const end of ["change", "pointerup", "pointercancel"]) this.slider.addEventListener(end, release);
+    for (const end of ["change", "pointerup", "pointercancel"])
+      this.slider.addEventListener(end, release);
   }
 
   /** Stand at a generation of a run, whose last one that is; of a run that is not stored there is no curve. @param {import("./sources.js").Source} source */
@@ -53,7 +54,8 @@ export class RunCurve extends ChartSlider {
   }
 
   say() {
-    if (this.curve) this.slider.setAttribute("aria-valuetext", this.told(this.slider.valueAsNumber));
+    if (this.curve)
+      this.slider.setAttribute("aria-valuetext", this.told(this.slider.valueAsNumber));
     else this.slider.removeAttribute("aria-valuetext");
   }
 

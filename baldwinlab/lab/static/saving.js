@@ -12,8 +12,12 @@ const TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" 
  * @param {() => string} picture the text of an SVG file
  */
 export function chartSaves(name, columns, rows, picture) {
-  return el("div", { class: "row chart-saves" },
-    saveButton(`${name}.csv`, () => csv(columns, rows()), "Save as CSV"), saveButton(`${name}.svg`, picture, "Save as SVG"));
+  return el(
+    "div",
+    { class: "row chart-saves" },
+    saveButton(`${name}.csv`, () => csv(columns, rows()), "Save as CSV"),
+    saveButton(`${name}.svg`, picture, "Save as SVG"),
+  );
 }
 
 /** A button that takes a text along as a file of that name; the text is asked for when it is pressed. */
@@ -23,11 +27,26 @@ export function saveButton(name, text, label = `Save as ${name}`) {
     el("a", { href: place, download: name }).click();
     setTimeout(() => URL.revokeObjectURL(place), 1000);
   };
-  return el("button", { type: "button", class: "quiet", "aria-label": label.endsWith(name) ? null : `${label}: ${name}`, "data-testid": `download-${name}`, onclick: save }, label);
+  return el(
+    "button",
+    {
+      type: "button",
+      class: "quiet",
+      "aria-label": label.endsWith(name) ? null : `${label}: ${name}`,
+      "data-testid": `download-${name}`,
+      onclick: save,
+    },
+    label,
+  );
 }
 
 /** Rows as a table that other programs read; a number that does not exist is an empty cell. */
 export function csv(columns, rows) {
-  const cell = (value) => (value === null || value === undefined ? "" : /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : value);
+  const cell = (value) =>
+    value === null || value === undefined
+      ? ""
+      : /[",\n]/.test(value)
+        ? `"${String(value).replaceAll('"', '""')}"`
+        : value;
   return `${[columns, ...rows.map((row) => columns.map((column) => row[column]))].map((cells) => cells.map(cell).join(",")).join("\n")}\n`;
 }

@@ -15,9 +15,24 @@ const CAPTION = 30; // CSS pixels under each world in a picture
  * @returns {{close: () => void}}
  */
 export function mountShare(root, getState) {
-  const menu = el("div", { popover: "auto", id: "share-menu", class: "share-menu", role: "dialog", "aria-label": "Share", "data-testid": "share-menu" });
-  const button = el("button", { type: "button", popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" }, icon(SHARE), el("span", { class: "wide" }, "Share"));
-  menu.addEventListener("toggle", (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)));
+  const menu = el("div", {
+    popover: "auto",
+    id: "share-menu",
+    class: "share-menu",
+    role: "dialog",
+    "aria-label": "Share",
+    "data-testid": "share-menu",
+  });
+  const button = el(
+    "button",
+    { type: "button", popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" },
+    icon(SHARE),
+    el("span", { class: "wide" }, "Share"),
+  );
+  menu.addEventListener(
+    "toggle",
+    (event) => event.newState === "open" && menu.replaceChildren(...entries(getState)),
+  );
   menu.addEventListener("keydown", (event) => event.stopPropagation()); // keys of the menu do not steer the world
   root.append(button, menu);
   return {
@@ -30,12 +45,25 @@ export function mountShare(root, getState) {
 
 function entries(getState) {
   const made = (kind, more) => () => fetchFile(kind, { ...sources(getState()), ...more() });
-  const here = [linkRow(), saver("Picture", ".png of this moment", "share-png", () => picture(getState()))];
+  const here = [
+    linkRow(),
+    saver("Picture", ".png of this moment", "share-png", () => picture(getState())),
+  ];
   if (serverless()) return here;
   return [
     here[0],
-    saver("Page that plays anywhere", ".html, needs no server", "share-html", made("share", () => ({ step: getState().step }))),
-    saver("Live laboratory", ".html, evolution runs in it", "share-laboratory", made("laboratory", () => ({}))),
+    saver(
+      "Page that plays anywhere",
+      ".html, needs no server",
+      "share-html",
+      made("share", () => ({ step: getState().step })),
+    ),
+    saver(
+      "Live laboratory",
+      ".html, evolution runs in it",
+      "share-laboratory",
+      made("laboratory", () => ({})),
+    ),
     here[1],
     saver("Movie", ".mp4, the whole life in 20 s", "share-mp4", movie("mp4", getState)),
     saver("Movie for slides and mail", ".gif, the same", "share-gif", movie("gif", getState)),
@@ -47,17 +75,35 @@ function sources({ panels }) {
 }
 
 function linkRow() {
-  const link = el("input", { readonly: true, "aria-label": "Link to what is shown", "data-testid": "share-link", value: address(), onfocus: () => link.select() });
+  const link = el("input", {
+    readonly: true,
+    "aria-label": "Link to what is shown",
+    "data-testid": "share-link",
+    value: address(),
+    onfocus: () => link.select(),
+  });
   const copy = async () => {
     link.value = address();
     try {
       await navigator.clipboard.writeText(link.value);
-      message(`The link is copied. It opens exactly this${serverless() ? "" : ", on this machine"}.`, "done");
+      message(
+        `The link is copied. It opens exactly this${serverless() ? "" : ", on this machine"}.`,
+        "done",
+      );
     } catch {
       link.focus(); // a browser that forbids it: the link is chosen, ready to be copied by hand
     }
   };
-  return el("div", { class: "share-link" }, link, el("button", { type: "button", class: "primary", "data-testid": "share-copy", onclick: copy }, "Copy link"));
+  return el(
+    "div",
+    { class: "share-link" },
+    link,
+    el(
+      "button",
+      { type: "button", class: "primary", "data-testid": "share-copy", onclick: copy },
+      "Copy link",
+    ),
+  );
 }
 
 /** An entry that makes a file and saves it; while it does, it says so. */
@@ -67,7 +113,9 @@ function saver(title, what, testid, make) {
     button.disabled = true;
     hint.textContent = "making it …";
     try {
-      const { blob, name } = await make((share) => (hint.textContent = `making it … ${Math.round(100 * share)} %`));
+      const { blob, name } = await make(
+        (share) => (hint.textContent = `making it … ${Math.round(100 * share)} %`),
+      );
       download(blob, name);
       message(`Saved as ${name}.`, "done");
     } catch (fault) {
@@ -76,7 +124,12 @@ function saver(title, what, testid, make) {
     button.disabled = false;
     hint.textContent = what;
   };
-  const button = el("button", { type: "button", class: "share-entry", "data-testid": testid, onclick: save }, el("span", {}, title), hint);
+  const button = el(
+    "button",
+    { type: "button", class: "share-entry", "data-testid": testid, onclick: save },
+    el("span", {}, title),
+    hint,
+  );
   return button;
 }
 
@@ -122,7 +175,12 @@ async function picture({ panels, step }) {
   let left = 0;
   for (const { canvas, source } of panels) {
     pen.drawImage(canvas, left, 0);
-    pen.fillText(`${titleOf(source)}, step ${step}`, left + 12 * dots, height + (CAPTION * dots) / 2, canvas.width - 24 * dots);
+    pen.fillText(
+      `${titleOf(source)}, step ${step}`,
+      left + 12 * dots,
+      height + (CAPTION * dots) / 2,
+      canvas.width - 24 * dots,
+    );
     left += canvas.width;
   }
   const blob = await new Promise((resolve) => sheet.toBlob(resolve, "image/png"));

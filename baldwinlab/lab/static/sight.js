@@ -10,7 +10,9 @@ const MANY = 60; // agents beyond which only the chosen one's is drawn, unless d
 export function drawSight(view, recording, step, chosen) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
-  const looking = inputs.map(({ sector }, input) => ({ ...sector, input })).filter(({ radius }) => radius);
+  const looking = inputs
+    .map(({ sector }, input) => ({ ...sector, input }))
+    .filter(({ radius }) => radius);
   if (!looking.length) return;
   const farthest = Math.max(...looking.map(({ radius }) => radius));
   const all = agents <= MANY || farthest * scale > 90;
@@ -34,8 +36,13 @@ export function drawSight(view, recording, step, chosen) {
     const mine = looking.filter((sector) => sector.colour === colour);
     pen.fillStyle = shade(colour);
     for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
-      const bright = (agent, { input }) => Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;
-      shape((agent, x, y) => mine.forEach((sector) => bright(agent, sector) && wedge(pen, x, y, view.angle[agent], sector)));
+      const bright = (agent, { input }) =>
+        Math.ceil(LEVELS * recording.sensed(step, agent, input)) === level;
+      shape((agent, x, y) =>
+        mine.forEach(
+          (sector) => bright(agent, sector) && wedge(pen, x, y, view.angle[agent], sector),
+        ),
+      );
       pen.globalAlpha = (0.42 * level) / LEVELS;
       pen.fill();
     }
@@ -58,7 +65,11 @@ function agentsNear(view, radius) {
   for (let agent = 0; agent < view.count; agent++) {
     const [x, y] = [view.x[agent], view.y[agent]];
     const wraps = x < radius || y < radius || x > width - radius || y > height - radius;
-    if (wraps || (x > left - radius && x < right + radius && y > top - radius && y < bottom + radius)) found.push(agent);
+    if (
+      wraps ||
+      (x > left - radius && x < right + radius && y > top - radius && y < bottom + radius)
+    )
+      found.push(agent);
   }
   return found;
 }

@@ -25,20 +25,28 @@ export function canBeShown({ steps, alleles, views }) {
 /** Whether the life nearest to what is wanted has a world. */
 export function hasWorld(studies, wanted) {
   const { study, condition } = nearest(studies, wanted);
-  return Boolean(studies.find(({ id }) => id === study).conditions.find(({ name }) => name === condition).steps);
+  return Boolean(
+    studies.find(({ id }) => id === study).conditions.find(({ name }) => name === condition).steps,
+  );
 }
 
 /** The life nearest to what is wanted among what there is; raises an Error with a sentence for a study that is not. */
 export function nearest(studies, { study, condition, run, generation }, strict = false) {
-  const found = studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
-  if (!found) throw new Error(`There is no study ${study} here. There are: ${studies.map(({ id }) => id).join(", ")}.`);
+  const found =
+    studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
+  if (!found)
+    throw new Error(
+      `There is no study ${study} here. There are: ${studies.map(({ id }) => id).join(", ")}.`,
+    );
   const inside = found.conditions.find(({ name }) => name === condition);
   if (strict && condition !== undefined && !inside)
     throw new Error(`The study ${found.id} has no finished runs of ${condition}.`);
   const one = inside ?? found.conditions.find(({ shown }) => shown) ?? found.conditions[0];
   const [last, asked] = [one.generations - 1, Number(generation ?? one.generations - 1)];
   if (strict && !(Number.isInteger(asked) && asked >= 0 && asked <= last))
-    throw new Error(`${one.name} has no generation ${generation}: its generations are 0 to ${last}.`);
+    throw new Error(
+      `${one.name} has no generation ${generation}: its generations are 0 to ${last}.`,
+    );
   if (strict && run !== undefined && !one.runs.includes(Number(run)))
     throw new Error(`The study ${found.id} has no run ${run} of ${one.name}.`);
   return {
@@ -55,7 +63,10 @@ export async function withTypicalRun(studies, state) {
   const { study, condition } = nearest(studies, state);
   if (study === PRESETS) return state;
   try {
-    return { ...state, ...(await getJSON(`api/typical?${new URLSearchParams({ study, condition })}`)) };
+    return {
+      ...state,
+      ...(await getJSON(`api/typical?${new URLSearchParams({ study, condition })}`)),
+    };
   } catch {
     return state; // what is wrong with it is said when it is shown
   }
@@ -64,12 +75,16 @@ export async function withTypicalRun(studies, state) {
 /** What to set beside a life: the one that is shown first or the next condition, on the same map, or else the first generation. */
 export function rival({ source, conditions }) {
   const own = conditions.find(({ name }) => name === source.condition);
-  const there = conditions.filter(({ map, reading, steps }) => steps && map === own?.map && reading === own?.reading);
+  const there = conditions.filter(
+    ({ map, reading, steps }) => steps && map === own?.map && reading === own?.reading,
+  );
   const first = conditions.find(({ shown }) => shown)?.learner;
   const other = there
     .filter(({ learner }) => learner === first)
     .concat(there)
-    .find((one) => one !== own && one.runs.includes(source.run) && one.generations > source.generation);
+    .find(
+      (one) => one !== own && one.runs.includes(source.run) && one.generations > source.generation,
+    );
   return other
     ? { ...source, condition: other.name }
     : { ...source, generation: source.generation === 0 ? (own?.generations ?? 1) - 1 : 0 };
@@ -82,18 +97,29 @@ export function rival({ source, conditions }) {
 export async function watchable() {
   const { studies } = await getJSON("api/studies");
   const problems = studies.flatMap(({ problem }) => problem ?? []);
-  const worldless = studies.flatMap(({ id, conditions }) => conditions.filter((one) => !canBeShown(one)).map(({ name }) => ({ study: id, condition: name })));
+  const worldless = studies.flatMap(({ id, conditions }) =>
+    conditions
+      .filter((one) => !canBeShown(one))
+      .map(({ name }) => ({ study: id, condition: name })),
+  );
   const stored = studies
-    .map((study) => ({ ...study, conditions: study.conditions.filter((one) => one.runs.length && canBeShown(one)) }))
+    .map((study) => ({
+      ...study,
+      conditions: study.conditions.filter((one) => one.runs.length && canBeShown(one)),
+    }))
     .filter(({ conditions }) => conditions.length);
   return { studies: stored.length ? stored : [await presetsAsStudy()], worldless, problems };
 }
 
 /** Raises an Error with a sentence where what an address names cannot be shown. */
 export function requireShown({ studies, worldless }, state) {
-  const found = worldless.find(({ study, condition }) => study === state.study && condition === (state.condition ?? condition));
+  const found = worldless.find(
+    ({ study, condition }) => study === state.study && condition === (state.condition ?? condition),
+  );
   if (found && (state.condition || studies.every(({ id }) => id !== state.study)))
-    throw new Error(`${found.condition} of ${state.study} is of a model whose lives have no world to watch.`);
+    throw new Error(
+      `${found.condition} of ${state.study} is of a model whose lives have no world to watch.`,
+    );
 }
 
 /** A life by its whole name. @param {Source} source */
@@ -105,5 +131,10 @@ export function titled({ study, condition, run, generation }) {
 async function presetsAsStudy() {
   const { presets } = await getJSON("api/presets");
   const runs = Array.from({ length: 10 }, (_, run) => run);
-  return { id: PRESETS, conditions: presets.filter(({ world }) => world).map(({ world, ...preset }) => ({ ...preset, ...world, runs })) };
+  return {
+    id: PRESETS,
+    conditions: presets
+      .filter(({ world }) => world)
+      .map(({ world, ...preset }) => ({ ...preset, ...world, runs })),
+  };
 }

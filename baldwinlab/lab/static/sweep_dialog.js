@@ -14,15 +14,40 @@ const FIELDS = 2;
  */
 export function sweepDialog(order, swept, changed, started) {
   const known = new Map(leaves(order.experiment).filter(([path]) => path !== "name"));
-  const rows = Array.from({ length: FIELDS }, (_, number) => fieldRow(known, number, Object.entries(swept)[number]));
-  const name = el("input", { value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`, spellcheck: "false", maxlength: 100, "data-testid": "sweep-name" });
-  const [size, fault] = [el("p", { role: "status", "data-testid": "sweep-size" }), el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" })];
-  const start = el("button", { type: "submit", class: "primary", "data-testid": "sweep-start" }, "Start the sweep");
+  const rows = Array.from({ length: FIELDS }, (_, number) =>
+    fieldRow(known, number, Object.entries(swept)[number]),
+  );
+  const name = el("input", {
+    value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`,
+    spellcheck: "false",
+    maxlength: 100,
+    "data-testid": "sweep-name",
+  });
+  const [size, fault] = [
+    el("p", { role: "status", "data-testid": "sweep-size" }),
+    el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" }),
+  ];
+  const start = el(
+    "button",
+    { type: "submit", class: "primary", "data-testid": "sweep-start" },
+    "Start the sweep",
+  );
   let [toml, waiting, turn] = [undefined, 0, 0];
   const save = saveButton("sweep.toml", () => toml);
-  const elsewhere = el("p", { class: "soft" }, "Saved as a file, ", el("code", {}, "baldwinlab sweep sweep.toml"), " does the same elsewhere.");
+  const elsewhere = el(
+    "p",
+    { class: "soft" },
+    "Saved as a file, ",
+    el("code", {}, "baldwinlab sweep sweep.toml"),
+    " does the same elsewhere.",
+  );
 
-  const fields = () => Object.fromEntries(rows.filter(({ field }) => field.value).map(({ field, values }) => [field.value, listed(values.value)]));
+  const fields = () =>
+    Object.fromEntries(
+      rows
+        .filter(({ field }) => field.value)
+        .map(({ field, values }) => [field.value, listed(values.value)]),
+    );
   const tell = (plan, sentence) => {
     [toml, size.textContent, fault.textContent] = [plan?.toml, plan ? inWords(plan) : "", sentence];
     start.disabled = save.disabled = !plan;
@@ -43,20 +68,49 @@ export function sweepDialog(order, swept, changed, started) {
       }
     }, CHECK_AFTER);
   };
-  const form = el("form", { class: "live-keep" },
+  const form = el(
+    "form",
+    { class: "live-keep" },
     el("h2", {}, "Sweep a field"),
-    el("p", { class: "soft" }, "The experiment of the form at each of these values, or at each pair of them, with as many runs each. It becomes a study."),
+    el(
+      "p",
+      { class: "soft" },
+      "The experiment of the form at each of these values, or at each pair of them, with as many runs each. It becomes a study.",
+    ),
     ...rows.map(({ element }) => element),
-    el("label", { class: "field" }, el("span", {}, "Name, below the folder that this lab shows"), name),
-    size, elsewhere, fault,
-    el("div", { class: "row" }, save, el("span", { class: "spread" }), el("button", { type: "button", class: "quiet", onclick: () => dialog.close() }, "Cancel"), start));
-  const dialog = el("dialog", { "aria-label": "Sweep a field", "data-testid": "sweep-dialog" }, form);
+    el(
+      "label",
+      { class: "field" },
+      el("span", {}, "Name, below the folder that this lab shows"),
+      name,
+    ),
+    size,
+    elsewhere,
+    fault,
+    el(
+      "div",
+      { class: "row" },
+      save,
+      el("span", { class: "spread" }),
+      el("button", { type: "button", class: "quiet", onclick: () => dialog.close() }, "Cancel"),
+      start,
+    ),
+  );
+  const dialog = el(
+    "dialog",
+    { "aria-label": "Sweep a field", "data-testid": "sweep-dialog" },
+    form,
+  );
   for (const { element } of rows) element.addEventListener("input", check);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     start.disabled = true;
     try {
-      const { name: study } = await postJSON("/api/sweep", { ...order, fields: fields(), name: name.value.trim() });
+      const { name: study } = await postJSON("/api/sweep", {
+        ...order,
+        fields: fields(),
+        name: name.value.trim(),
+      });
       dialog.close();
       started(study);
     } catch (refusal) {
@@ -79,24 +133,51 @@ export function sweepDialog(order, swept, changed, started) {
 /** A field to choose, and its values. */
 function fieldRow(known, number, given) {
   const title = number ? "and, if you like, another field" : "field";
-  const field = el("select", { "data-testid": `sweep-field-${number}` }, el("option", { value: "" }, number ? "none" : "choose a field"),
-    ...[...known.keys()].map((path) => el("option", { value: path }, path)));
-  const values = el("input", { spellcheck: "false", autocomplete: "off", "data-testid": `sweep-values-${number}` });
+  const field = el(
+    "select",
+    { "data-testid": `sweep-field-${number}` },
+    el("option", { value: "" }, number ? "none" : "choose a field"),
+    ...[...known.keys()].map((path) => el("option", { value: path }, path)),
+  );
+  const values = el("input", {
+    spellcheck: "false",
+    autocomplete: "off",
+    "data-testid": `sweep-values-${number}`,
+  });
   if (given && known.has(given[0])) [field.value, values.value] = [given[0], written(given[1])];
-  const beside = el("label", { class: "field", hidden: !field.value }, el("span", {}, "values, with commas between"), values);
+  const beside = el(
+    "label",
+    { class: "field", hidden: !field.value },
+    el("span", {}, "values, with commas between"),
+    values,
+  );
   field.addEventListener("change", () => {
     beside.hidden = !field.value;
     values.value = field.value ? written(around(known.get(field.value))) : "";
     field.dispatchEvent(new Event("input", { bubbles: true }));
   });
-  return { field, values, element: el("div", { class: "sweep-field" }, el("label", { class: "field" }, el("span", {}, title), field), beside) };
+  return {
+    field,
+    values,
+    element: el(
+      "div",
+      { class: "sweep-field" },
+      el("label", { class: "field" }, el("span", {}, title), field),
+      beside,
+    ),
+  };
 }
 
 /** Every field of a tree that may be swept, by its path, with its value. */
 function leaves(tree, path = "") {
-  const table = tree !== null && typeof tree === "object" && (!Array.isArray(tree) || tree.some((one) => typeof one === "object"));
+  const table =
+    tree !== null &&
+    typeof tree === "object" &&
+    (!Array.isArray(tree) || tree.some((one) => typeof one === "object"));
   if (!table) return tree === null ? [] : [[path, tree]];
-  return Object.entries(tree).flatMap(([key, below]) => leaves(below, path ? `${path}.${key}` : key));
+  return Object.entries(tree).flatMap(([key, below]) =>
+    leaves(below, path ? `${path}.${key}` : key),
+  );
 }
 
 /** Some values to begin with. */
@@ -104,12 +185,16 @@ function around(value) {
   if (typeof value === "boolean") return [false, true];
   if (typeof value !== "number") return [value];
   if (value === 0) return [0, 1];
-  const near = Number.isInteger(value) ? [Math.ceil(value / 2), value, 2 * value] : [value / 2, value, 2 * value].map((one) => Number(one.toPrecision(6)));
+  const near = Number.isInteger(value)
+    ? [Math.ceil(value / 2), value, 2 * value]
+    : [value / 2, value, 2 * value].map((one) => Number(one.toPrecision(6)));
   return [...new Set(near)];
 }
 
 function written(values) {
-  return values.map((value) => (typeof value === "string" ? value : JSON.stringify(value))).join(", ");
+  return values
+    .map((value) => (typeof value === "string" ? value : JSON.stringify(value)))
+    .join(", ");
 }
 
 /** `0, 0.1`, `true, false`, `rank, roulette` and `[10], [5, 5]` as the values that they mean. */
@@ -117,13 +202,17 @@ function listed(text) {
   try {
     return JSON.parse(`[${text}]`);
   } catch {
-    return text.split(",").map((one) => one.trim()).filter(Boolean).map((one) => {
-      try {
-        return JSON.parse(one);
-      } catch {
-        return one;
-      }
-    });
+    return text
+      .split(",")
+      .map((one) => one.trim())
+      .filter(Boolean)
+      .map((one) => {
+        try {
+          return JSON.parse(one);
+        } catch {
+          return one;
+        }
+      });
   }
 }
 

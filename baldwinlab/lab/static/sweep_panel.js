@@ -4,7 +4,13 @@ import { el, getJSON, message, postJSON } from "./common.js";
 import { duration } from "./sweep_dialog.js";
 
 const EVERY = 500; // ms
-const WORDS = { preparing: ["Getting ready", ""], running: ["Running", "good"], done: ["Done", "good"], stopped: ["Stopped", ""], failed: ["Failed", "warm"] };
+const WORDS = {
+  preparing: ["Getting ready", ""],
+  running: ["Running", "good"],
+  done: ["Done", "good"],
+  stopped: ["Stopped", ""],
+  failed: ["Failed", "warm"],
+};
 
 /**
  * @param {HTMLElement} root is filled
@@ -15,19 +21,56 @@ const WORDS = { preparing: ["Getting ready", ""], running: ["Running", "good"], 
 export function sweepPanel(root, name, over) {
   const aborted = new AbortController();
   const [title, badge] = [el("h1"), el("span", { "data-testid": "sweep-state" })];
-  const stop = el("button", { type: "button", class: "danger", "data-testid": "sweep-stop" }, "Stop");
-  const open = el("a", { class: "button primary", "data-testid": "sweep-results", hidden: true }, "Open in Results");
-  const [progress, count] = [el("progress", { "aria-label": "How much of the sweep has lived", max: 1 }), el("span", { class: "number", "data-testid": "sweep-count" })];
+  const stop = el(
+    "button",
+    { type: "button", class: "danger", "data-testid": "sweep-stop" },
+    "Stop",
+  );
+  const open = el(
+    "a",
+    { class: "button primary", "data-testid": "sweep-results", hidden: true },
+    "Open in Results",
+  );
+  const [progress, count] = [
+    el("progress", { "aria-label": "How much of the sweep has lived", max: 1 }),
+    el("span", { class: "number", "data-testid": "sweep-count" }),
+  ];
   const fault = el("p", { class: "fault", role: "status" });
-  const words = el("p", { class: "soft" }, "It goes on while this page shows something else, or is closed. What is stored can be looked at meanwhile; stopped, it keeps the runs that have ended.");
-  root.replaceChildren(el("section", { class: "card live-head", "data-testid": "sweep-head" },
-    el("div", { class: "row" }, title, badge, el("span", { class: "soft" }, name), el("span", { class: "spread" }), stop, open),
-    el("div", { class: "row live-progress" }, progress, count), fault, words));
-  stop.addEventListener("click", () => postJSON("/api/sweep/stop", {}).catch((refusal) => message(refusal.message, "error")));
+  const words = el(
+    "p",
+    { class: "soft" },
+    "It goes on while this page shows something else, or is closed. What is stored can be looked at meanwhile; stopped, it keeps the runs that have ended.",
+  );
+  root.replaceChildren(
+    el(
+      "section",
+      { class: "card live-head", "data-testid": "sweep-head" },
+      el(
+        "div",
+        { class: "row" },
+        title,
+        badge,
+        el("span", { class: "soft" }, name),
+        el("span", { class: "spread" }),
+        stop,
+        open,
+      ),
+      el("div", { class: "row live-progress" }, progress, count),
+      fault,
+      words,
+    ),
+  );
+  stop.addEventListener("click", () =>
+    postJSON("/api/sweep/stop", {}).catch((refusal) => message(refusal.message, "error")),
+  );
 
   const show = (sweep) => {
     const [word, kind] = WORDS[sweep.state];
-    [badge.className, badge.textContent, fault.textContent] = [`badge ${kind}`, word, sweep.message];
+    [badge.className, badge.textContent, fault.textContent] = [
+      `badge ${kind}`,
+      word,
+      sweep.message,
+    ];
     title.textContent = `Sweep of ${sweep.fields.join(" and ")}`;
     progress.value = sweep.share;
     const left = sweep.seconds_left === null ? "" : `, ${duration(sweep.seconds_left)} left`;

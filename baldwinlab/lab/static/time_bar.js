@@ -22,15 +22,42 @@ export class TimeBar {
       what();
     };
     const button = (name, label, path, what, shape = "square") =>
-      el("button", { type: "button", class: shape, "aria-label": label, "data-testid": `${testid}-${name}`, onclick: act(what) }, icon(path));
+      el(
+        "button",
+        {
+          type: "button",
+          class: shape,
+          "aria-label": label,
+          "data-testid": `${testid}-${name}`,
+          onclick: act(what),
+        },
+        icon(path),
+      );
     this.toggle = button("play", "Play", PLAY, () => player.toggle(), "primary round");
     this.timeline = new Timeline((step) => act(() => player.seek(step))());
     this.step = el("span", { class: "number", "data-testid": `${testid}-step` });
     const options = SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`));
-    this.speed = el("select", { "aria-label": "Speed", "data-testid": `${testid}-speed`, onchange: () => player.setSpeed(this.speed.value) }, ...options);
+    this.speed = el(
+      "select",
+      {
+        "aria-label": "Speed",
+        "data-testid": `${testid}-speed`,
+        onchange: () => player.setSpeed(this.speed.value),
+      },
+      ...options,
+    );
     const back = button("back", "One step back", BACK, () => player.step(-1));
     const on = button("on", "One step on", ON, () => player.step(1));
-    this.root = el("div", { class: "time-bar", role: "group", "aria-label": "Time" }, this.toggle, back, on, this.timeline.root, this.step, this.speed);
+    this.root = el(
+      "div",
+      { class: "time-bar", role: "group", "aria-label": "Time" },
+      this.toggle,
+      back,
+      on,
+      this.timeline.root,
+      this.step,
+      this.speed,
+    );
     this.showTime();
   }
 
@@ -52,7 +79,9 @@ export class TimeBar {
 
   /** Space plays and pauses; the arrows go a step, with shift ten. Controls that have the focus keep their own keys. */
   steer(event) {
-    const own = event.target.matches("input, select, textarea") || (event.key === " " && event.target.matches("button, summary, a"));
+    const own =
+      event.target.matches("input, select, textarea") ||
+      (event.key === " " && event.target.matches("button, summary, a"));
     if (own || event.ctrlKey || event.metaKey || event.altKey) return;
     const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (event.key !== " " && !by) return;

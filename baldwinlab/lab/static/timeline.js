@@ -13,7 +13,12 @@ const BAR = 3; // CSS pixels a bar of meals
 export class Timeline extends ChartSlider {
   /** @param {(step: number) => void} seek */
   constructor(seek) {
-    super("timeline", { max: 1, "aria-label": "Step", "data-testid": "timeline", oninput: () => seek(Number(this.slider.value)) });
+    super("timeline", {
+      max: 1,
+      "aria-label": "Step",
+      "data-testid": "timeline",
+      oninput: () => seek(Number(this.slider.value)),
+    });
     this.tracks = [];
   }
 
@@ -23,7 +28,10 @@ export class Timeline extends ChartSlider {
     const perBar = (BAR * steps) / Math.max(1, this.canvas.clientWidth);
     const last = Math.min(steps - 1, Math.max(first, Math.floor(first + perBar) - 1));
     const eaten = this.tracks.map(({ life }) => eatenIn(life, first, last).toLocaleString("en"));
-    const when = first === last ? `step ${first.toLocaleString("en")}` : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
+    const when =
+      first === last
+        ? `step ${first.toLocaleString("en")}`
+        : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
     return `${when}: ${eaten.join(" and ")} eaten`;
   }
 
@@ -31,11 +39,16 @@ export class Timeline extends ChartSlider {
   draw(tracks) {
     this.tracks = tracks;
     const steps = Number(this.slider.max) + 1;
-    const sheet = this.fresh(steps, ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()]));
+    const sheet = this.fresh(
+      steps,
+      ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()]),
+    );
     if (!sheet) return;
     const { pen, width, height, dots } = sheet;
     const row = height / tracks.length;
-    tracks.forEach((track, number) => drawTrack(pen, track, { top: number * row, width, row, dots, steps }));
+    tracks.forEach((track, number) =>
+      drawTrack(pen, track, { top: number * row, width, row, dots, steps }),
+    );
   }
 }
 
@@ -43,7 +56,8 @@ export class Timeline extends ChartSlider {
 function eatenIn(life, from, to) {
   let sum = 0;
   for (const part of life.parts.values()) {
-    for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++) sum += part.meals[step - part.first];
+    for (let step = Math.max(from, part.first); step <= Math.min(to, part.last - 1); step++)
+      sum += part.meals[step - part.first];
   }
   return sum;
 }
@@ -56,7 +70,8 @@ function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
     const place = (step) => Math.floor(((step / steps) * width) / wide);
     part.meals.forEach((count, at) => (bars[place(part.first + at)] += count));
     for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
-      if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen)) own.add(place(step - 1));
+      if (part.eatenBefore(step, chosen) > part.eatenBefore(step - 1, chosen))
+        own.add(place(step - 1));
     }
   }
   const most = Math.max(4, ...bars);

@@ -15,10 +15,22 @@ export class Trace {
   constructor(title, seek, height = 84) {
     this.value = el("span", { class: "number" });
     this.canvas = el("canvas", { style: `height:${height}px`, role: "img", "aria-label": title });
-    const saves = chartSaves(title.split(",")[0].replaceAll(" ", "-"), ["line", "step", "value"], () => this.rows(), () => this.picture(title));
-    this.root = el("figure", { class: "trace" }, el("figcaption", {}, el("h3", {}, title), this.value), this.canvas, saves);
+    const saves = chartSaves(
+      title.split(",")[0].replaceAll(" ", "-"),
+      ["line", "step", "value"],
+      () => this.rows(),
+      () => this.picture(title),
+    );
+    this.root = el(
+      "figure",
+      { class: "trace" },
+      el("figcaption", {}, el("h3", {}, title), this.value),
+      this.canvas,
+      saves,
+    );
     this.canvas.addEventListener("click", (event) => {
-      const share = (event.offsetX - MARGIN.left) / (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
+      const share =
+        (event.offsetX - MARGIN.left) / (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
       seek(Math.round(Math.min(1, Math.max(0, share)) * this.steps));
     });
     this.still = document.createElement("canvas");
@@ -33,7 +45,9 @@ export class Trace {
 
   /** A row a point. */
   rows() {
-    return this.lines.flatMap((line, number) => pointsOf(line).map(([step, value]) => ({ line: number, step, value })));
+    return this.lines.flatMap((line, number) =>
+      pointsOf(line).map(([step, value]) => ({ line: number, step, value })),
+    );
   }
 
   /** The text of a file: the lines of a colour together. */
@@ -42,11 +56,20 @@ export class Trace {
     const thinned = (line) => pointsOf(line).filter((_, at) => at % every === 0);
     const series = [...new Set(this.lines.map(({ colour }) => colour))].map((colour) => {
       const own = this.lines.filter((line) => line.colour === colour);
-      const drawn = own.map((line, run) => ({ run, values: thinned(line).map(([, value]) => value) }));
+      const drawn = own.map((line, run) => ({
+        run,
+        values: thinned(line).map(([, value]) => value),
+      }));
       const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
       return { label: own[0].label ?? title, color: palette[colour], ...lines };
     });
-    return curvesFile({ title, x: thinned(this.lines[0]).map(([step]) => step), series, xLabel: "step of life", yLabel: title });
+    return curvesFile({
+      title,
+      x: thinned(this.lines[0]).map(([step]) => step),
+      series,
+      xLabel: "step of life",
+      yLabel: title,
+    });
   }
 
   draw(step, text) {
@@ -84,21 +107,31 @@ export class Trace {
     const pen = this.still.getContext("2d");
     pen.setTransform(dots, 0, 0, dots, 0, 0);
     const placeY = (value) =>
-      MARGIN.top + (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
+      MARGIN.top +
+      (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);
     pen.font = `10.5px ${FONT}`;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
     const edges = this.low < 0 ? [this.low, 0, this.high] : [this.low, this.high];
     for (const value of edges) {
       pen.fillStyle = palette.soft;
-      pen.fillText(format(Math.abs(value) >= 10 ? Math.round(value) : value), MARGIN.left - 5, placeY(value));
+      pen.fillText(
+        format(Math.abs(value) >= 10 ? Math.round(value) : value),
+        MARGIN.left - 5,
+        placeY(value),
+      );
       pen.fillStyle = palette.grid;
       pen.fillRect(MARGIN.left, placeY(value) - 0.5, width - MARGIN.left - MARGIN.right, 1);
     }
     for (const line of this.lines) this.drawLine(pen, line, width, placeY);
   }
 
-  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 }, width, placeY) {
+  drawLine(
+    pen,
+    { x, values, first = 0, stride = 1, offset = 0, colour, alpha = 1 },
+    width,
+    placeY,
+  ) {
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
     const every = Math.max(1, Math.floor(count / (2 * width)));
     pen.strokeStyle = palette[colour];
@@ -114,12 +147,18 @@ export class Trace {
 
 /** What colours mean: each with its words. */
 export function hint(...colours) {
-  const entries = colours.map(([colour, text]) => [el("i", { style: `background: ${cssShade(colour)}` }), text]);
+  const entries = colours.map(([colour, text]) => [
+    el("i", { style: `background: ${cssShade(colour)}` }),
+    text,
+  ]);
   return el("p", { class: "soft hint" }, entries.flat());
 }
 
 /** The steps and values of a line. */
 function pointsOf({ x, values, first = 0, stride = 1, offset = 0 }) {
   const count = Math.floor((values.length - offset - 1) / stride) + 1;
-  return Array.from({ length: count }, (_, at) => [x ? x[at] : first + at, values[offset + at * stride]]);
+  return Array.from({ length: count }, (_, at) => [
+    x ? x[at] : first + at,
+    values[offset + at * stride],
+  ]);
 }

@@ -21,7 +21,8 @@ export function drawRecent(pen, recording, step, colour, width) {
     if (to <= from) continue;
     pen.globalAlpha = BANDS[band];
     pen.beginPath();
-    for (let agent = 0; agent < recording.agents; agent++) trace(pen, recording, agent, from, to, crowd ? 4 : 1);
+    for (let agent = 0; agent < recording.agents; agent++)
+      trace(pen, recording, agent, from, to, crowd ? 4 : 1);
     pen.stroke();
   }
   pen.globalAlpha = 1;
@@ -40,7 +41,9 @@ export function drawOwn(pen, recording, step, agent, colour, width) {
 
 /** Adds rows `from` to `to` of an agent's path, every so-many-th; where it leaps over the edge of the torus, or is born anew, the line is broken. */
 function trace(pen, { agents, arrays: { x, y }, header: { world } }, agent, from, to, every = 1) {
-  const [far, high] = [world.width, world.height].map((span) => Math.min(span / 2, Math.max(span * LEAP, FAR * every)));
+  const [far, high] = [world.width, world.height].map((span) =>
+    Math.min(span / 2, Math.max(span * LEAP, FAR * every)),
+  );
   let at = from * agents + agent;
   let [oldX, oldY] = [x[at], y[at]];
   pen.moveTo(oldX, oldY);
@@ -76,7 +79,10 @@ export class LifeTrails {
       this.drawn = 0;
       this.key = key;
     }
-    const to = Math.min(row, this.drawn + Math.max(1, Math.floor(LIFE_SEGMENTS / recording.agents)));
+    const to = Math.min(
+      row,
+      this.drawn + Math.max(1, Math.floor(LIFE_SEGMENTS / recording.agents)),
+    );
     if (to > this.drawn) this.extend(transform, recording, to, colour, width);
     pen.save();
     pen.setTransform(1, 0, 0, 1, 0, 0);

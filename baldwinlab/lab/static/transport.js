@@ -30,19 +30,33 @@ export class Transport {
     this.player = player;
     this.play = button("play", "Play (space)", () => player.toggle(), "primary round");
     const setSpeed = () => player.setSpeed(this.speed.value);
-    this.speed = list("speed", "Speed", Object.fromEntries(SPEEDS.map((speed) => [speed, `${speed}×`])), setSpeed);
+    this.speed = list(
+      "speed",
+      "Speed",
+      Object.fromEntries(SPEEDS.map((speed) => [speed, `${speed}×`])),
+      setSpeed,
+    );
     this.clock = el("span", { class: "clock number", "data-testid": "step" });
     this.trails = list("trails", "Trails", TRAILS, () => tell.set({ trails: this.trails.value }));
     const setSight = () => tell.set({ sight: this.sight.checked });
     this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: setSight });
-    const compare = { type: "button", "data-testid": "compare", title: "Two lives in step, from the same start (c)" };
+    const compare = {
+      type: "button",
+      "data-testid": "compare",
+      title: "Two lives in step, from the same start (c)",
+    };
     this.beside = el(
       "button",
       { ...compare, onclick: tell.toggleBeside },
       icon(PATHS.beside),
       el("span", { class: "wide" }, "Compare"),
     );
-    this.agents = button("agents", "All agents (a)", () => tell.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }), "quiet square lister");
+    this.agents = button(
+      "agents",
+      "All agents (a)",
+      () => tell.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }),
+      "quiet square lister",
+    );
     this.legend = new Legend();
     this.help = help();
     this.root = el("div", { class: "transport" }, timeline.root, this.controls(tell), this.help);
@@ -52,7 +66,10 @@ export class Transport {
     const { player } = this;
     const back = button("back", "A step back (←)", () => player.step(-1), "quiet square stepper");
     const on = button("on", "A step on (→)", () => player.step(1), "quiet square stepper");
-    const [before, after] = [button("mealBefore", "The meal before (p)", () => meal(-1)), button("mealAfter", "The next meal (n)", () => meal(1))];
+    const [before, after] = [
+      button("mealBefore", "The meal before (p)", () => meal(-1)),
+      button("mealAfter", "The next meal (n)", () => meal(1)),
+    ];
     return el(
       "div",
       { class: "controls" },
@@ -95,7 +112,14 @@ export class Transport {
 function button(name, label, act, kind = "quiet square") {
   return el(
     "button",
-    { type: "button", class: kind, "aria-label": label, title: label, "data-testid": name, onclick: act },
+    {
+      type: "button",
+      class: kind,
+      "aria-label": label,
+      title: label,
+      "data-testid": name,
+      onclick: act,
+    },
     icon(PATHS[name]),
   );
 }

@@ -7,7 +7,15 @@ import { Setup } from "./live_setup.js";
 import { sweepPanel } from "./sweep_panel.js";
 import { WorldView } from "./world.js";
 
-const NOTHING = { id: null, sweep: null, fields: null, run: null, generation: null, step: null, agent: null }; // of what was shown or planned before
+const NOTHING = {
+  id: null,
+  sweep: null,
+  fields: null,
+  run: null,
+  generation: null,
+  step: null,
+  agent: null,
+}; // of what was shown or planned before
 
 /** As the contract of main.js: shows what `state` says, and tells `navigate` what the reader chooses. */
 export function mount(root, state, navigate, guide) {
@@ -26,8 +34,10 @@ export function mount(root, state, navigate, guide) {
   };
   const hear = () => {
     if (panel) panel.update();
-    else if (feed.about) panel = livePanel(stage, feed, state, navigate, (about) => setup.again(about));
-    else if (feed.state === "gone") empty(stage, "This live run is over", feed.message, aborted.signal);
+    else if (feed.about)
+      panel = livePanel(stage, feed, state, navigate, (about) => setup.again(about));
+    else if (feed.state === "gone")
+      empty(stage, "This live run is over", feed.message, aborted.signal);
   };
   const update = (next) => {
     state = next;
@@ -36,8 +46,17 @@ export function mount(root, state, navigate, guide) {
     shown = id + sweep;
     both.classList.toggle("shown", shown !== "");
     leave();
-    if (sweep) return void (panel = sweepPanel(stage, sweep, () => empty(stage, "This sweep is over", "What it has stored is in Results.", aborted.signal)));
-    if (!id) return empty(stage, "Watch evolution happen", "Choose a preset, change parameters if you like, and press Start.", aborted.signal);
+    if (sweep)
+      return void (panel = sweepPanel(stage, sweep, () =>
+        empty(stage, "This sweep is over", "What it has stored is in Results.", aborted.signal),
+      ));
+    if (!id)
+      return empty(
+        stage,
+        "Watch evolution happen",
+        "Choose a preset, change parameters if you like, and press Start.",
+        aborted.signal,
+      );
     feed = feedOf(id);
     [feed.heard, feed.failed] = [hear, (sentence) => message(sentence, "error")];
     hear();
@@ -69,12 +88,53 @@ export function mount(root, state, navigate, guide) {
 /** Where no run is shown: why, and which ones live. */
 async function empty(stage, title, sentence, signal) {
   const others = el("ul", { class: "live-others" });
-  const map = el("canvas", { class: "live-preview", hidden: true, role: "img", "aria-label": "The map: where agents are born, and what lies in it" });
-  stage.replaceChildren(el("section", { class: "card empty", "data-testid": "live-empty" }, el("h1", {}, title), el("p", {}, sentence), map, others));
-  const [{ runs }, { sweep }] = await Promise.all([getJSON("/api/live", signal), getJSON("/api/sweep", signal)]);
-  const swept = sweep ? [el("li", {}, el("a", { href: `#/live?${new URLSearchParams({ sweep: sweep.name })}` }, `${sweep.name}, ${sweep.stored} of ${sweep.runs} runs, ${sweep.state}`))] : [];
-  others.replaceChildren(...swept, ...runs.map((run) => el("li", {}, el("a", { href: `#/live?id=${run.id}` },
-    `${run.experiment.name}, ${run.lived} of ${run.experiment.evolution.generations} generations, ${run.state}`))));
+  const map = el("canvas", {
+    class: "live-preview",
+    hidden: true,
+    role: "img",
+    "aria-label": "The map: where agents are born, and what lies in it",
+  });
+  stage.replaceChildren(
+    el(
+      "section",
+      { class: "card empty", "data-testid": "live-empty" },
+      el("h1", {}, title),
+      el("p", {}, sentence),
+      map,
+      others,
+    ),
+  );
+  const [{ runs }, { sweep }] = await Promise.all([
+    getJSON("/api/live", signal),
+    getJSON("/api/sweep", signal),
+  ]);
+  const swept = sweep
+    ? [
+        el(
+          "li",
+          {},
+          el(
+            "a",
+            { href: `#/live?${new URLSearchParams({ sweep: sweep.name })}` },
+            `${sweep.name}, ${sweep.stored} of ${sweep.runs} runs, ${sweep.state}`,
+          ),
+        ),
+      ]
+    : [];
+  others.replaceChildren(
+    ...swept,
+    ...runs.map((run) =>
+      el(
+        "li",
+        {},
+        el(
+          "a",
+          { href: `#/live?id=${run.id}` },
+          `${run.experiment.name}, ${run.lived} of ${run.experiment.evolution.generations} generations, ${run.state}`,
+        ),
+      ),
+    ),
+  );
 }
 
 /** The map of what would be started, where no run is shown. */

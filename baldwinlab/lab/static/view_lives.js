@@ -26,8 +26,11 @@ export function mount(root, state, navigate, guide) {
     const { studies, worldless, problems } = await watchable();
     for (const problem of problems) message(problem, "error");
     if (closed) return;
-    const why = worldless.length ? "The studies here are of models whose lives have no world to watch." : "No study is stored here yet.";
-    if (studies[0].id === PRESETS) message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
+    const why = worldless.length
+      ? "The studies here are of models whose lives have no world to watch."
+      : "No study is stored here yet.";
+    if (studies[0].id === PRESETS)
+      message(`${why} These are the conditions that come with baldwinlab, lived as you watch.`);
     there = { studies, worldless };
     update(asked);
   };

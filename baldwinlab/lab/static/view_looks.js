@@ -21,17 +21,30 @@ export class LooksTab {
       toured: () => this.tour.toggle(),
       moved: () => this.remember(),
     });
-    const now = () => ({ generation: this.panel.source.generation, last: this.panel.condition.generations - 1 });
+    const now = () => ({
+      generation: this.panel.source.generation,
+      last: this.panel.condition.generations - 1,
+    });
     const everyOne = (last) => Array.from({ length: last + 1 }, (_, generation) => generation);
-    this.tour = new Tour({ now, visit: (generation) => this.visit(generation), changed: (on) => this.toured(on) }, everyOne);
+    this.tour = new Tour(
+      { now, visit: (generation) => this.visit(generation), changed: (on) => this.toured(on) },
+      everyOne,
+    );
     const { signal } = (this.leaving = new AbortController());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), { signal });
-    addEventListener("keydown", (event) => this.panel.source && steerGenerations(event, this), { signal });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour(), {
+      signal,
+    });
+    addEventListener("keydown", (event) => this.panel.source && steerGenerations(event, this), {
+      signal,
+    });
   }
 
   start(state) {
     const worlds = el("div", { class: "worlds" }, this.panel.root);
-    this.root.append(el("h1", { class: "visually-hidden" }, "World"), el("div", { class: "scene" }, worlds));
+    this.root.append(
+      el("h1", { class: "visually-hidden" }, "World"),
+      el("div", { class: "scene" }, worlds),
+    );
     return this.come(state);
   }
 
@@ -43,12 +56,18 @@ export class LooksTab {
     this.startAt = state.step; // undefined: a life plays from its beginning
     try {
       requireShown(this, whole);
-      this.panel.choose(nearest(this.studies, whole, true), { look: state.look, agent: state.agent ?? null });
+      this.panel.choose(nearest(this.studies, whole, true), {
+        look: state.look,
+        agent: state.agent ?? null,
+      });
       const lacking = this.panel.lacking(state);
       if (lacking) throw new Error(lacking);
     } catch (fault) {
       message(fault.message, "error");
-      if (!this.panel.source) this.panel.choose(nearest(this.studies, { study: state.study, condition: state.condition }));
+      if (!this.panel.source)
+        this.panel.choose(
+          nearest(this.studies, { study: state.study, condition: state.condition }),
+        );
     }
     this.remember();
   }
@@ -57,7 +76,15 @@ export class LooksTab {
   remember(replace = true) {
     const { curve, source, ways, look, agent, drawer } = this.panel;
     if (!source || curve.held) return;
-    this.navigate({ ...source, look: look.name === ways[0].name ? null : look.name, agent, step: this.startAt ?? drawer?.step }, replace);
+    this.navigate(
+      {
+        ...source,
+        look: look.name === ways[0].name ? null : look.name,
+        agent,
+        step: this.startAt ?? drawer?.step,
+      },
+      replace,
+    );
   }
 
   /** What was asked for has come. */
@@ -66,8 +93,15 @@ export class LooksTab {
     if (drawer.player) this.begin(drawer.player);
     this.startAt = undefined;
     const shown = el("div", {}, el("p", {}, titled(source)), el("p", {}, CURVE));
-    const named = header.meaning ? [{ title: look.name[0].toUpperCase() + look.name.slice(1), text: header.meaning }] : [];
-    this.guide.tell([{ title: "Shown here", text: shown }, { title: "The model", text: header.about }, ...named, ...LOOKS[header.kind]]);
+    const named = header.meaning
+      ? [{ title: look.name[0].toUpperCase() + look.name.slice(1), text: header.meaning }]
+      : [];
+    this.guide.tell([
+      { title: "Shown here", text: shown },
+      { title: "The model", text: header.about },
+      ...named,
+      ...LOOKS[header.kind],
+    ]);
     if (this.tour.on) this.goOnLater();
   }
 

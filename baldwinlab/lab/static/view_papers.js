@@ -13,31 +13,53 @@ export function mount(root, state) {
   const cards = el("ul", { class: "paper-cards" });
   page.append(cards);
   const show = async ({ paper }) => {
-    const { papers, problem } = await getJSON(`/api/papers?${new URLSearchParams(paper ? { paper } : {})}`, aborted.signal);
+    const { papers, problem } = await getJSON(
+      `/api/papers?${new URLSearchParams(paper ? { paper } : {})}`,
+      aborted.signal,
+    );
     cards.replaceChildren(...papers.map(card));
     if (problem) message(problem, "error");
     const found = [...cards.children].find(({ dataset }) => dataset.paper === paper);
     found?.scrollIntoView({ block: "center" });
     found?.focus({ preventScroll: true });
   };
-  const update = (next) => show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  const update = (next) =>
+    show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
   return { update, unmount: () => aborted.abort() };
 }
 
 function card(paper) {
   const { name, title, authors, year, published, description, link, picture } = paper;
-  const image = picture && el("img", { src: `api/papers/picture?${new URLSearchParams({ paper: name })}`, alt: "", width: 640, height: 320, loading: "lazy" });
+  const image =
+    picture &&
+    el("img", {
+      src: `api/papers/picture?${new URLSearchParams({ paper: name })}`,
+      alt: "",
+      width: 640,
+      height: 320,
+      loading: "lazy",
+    });
   const isAddress = /^https?:\/\//i.test(link); // a paper of somebody else may name a script
   const source = [`${authors.join(", ")}, ${year}`, published].filter(Boolean).join(" · ");
-  return el("li", { class: "card paper-card", "data-paper": name, tabindex: -1, "data-testid": `paper-${name}` },
+  return el(
+    "li",
+    { class: "card paper-card", "data-paper": name, tabindex: -1, "data-testid": `paper-${name}` },
     image ?? "",
     el("h2", {}, title),
-    el("p", { class: "soft" }, source, ...(isAddress ? [" · ", el("a", { href: link, target: "_blank", rel: "noopener" }, "the paper")] : [])),
+    el(
+      "p",
+      { class: "soft" },
+      source,
+      ...(isAddress
+        ? [" · ", el("a", { href: link, target: "_blank", rel: "noopener" }, "the paper")]
+        : []),
+    ),
     el("p", { class: "paper-sentence" }, capital(description), "."),
     el("p", { class: "soft" }, size(paper)),
     ...paper.studies.map(made),
-    el("div", { class: "paper-run" }, ...ways(paper)));
+    el("div", { class: "paper-run" }, ...ways(paper)),
+  );
 }
 
 function size({ conditions, claims, runs }) {
@@ -48,19 +70,65 @@ function size({ conditions, claims, runs }) {
 /** A study of a paper that is here: what came of its claims, and the ways into it. */
 function made({ study, changes, verdicts, problem, watch }) {
   const counted = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
-  const badges = counted.map(([verdict, [tone, one, several]]) => el("span", { class: `badge ${tone}` }, `${verdicts[verdict]} ${verdicts[verdict] === 1 ? one : several}`));
+  const badges = counted.map(([verdict, [tone, one, several]]) =>
+    el(
+      "span",
+      { class: `badge ${tone}` },
+      `${verdicts[verdict]} ${verdicts[verdict] === 1 ? one : several}`,
+    ),
+  );
   const name = study === "." ? "this study" : study;
-  const way = (view, text) => el("a", { href: `#/${view}?${new URLSearchParams({ study })}`, "aria-label": `${text}: ${name}` }, text);
-  return el("div", { class: "row paper-study", "data-testid": `study-${study}` }, el("span", { class: "mono" }, name),
-    ...(changes.length ? [el("strong", { "data-testid": `changes-${study}` }, `changed model: ${changes.join(", ")}`)] : []),
-    ...(badges.length ? badges : [el("span", { class: "soft", title: problem ?? "" }, problem ? "its report is not valid: run baldwinlab report again" : "no report yet")]),
-    el("span", { class: "spread paper-ways" }, watch && way("world", "Watch"), way("results", "Results")));
+  const way = (view, text) =>
+    el(
+      "a",
+      { href: `#/${view}?${new URLSearchParams({ study })}`, "aria-label": `${text}: ${name}` },
+      text,
+    );
+  return el(
+    "div",
+    { class: "row paper-study", "data-testid": `study-${study}` },
+    el("span", { class: "mono" }, name),
+    ...(changes.length
+      ? [
+          el(
+            "strong",
+            { "data-testid": `changes-${study}` },
+            `changed model: ${changes.join(", ")}`,
+          ),
+        ]
+      : []),
+    ...(badges.length
+      ? badges
+      : [
+          el(
+            "span",
+            { class: "soft", title: problem ?? "" },
+            problem ? "its report is not valid: run baldwinlab report again" : "no report yet",
+          ),
+        ]),
+    el(
+      "span",
+      { class: "spread paper-ways" },
+      watch && way("world", "Watch"),
+      way("results", "Results"),
+    ),
+  );
 }
 
 /** How it is run: a condition of it at once, or the whole from the command line. */
 function ways({ name, title, preset }) {
   const command = `baldwinlab reproduce ${name}`;
-  const live = preset && el("a", { class: "button primary", href: `#/live?${new URLSearchParams({ preset })}`, "aria-label": `Run live: ${title}` }, "Run live");
+  const live =
+    preset &&
+    el(
+      "a",
+      {
+        class: "button primary",
+        href: `#/live?${new URLSearchParams({ preset })}`,
+        "aria-label": `Run live: ${title}`,
+      },
+      "Run live",
+    );
   const copy = async () => {
     try {
       await navigator.clipboard.writeText(command);
@@ -69,7 +137,21 @@ function ways({ name, title, preset }) {
       message(`The browser copies nothing here; the command is ${command}`, "error");
     }
   };
-  return [live ?? "", el("button", { type: "button", class: "quiet", title: "Copy the command that runs the whole paper", onclick: copy, "data-testid": `copy-${name}` }, icon(COPY), el("code", {}, command))];
+  return [
+    live ?? "",
+    el(
+      "button",
+      {
+        type: "button",
+        class: "quiet",
+        title: "Copy the command that runs the whole paper",
+        onclick: copy,
+        "data-testid": `copy-${name}`,
+      },
+      icon(COPY),
+      el("code", {}, command),
+    ),
+  ];
 }
 
 function capital(text) {

@@ -13,12 +13,21 @@ import { canBeShown, lifeAddress } from "./sources.js";
 const WITHOUT_FOOD = {
   best: { name: "Best agent", axis: "fitness", title: "Fitness of the best agent" },
   mean: { name: "Average agent", axis: "fitness", title: "Fitness of the average agent" },
-  share: { name: "Share above 0", axis: "share of the agents", title: "How many agents have fitness above 0" },
+  share: {
+    name: "Share above 0",
+    axis: "share of the agents",
+    title: "How many agents have fitness above 0",
+  },
 };
-const MEASURES = { // of foragers, whose fitness is the energy of the items that they eat
+const MEASURES = {
+  // of foragers, whose fitness is the energy of the items that they eat
   best: { ...WITHOUT_FOOD.best, axis: "fitness (energy)" },
   mean: { ...WITHOUT_FOOD.mean, axis: "fitness (energy)" },
-  share: { name: "Share that ate", axis: "share of the agents", title: "How many agents ate at all" },
+  share: {
+    name: "Share that ate",
+    axis: "share of the agents",
+    title: "How many agents ate at all",
+  },
 };
 const FEW = 8; // curves beside which the lines of their runs can still be told apart
 const measures = (results) => (results.food ? MEASURES : WITHOUT_FOOD);
@@ -39,27 +48,65 @@ export function mount(root, state, navigate) {
   const show = async (wanted) => {
     listed ??= (await getJSON("/api/studies", aborted.signal)).studies;
     const whole = listed.filter((study) => !study.problem);
-    if (!listed.length) return nothing(page, "There is no study here yet", "Make one with `baldwinlab reproduce`, or keep a live run.");
-    const study = wanted.study ? listed.find((one) => one.id === wanted.study) : whole[0] ?? listed[0];
-    if (!study) return nothing(page, "There is no such study", `${wanted.study} is not in this folder.`, picker(listed, null, choose));
+    if (!listed.length)
+      return nothing(
+        page,
+        "There is no study here yet",
+        "Make one with `baldwinlab reproduce`, or keep a live run.",
+      );
+    const study = wanted.study
+      ? listed.find((one) => one.id === wanted.study)
+      : (whole[0] ?? listed[0]);
+    if (!study)
+      return nothing(
+        page,
+        "There is no such study",
+        `${wanted.study} is not in this folder.`,
+        picker(listed, null, choose),
+      );
     const measure = wanted.measure in MEASURES ? wanted.measure : "best";
     const { hidden = "", ...rest } = wanted;
     const asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden }).toString();
     if (shown?.asked === asked) return;
     if (shown?.study !== study.id) answers.clear();
-    const results = shown?.study === study.id ? shown.results : await fetched(study, page, listed, choose, aborted.signal);
+    const results =
+      shown?.study === study.id
+        ? shown.results
+        : await fetched(study, page, listed, choose, aborted.signal);
     if (!results || aborted.signal.aborted) return;
     shown?.free();
-    const given = { study, results, measure, hidden, navigate, choose, listed, ask, norm: wanted.norm, ...arranged(results, wanted) };
+    const given = {
+      study,
+      results,
+      measure,
+      hidden,
+      navigate,
+      choose,
+      listed,
+      ask,
+      norm: wanted.norm,
+      ...arranged(results, wanted),
+    };
     given.alone = given.groups.every(({ conditions }) => conditions.length === 1); // each curve is that of one condition
     given.lines = given.alone && given.groups.length <= FEW && wanted.runs === "each";
-    const focused = page.contains(document.activeElement) ? document.activeElement.dataset.testid : undefined;
-    const remember = (labels) => (shown.asked = new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString());
+    const focused = page.contains(document.activeElement)
+      ? document.activeElement.dataset.testid
+      : undefined;
+    const remember = (labels) =>
+      (shown.asked = new URLSearchParams({
+        ...rest,
+        study: study.id,
+        measure,
+        hidden: labels,
+      }).toString());
     shown = { study: study.id, results, asked, free: draw(page, given, remember) };
-    if (focused) page.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
+    if (focused)
+      page.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   };
-  const choose = (patch) => navigate("study" in patch ? { ...forgotten(shown?.results), ...patch } : patch, false);
-  const update = (next) => show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
+  const choose = (patch) =>
+    navigate("study" in patch ? { ...forgotten(shown?.results), ...patch } : patch, false);
+  const update = (next) =>
+    show(next).catch((fault) => aborted.signal.aborted || message(fault.message, "error"));
   update(state);
   return {
     update,
@@ -74,7 +121,15 @@ export function mount(root, state, navigate) {
 async function fetched(study, page, listed, choose, signal) {
   const pick = picker(listed, study.id, choose);
   if (study.problem) return nothing(page, "This study cannot be read", study.problem, pick);
-  page.replaceChildren(el("div", { class: "row" }, pick), el("div", { class: "card results-waiting" }, el("span", { class: "spinner" }), " Reading the study …"));
+  page.replaceChildren(
+    el("div", { class: "row" }, pick),
+    el(
+      "div",
+      { class: "card results-waiting" },
+      el("span", { class: "spinner" }),
+      " Reading the study …",
+    ),
+  );
   try {
     return await getJSON(`/api/results?${new URLSearchParams({ study: study.id })}`, signal);
   } catch (fault) {
@@ -84,7 +139,15 @@ async function fetched(study, page, listed, choose, signal) {
 }
 
 function nothing(page, title, sentence, ...more) {
-  page.replaceChildren(el("div", { class: "card empty", "data-testid": "results-empty" }, el("h1", {}, title), el("p", {}, sentence), ...more.filter(Boolean)));
+  page.replaceChildren(
+    el(
+      "div",
+      { class: "card empty", "data-testid": "results-empty" },
+      el("h1", {}, title),
+      el("p", {}, sentence),
+      ...more.filter(Boolean),
+    ),
+  );
   return null;
 }
 
@@ -92,36 +155,79 @@ function nothing(page, title, sentence, ...more) {
 function draw(page, given, remember) {
   const { study, results, measure, choose, by, groups } = given;
   if (!groups.length) {
-    const sentence = results.conditions.length ? "Choose another value of one of them." : "Its first run is not finished yet.";
-    nothing(page, "No condition to show", sentence, picker(given.listed, study.id, choose), factorChoices(results, given, choose));
+    const sentence = results.conditions.length
+      ? "Choose another value of one of them."
+      : "Its first run is not finished yet.";
+    nothing(
+      page,
+      "No condition to show",
+      sentence,
+      picker(given.listed, study.id, choose),
+      factorChoices(results, given, choose),
+    );
     return () => {};
   }
   const curves = el("section", { class: "card", "data-testid": "curves" });
-  const boxes = ["best", "mean"].map((kind) => el("section", { class: "card", "data-testid": `final-${kind}` }));
+  const boxes = ["best", "mean"].map((kind) =>
+    el("section", { class: "card", "data-testid": `final-${kind}` }),
+  );
   const last = lastGeneration(results);
-  const norms = reactionNorms(given.ask(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`), groups, given.norm, choose);
-  const runs = Object.fromEntries(groups.flatMap(({ conditions }) => conditions).map((name) => [name, runsOf(study, name)]));
+  const norms = reactionNorms(
+    given.ask(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`),
+    groups,
+    given.norm,
+    choose,
+  );
+  const runs = Object.fromEntries(
+    groups.flatMap(({ conditions }) => conditions).map((name) => [name, runsOf(study, name)]),
+  );
   const tellable = given.alone && groups.length <= FEW;
-  const eachRun = tellable && runSwitch(given.lines, (each) => choose({ runs: each ? "each" : null }));
+  const eachRun =
+    tellable && runSwitch(given.lines, (each) => choose({ runs: each ? "each" : null }));
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     heading(given),
     factorChoices(results, given, choose) ?? "",
-    el("div", { class: "row" }, measureSwitch(results, measure, choose), eachRun, el("span", { class: "soft" }, explained(given))),
+    el(
+      "div",
+      { class: "row" },
+      measureSwitch(results, measure, choose),
+      eachRun,
+      el("span", { class: "soft" }, explained(given)),
+    ),
     comparisonTable(results.comparison),
     curves,
     el("div", { class: groups.length > 8 ? "results-boxes wide" : "results-boxes" }, ...boxes),
-    runTable(results, runs, measures(results), (name, run) => watched(given, name) ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) }) : null),
+    runTable(results, runs, measures(results), (name, run) =>
+      watched(given, name)
+        ? lifeAddress({ study: study.id, condition: name, run, generation: last(name) })
+        : null,
+    ),
     norms.section,
-    claimList(results.claims, study, (condition) => results.typical_run[condition], last, results.problem),
+    claimList(
+      results.claims,
+      study,
+      (condition) => results.typical_run[condition],
+      last,
+      results.problem,
+    ),
   );
-  const drawn = [drawCurves(curves, given, remember), ...["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind)), norms];
+  const drawn = [
+    drawCurves(curves, given, remember),
+    ...["best", "mean"].map((kind, place) => drawBoxes(boxes[place], given, kind)),
+    norms,
+  ];
   return () => drawn.forEach((chart) => chart.destroy());
 }
 
 function explained(given) {
-  if (!given.alone) return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
-  const click = !watched(given) ? "" : given.lines ? "Click a line to see that generation of its run. " : "Click a curve to see that generation of its typical run. ";
+  if (!given.alone)
+    return `One curve for each ${given.by}: the mean of its conditions, shaded from the lowest to the highest. Click one to see them.`;
+  const click = !watched(given)
+    ? ""
+    : given.lines
+      ? "Click a line to see that generation of its run. "
+      : "Click a curve to see that generation of its typical run. ";
   return `${click}Shaded: 95 % bands over runs.`;
 }
 
@@ -132,44 +238,97 @@ function runsOf(study, name) {
 /** The curves as they are drawn, a row a generation. */
 function meanRows(generations, series) {
   return series.flatMap(({ label, values, low, high }) =>
-    generations.map((generation, place) => ({ curve: label, generation, mean: values[place], low: low[place], high: high[place] })));
+    generations.map((generation, place) => ({
+      curve: label,
+      generation,
+      mean: values[place],
+      low: low[place],
+      high: high[place],
+    })),
+  );
 }
 
 function runRows(generations, series) {
-  return series.flatMap(({ label, runs = [] }) => runs.flatMap(({ run, values }) =>
-    generations.map((generation, place) => ({ curve: label, run, generation, value: values[place] })).filter(({ value }) => value !== null)));
+  return series.flatMap(({ label, runs = [] }) =>
+    runs.flatMap(({ run, values }) =>
+      generations
+        .map((generation, place) => ({ curve: label, run, generation, value: values[place] }))
+        .filter(({ value }) => value !== null),
+    ),
+  );
 }
 
 /** Whether lives of a condition, or of any, lead to the World tab. */
 function watched({ study }, label) {
-  return study.conditions.some((condition) => canBeShown(condition) && (label === undefined || condition.name === label));
+  return study.conditions.some(
+    (condition) => canBeShown(condition) && (label === undefined || condition.name === label),
+  );
 }
 
 function heading({ study, listed, choose }) {
   const seed = el("span", { class: "badge" }, `seed ${study.seed}`);
   const runs = study.conditions.map((condition) => condition.runs.length);
   const [least, most] = [Math.min(...runs), Math.max(...runs)];
-  const counted = el("span", { class: "badge" }, `${least === most ? most : `${least} to ${most}`} runs a condition`);
-  const report = study.report && el("a", { class: "button spread", target: "_blank", rel: "noopener", "data-testid": "report-link",
-    href: `/api/report/${study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`}report.html` }, "Full report");
+  const counted = el(
+    "span",
+    { class: "badge" },
+    `${least === most ? most : `${least} to ${most}`} runs a condition`,
+  );
+  const report =
+    study.report &&
+    el(
+      "a",
+      {
+        class: "button spread",
+        target: "_blank",
+        rel: "noopener",
+        "data-testid": "report-link",
+        href: `/api/report/${study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`}report.html`,
+      },
+      "Full report",
+    );
   return el("div", { class: "row" }, picker(listed, study.id, choose), seed, counted, report);
 }
 
 function picker(listed, id, choose) {
-  const options = listed.map((study) => el("option", { value: study.id, selected: study.id === id }, study.id === "." ? "this study" : study.id));
+  const options = listed.map((study) =>
+    el(
+      "option",
+      { value: study.id, selected: study.id === id },
+      study.id === "." ? "this study" : study.id,
+    ),
+  );
   const none = id === null ? [el("option", { value: "", selected: true }, "choose a study")] : [];
   const change = (event) => choose({ study: event.target.value });
-  return el("select", { "aria-label": "Study", "data-testid": "results-study", onchange: change }, ...none, ...options);
+  return el(
+    "select",
+    { "aria-label": "Study", "data-testid": "results-study", onchange: change },
+    ...none,
+    ...options,
+  );
 }
 
 function measureSwitch(results, measure, choose) {
-  const buttons = Object.entries(measures(results)).map(([key, { name }]) => el("button", {
-    type: "button", "aria-pressed": String(key === measure), "data-testid": `measure-${key}`, onclick: () => choose({ measure: key }),
-  }, name));
+  const buttons = Object.entries(measures(results)).map(([key, { name }]) =>
+    el(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": String(key === measure),
+        "data-testid": `measure-${key}`,
+        onclick: () => choose({ measure: key }),
+      },
+      name,
+    ),
+  );
   return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
 }
 
-function drawCurves(root, { study, results, measure, hidden, navigate, choose, by, groups, lines, ask }, remember) {
+function drawCurves(
+  root,
+  { study, results, measure, hidden, navigate, choose, by, groups, lines, ask },
+  remember,
+) {
   const plot = el("div");
   let series = groups.map(({ label, conditions }, number) => {
     const { mean, low, high } = together(conditions.map((name) => results.curves[name][measure]));
@@ -189,22 +348,48 @@ function drawCurves(root, { study, results, measure, hidden, navigate, choose, b
     },
     onPick({ x, label, run }) {
       const { conditions } = groups.find((group) => group.label === label);
-      if (conditions.length > 1) return choose({ [`only.${by}`]: label, group: null, hidden: null });
-      if (!watched({ study }, conditions[0])) return message("Lives of this model have no world to watch.");
-      location.hash = lifeAddress({ study: study.id, condition: conditions[0], run: run ?? results.typical_run[conditions[0]], generation: x });
+      if (conditions.length > 1)
+        return choose({ [`only.${by}`]: label, group: null, hidden: null });
+      if (!watched({ study }, conditions[0]))
+        return message("Lives of this model have no world to watch.");
+      location.hash = lifeAddress({
+        study: study.id,
+        condition: conditions[0],
+        run: run ?? results.typical_run[conditions[0]],
+        generation: x,
+      });
     },
   });
-  const saves = chartSaves("curves", ["curve", "generation", "mean", "low", "high"], () => meanRows(results.generation, series), chart.svg);
+  const saves = chartSaves(
+    "curves",
+    ["curve", "generation", "mean", "low", "high"],
+    () => meanRows(results.generation, series),
+    chart.svg,
+  );
   root.append(plot, saves);
   let over = false;
   const reading = el("span", { class: "soft" }, "Reading the runs …");
   const withRuns = async () => {
     saves.append(reading);
-    const runs = await Promise.all(groups.map(({ conditions: [condition] }) => ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`)));
+    const runs = await Promise.all(
+      groups.map(({ conditions: [condition] }) =>
+        ask(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`),
+      ),
+    );
     if (over) return;
-    series = series.map((one, number) => ({ ...one, runs: Object.entries(runs[number]).map(([run, values]) => ({ run: Number(run), values: results.generation.map((_, place) => values[place] ?? null) })) }));
+    series = series.map((one, number) => ({
+      ...one,
+      runs: Object.entries(runs[number]).map(([run, values]) => ({
+        run: Number(run),
+        values: results.generation.map((_, place) => values[place] ?? null),
+      })),
+    }));
     chart.update(results.generation, series);
-    reading.replaceWith(saveButton("run-curves.csv", () => csv(["curve", "run", "generation", "value"], runRows(results.generation, series))));
+    reading.replaceWith(
+      saveButton("run-curves.csv", () =>
+        csv(["curve", "run", "generation", "value"], runRows(results.generation, series)),
+      ),
+    );
   };
   if (lines) withRuns().catch((fault) => over || (reading.textContent = fault.message));
   return {
@@ -218,21 +403,47 @@ function drawCurves(root, { study, results, measure, hidden, navigate, choose, b
 function drawBoxes(root, { study, results, groups }, kind) {
   const last = lastGeneration(results);
   const drawn = groups.map(({ label, conditions }, number) => {
-    const points = conditions.flatMap((name) => runsOf(study, name).map((run, index) => ({ name, run, value: results.final[name][kind][index] })));
+    const points = conditions.flatMap((name) =>
+      runsOf(study, name).map((run, index) => ({
+        name,
+        run,
+        value: results.final[name][kind][index],
+      })),
+    );
     const seen = watched({ study }, conditions[0]);
     return {
       label,
       points,
       values: points.map(({ value }) => value),
       color: look(number).color,
-      describe: (index) => `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
-      ...(seen && { leads: "See its last generation.", href: (index) => lifeAddress({ study: study.id, condition: points[index].name, run: points[index].run, generation: last(points[index].name) }) }),
+      describe: (index) =>
+        `${points[index].name}, run ${points[index].run}: ${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
+      ...(seen && {
+        leads: "See its last generation.",
+        href: (index) =>
+          lifeAddress({
+            study: study.id,
+            condition: points[index].name,
+            run: points[index].run,
+            generation: last(points[index].name),
+          }),
+      }),
     };
   });
   const plot = el("div");
-  const chart = boxChart(plot, { title: `${measures(results)[kind].name} at the end, each run a point, ${measures(results)[kind].axis}`, groups: drawn, height: 320 });
-  const rows = () => drawn.flatMap(({ label, points }) => points.map((point) => ({ box: label, condition: point.name, ...point })));
-  root.append(plot, chartSaves(`final-${kind}`, ["box", "condition", "run", "value"], rows, chart.svg));
+  const chart = boxChart(plot, {
+    title: `${measures(results)[kind].name} at the end, each run a point, ${measures(results)[kind].axis}`,
+    groups: drawn,
+    height: 320,
+  });
+  const rows = () =>
+    drawn.flatMap(({ label, points }) =>
+      points.map((point) => ({ box: label, condition: point.name, ...point })),
+    );
+  root.append(
+    plot,
+    chartSaves(`final-${kind}`, ["box", "condition", "run", "value"], rows, chart.svg),
+  );
   return chart;
 }
 

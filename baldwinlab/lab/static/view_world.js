@@ -18,18 +18,36 @@ import { WHOLE, besides, optionsIn, written } from "./world_address.js";
 export class WorldTab {
   /** @param {{studies: object[], worldless: object[]}} there as `watchable` finds them */
   constructor(root, navigate, guide, { studies, worldless }) {
-    Object.assign(this, { root, navigate, guide, studies, worldless, panels: [], agent: null, side: "a", turn: 0, closed: false });
+    Object.assign(this, {
+      root,
+      navigate,
+      guide,
+      studies,
+      worldless,
+      panels: [],
+      agent: null,
+      side: "a",
+      turn: 0,
+      closed: false,
+    });
     Object.assign(this, { trails: "recent", sight: true, listing: false });
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.showTime();
     this.tour = new Tour({
-      now: () => ({ generation: this.panels[0].source.generation, last: this.panels[0].condition.generations - 1 }),
+      now: () => ({
+        generation: this.panels[0].source.generation,
+        last: this.panels[0].condition.generations - 1,
+      }),
       visit: (generation) => this.visit(generation),
       changed: (on) => this.toured(on),
     });
     this.player.ended = () => this.tour.next();
     const { signal } = (this.leaving = new AbortController());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.player.invalidate(), { signal });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener(
+      "change",
+      () => this.player.invalidate(),
+      { signal },
+    );
     addEventListener("keydown", (event) => steer(event, this), { signal });
     this.timeline = new Timeline((step) => this.player.seek(step));
     this.population = new Population((agent) => this.pick("a", agent));
@@ -64,7 +82,11 @@ export class WorldTab {
     };
     this.transport = new Transport(this.player, this.timeline, tell);
     const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
-    this.root.append(el("h1", { class: "visually-hidden" }, "World"), el("div", { class: "scene" }, this.worlds, side), this.transport.root);
+    this.root.append(
+      el("h1", { class: "visually-hidden" }, "World"),
+      el("div", { class: "scene" }, this.worlds, side),
+      this.transport.root,
+    );
     this.share = mountShare(document.getElementById("actions"), () => ({
       panels: this.panels.map(({ source, canvas }) => ({ source: String(query(source)), canvas })),
       step: Math.floor(this.player.time),
@@ -82,7 +104,10 @@ export class WorldTab {
       else this.dropBeside();
     } catch (fault) {
       message(fault.message, "error");
-      if (!this.panels[0]?.source) this.ensurePanel(0).choose(nearest(this.studies, { study: state.study, condition: state.condition }));
+      if (!this.panels[0]?.source)
+        this.ensurePanel(0).choose(
+          nearest(this.studies, { study: state.study, condition: state.condition }),
+        );
     }
     this.usual = usualSpeed(this.panels[0].condition.steps);
     const { speed, camera, step, descent, ...options } = optionsIn(state, this.usual);
@@ -168,7 +193,10 @@ export class WorldTab {
   toMeal(way) {
     const { life } = this.panels.find(({ name }) => name === this.side);
     const step = life?.meal(Math.floor(this.player.time), way, this.agent);
-    if (step == null) return message(way > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.");
+    if (step == null)
+      return message(
+        way > 0 ? "Nothing is eaten after this step." : "Nothing was eaten before this step.",
+      );
     this.player.pause();
     this.player.seek(step);
   }
@@ -180,7 +208,10 @@ export class WorldTab {
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
     for (const each of [legend, this.transport.legend]) each.show(headers.map(({ look }) => look));
-    this.guide.tell([{ title: "Shown here", text: el("div", {}, names, legend.root) }, ...headers[0].about]);
+    this.guide.tell([
+      { title: "Shown here", text: el("div", {}, names, legend.root) },
+      ...headers[0].about,
+    ]);
   }
 
   draw(time) {
@@ -199,7 +230,8 @@ export class WorldTab {
     this.timeline.show(step);
     this.transport.showStep(step);
     const recording = this.panels[0]?.life?.at(step);
-    if (recording && this.agent === null) this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
+    if (recording && this.agent === null)
+      this.population.draw(recording, Math.min(step, recording.last - 1), this.player.playing);
     this.inspector.draw(step);
     if (this.player.playing) this.remember();
     return there && tracks.length > 0;
@@ -226,7 +258,8 @@ export class WorldTab {
 
   /** The address follows what is shown; another life is a new place in the history. */
   remember(replace = true) {
-    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.held)) this.navigate(written(this), replace);
+    if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.held))
+      this.navigate(written(this), replace);
   }
 
   /** Both worlds are looked at from the same place. */

@@ -18,11 +18,21 @@ export class WalkView {
   /** @param {{names: string[], step: string, value: string}} header @param {{lines: Float32Array}} arrays [line, step] */
   take({ names, step, value }, { lines }, title) {
     const length = lines.length / names.length;
-    const series = names.map((label, line) => ({ label, values: [...lines.slice(line * length, (line + 1) * length)] }));
+    const series = names.map((label, line) => ({
+      label,
+      values: [...lines.slice(line * length, (line + 1) * length)],
+    }));
     this.close();
     this.title = title;
     if (length === 1) return this.plot.append(...atBirth(names, step, value, lines));
-    this.chart = lineChart(this.plot, { title: value, x: Array.from({ length }, (_, place) => place), xLabel: step, yLabel: "", series, height: 320 });
+    this.chart = lineChart(this.plot, {
+      title: value,
+      x: Array.from({ length }, (_, place) => place),
+      xLabel: step,
+      yLabel: "",
+      series,
+      height: 320,
+    });
   }
 
   show(generation) {
@@ -38,5 +48,8 @@ export class WalkView {
 
 function atBirth(names, step, value, lines) {
   const numbers = names.map((name, line) => el("li", {}, `${name}: ${format(lines[line])}`));
-  return [el("p", {}, `These lives have no ${step}, so what is there at birth stays: ${value}.`), el("ul", {}, ...numbers)];
+  return [
+    el("p", {}, `These lives have no ${step}, so what is there at birth stays: ${value}.`),
+    el("ul", {}, ...numbers),
+  ];
 }

@@ -37,14 +37,23 @@ export class WorldView {
     const margin = Math.min(28, Math.min(this.width, this.height) * 0.03) * 2;
     return (
       this.camera.zoom *
-      Math.max(0.001, Math.min((this.width - margin) / this.world.width, (this.height - margin) / this.world.height))
+      Math.max(
+        0.001,
+        Math.min(
+          (this.width - margin) / this.world.width,
+          (this.height - margin) / this.world.height,
+        ),
+      )
     );
   }
 
   /** Where the corner of the map lies, in CSS pixels. */
   get origin() {
     const { x, y } = this.camera;
-    return [this.width / 2 - x * this.world.width * this.scale, this.height / 2 - y * this.world.height * this.scale];
+    return [
+      this.width / 2 - x * this.world.width * this.scale,
+      this.height / 2 - y * this.world.height * this.scale,
+    ];
   }
 
   /** Move by CSS pixels. */
@@ -61,7 +70,10 @@ export class WorldView {
     const before = this.toWorld(px, py);
     this.look(this.camera.x, this.camera.y, this.camera.zoom * factor);
     const after = this.toWorld(px, py);
-    const [x, y] = [(before[0] - after[0]) / this.world.width, (before[1] - after[1]) / this.world.height];
+    const [x, y] = [
+      (before[0] - after[0]) / this.world.width,
+      (before[1] - after[1]) / this.world.height,
+    ];
     this.look(this.camera.x + x, this.camera.y + y, this.camera.zoom);
   }
 
@@ -171,7 +183,16 @@ export class WorldView {
     const { trails = "recent", chosen } = look;
     const width = Math.max(1.1 / scale, 0.9);
     let ready = true;
-    if (trails === "life") ready = this.life.draw(this.pen, this.canvas, transform, recording, step, palette.trail, width);
+    if (trails === "life")
+      ready = this.life.draw(
+        this.pen,
+        this.canvas,
+        transform,
+        recording,
+        step,
+        palette.trail,
+        width,
+      );
     else if (trails === "recent") drawRecent(this.pen, recording, step, palette.trail, width);
     if (trails !== "off" && chosen != null && chosen < this.count)
       drawOwn(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
@@ -197,7 +218,8 @@ export class WorldView {
 /** A thing on the map is full; a place where things may be is tinted, or a dashed circle. */
 function drawMark(pen, { kind, x, y, width, height, colour, solid }, scale) {
   pen.beginPath();
-  if (kind === "disc") pen.ellipse(x + width / 2, y + height / 2, width / 2, height / 2, 0, 0, 2 * Math.PI);
+  if (kind === "disc")
+    pen.ellipse(x + width / 2, y + height / 2, width / 2, height / 2, 0, 0, 2 * Math.PI);
   else pen.rect(x, y, width, height);
   pen.fillStyle = pen.strokeStyle = shade(colour);
   pen.lineWidth = 1 / scale;

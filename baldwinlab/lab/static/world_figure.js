@@ -25,17 +25,41 @@ export class WorldFigure {
    */
   constructor(label, testid, { invalidate, picked = () => {} }) {
     Object.assign(this, { invalidate, picked, life: null, agent: null });
-    this.canvas = el("canvas", { tabindex: 0, role: "img", "aria-label": label, "data-testid": testid });
+    this.canvas = el("canvas", {
+      tabindex: 0,
+      role: "img",
+      "aria-label": label,
+      "data-testid": testid,
+    });
     this.view = new WorldView(this.canvas);
     this.stage = el("div", { class: "figure-stage" }, this.canvas);
     this.count = el("span", { class: "soft number", "data-testid": `${testid}-count` });
     const choose = () => this.pick(this.picker.value === "" ? null : Number(this.picker.value));
-    this.picker = el("select", { "aria-label": "Agent to look at", "data-testid": `${testid}-agent`, onchange: choose });
+    this.picker = el("select", {
+      "aria-label": "Agent to look at",
+      "data-testid": `${testid}-agent`,
+      onchange: choose,
+    });
     this.facts = el("p", { class: "number", hidden: true, "data-testid": `${testid}-facts` });
     const zoom = (factor) => () => this.zoom(factor);
-    this.foot = el("div", { class: "row figure-foot" }, this.count, el("span", { class: "figure-tools" }, this.picker,
-      press("closer", zoom(CLOSER)), press("farther", zoom(1 / CLOSER)), press("whole", () => this.fit())));
-    listen(this.canvas, this.view, { changed: () => this.moved(), picked: (agent) => this.pick(agent), fitted: () => this.fit() });
+    this.foot = el(
+      "div",
+      { class: "row figure-foot" },
+      this.count,
+      el(
+        "span",
+        { class: "figure-tools" },
+        this.picker,
+        press("closer", zoom(CLOSER)),
+        press("farther", zoom(1 / CLOSER)),
+        press("whole", () => this.fit()),
+      ),
+    );
+    listen(this.canvas, this.view, {
+      changed: () => this.moved(),
+      picked: (agent) => this.pick(agent),
+      fitted: () => this.fit(),
+    });
     this.sized = new ResizeObserver(() => {
       this.view.resize();
       invalidate();
@@ -48,7 +72,9 @@ export class WorldFigure {
     this.life = life;
     const { agents } = life.header;
     if (this.picker.options.length !== agents + 1) {
-      const options = Array.from({ length: agents }, (_, agent) => el("option", { value: agent }, `agent ${agent}`));
+      const options = Array.from({ length: agents }, (_, agent) =>
+        el("option", { value: agent }, `agent ${agent}`),
+      );
       this.picker.replaceChildren(el("option", { value: "" }, "all agents"), ...options);
     }
     this.pick(this.agent !== null && this.agent < agents ? this.agent : null);
@@ -93,9 +119,15 @@ export class WorldFigure {
     if (this.agent === null) return;
     const { agent } = this;
     const senses = recording.senses(step, agent);
-    const action = recording.header.look.actions[recording.arrays.action[(step - recording.first) * recording.agents + agent]];
+    const action =
+      recording.header.look.actions[
+        recording.arrays.action[(step - recording.first) * recording.agents + agent]
+      ];
     const eaten = recording.eatenBefore(step + 1, agent);
-    write(this.facts, `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · does: ${action}`);
+    write(
+      this.facts,
+      `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · does: ${action}`,
+    );
   }
 
   close() {
@@ -105,7 +137,18 @@ export class WorldFigure {
 
 function press(name, act) {
   const [label, path] = BUTTONS[name];
-  return el("button", { type: "button", class: "quiet square", "aria-label": label, title: label, "data-testid": `zoom-${name}`, onclick: act }, icon(path));
+  return el(
+    "button",
+    {
+      type: "button",
+      class: "quiet square",
+      "aria-label": label,
+      title: label,
+      "data-testid": `zoom-${name}`,
+      onclick: act,
+    },
+    icon(path),
+  );
 }
 
 function write(element, text) {
