@@ -52,7 +52,7 @@ def progress(
         yield _Told(description, total, unit, _notebook_bar(), BAR_EVERY)
         return
     if not console.is_terminal:
-        yield _Told(description, total, unit, lambda sentence, share: say(sentence), LINE_EVERY)
+        yield _Told(description, total, unit, lambda sentence, share: info(sentence), LINE_EVERY)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -105,22 +105,22 @@ def _notebook_bar() -> Callable[[str, float], None]:
     )
 
 
-def say(message: str, *, has_address: bool = False) -> None:
+def info(message: str, *, has_address: bool = False) -> None:
     """Print a message. The terminal wraps a message with an address, so that the address stays in one piece."""
     console.print(message, markup=False, soft_wrap=has_address or None)
 
 
-def say_if_any(message: str) -> None:
+def info_if_any(message: str) -> None:
     """Print a message unless it is empty."""
     if message:
-        say(message)
+        info(message)
 
 
-def complain(message: str) -> None:
-    errors.print(f"baldwinlab: {on_a_screen(message)}", markup=False)
+def warn(message: str) -> None:
+    errors.print(f"baldwinlab: {clip_for_terminal(message)}", markup=False)
 
 
-def on_a_screen(message: str) -> str:
+def clip_for_terminal(message: str) -> str:
     """A message, or as much of it as can be read at once."""
     left = len(message) - SCREEN
     return message if left <= 0 else f"{message[:SCREEN]}... and {left:,} more characters"

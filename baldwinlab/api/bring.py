@@ -94,24 +94,24 @@ def bring(
         keep(paper, directory)
     for name, content in beside.items():
         write_atomically(directory / name, content)
-    missing = missing_runs(study, runs, console.complain)
+    missing = missing_runs(study, runs, console.warn)
     total = sum(
         agent_steps_of_run(study.experiments[condition]) * len(numbers)
         for condition, numbers in missing.items()
     )
     wanted = runs * len(experiments)
     if not total:
-        console.say(f"{directory}: runs: {wanted}, all of them stored already")
+        console.info(f"{directory}: runs: {wanted}, all of them stored already")
         return study
     study.require_writable(
         study.path(condition, lacking[0]) for condition, lacking in missing.items() if lacking
     )
     stored = wanted - sum(map(len, missing.values()))
-    console.say(
+    console.info(
         f"{directory}: runs: {wanted}, stored already: {stored}, agent-steps to do: {total:,}"
     )
     with _saying_where_it_stands(study, lambda: _standing(study, runs)):
-        run_study(study, missing, tasks, console.progress, console.say, engine, place)
+        run_study(study, missing, tasks, console.progress, console.info, engine, place)
     return study
 
 
@@ -153,11 +153,11 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
     place = how.place()
     study.require_parts()
     for sentence in misfits(study, names):
-        console.say(sentence)
+        console.info(sentence)
     missing = missing_assays(study, names)
     count = sum(map(len, missing.values()))
     if not count:
-        console.say(f"{study.directory}: all of these assays are stored already")
+        console.info(f"{study.directory}: all of these assays are stored already")
         return
     for condition, lacking in missing.items():
         for name in lacking:
@@ -169,7 +169,7 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
         place.workers,
     )
     require(f"assays: {count}", _here(need, place), study.directory, force=how.force)
-    console.say(
+    console.info(
         f"{study.directory}: assays to do: {count}, agent-steps: {agent_steps(study, missing):,}"
     )
 
@@ -181,7 +181,7 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
         )
 
     with _saying_where_it_stands(study, standing):
-        run_assays(study, missing, place.workers, console.progress, console.say, place)
+        run_assays(study, missing, place.workers, console.progress, console.info, place)
 
 
 @contextmanager

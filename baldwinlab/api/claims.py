@@ -52,7 +52,7 @@ def claims(
     )
     found = evaluate(open_conditions(study, about or list(study.experiments)), last, wanted)
     console.console.print(claims_table(found, title, study.changed_model))
-    console.say_if_any(describe_claims_too_few(found))
+    console.info_if_any(describe_claims_too_few(found))
     return found
 
 

@@ -32,10 +32,10 @@ def compare_papers(
     page = Path(folder) / PAGE if out is None else Path(out)
     if out is not None:
         require_writable("--out", page, REPORT.encode(), force=force)
-    found = publish(Path(folder), page, last, console.say)
+    found = publish(Path(folder), page, last, console.info)
     for sentence in (*lead(found), *left_out(found)):
-        console.say(sentence)
-    console.say(f"gallery: {page}")
+        console.info(sentence)
+    console.info(f"gallery: {page}")
     return page
 
 
@@ -49,7 +49,7 @@ def reproduce_all(
     """
     load_installed()
     for number, name in enumerate(papers.built_in(), 1):
-        console.say(f"{name}, paper {number} of {len(papers.built_in())}")
+        console.info(f"{name}, paper {number} of {len(papers.built_in())}")
         foragers = are_foragers(papers.load(name).experiments())
         place = Path(folder) / ("paper" if name == papers.DEFAULT else name)
         reproduce(name, out=place, steps=steps if foragers else None, last=last, **how)

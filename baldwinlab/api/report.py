@@ -79,20 +79,20 @@ def report(
         require_place(path)  # each for all files of its folder
     require(f"the report of {study.directory}", need(study), force=force)
     if study.kind == MULTIVERSE:
-        multiverse = publish_multiverse(study, out, last, console.progress, console.say)
+        multiverse = publish_multiverse(study, out, last, console.progress, console.info)
         results.keep(study)
         console.console.print(readings_table(multiverse))
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
-            console.say(f"- {sentence}")
+            console.info(f"- {sentence}")
     else:
-        published = publish(study, out, last, console.say, baseline, paper)
+        published = publish(study, out, last, console.info, baseline, paper)
         _show(study, published, out)
         if then:
             then()
             published.write()
             _show(study, published, out)
         return out
-    console.say(f"report: {out}")
+    console.info(f"report: {out}")
     return out
 
 
@@ -103,5 +103,5 @@ def _show(study: Study, published: Published, out: Path) -> None:
         show_contrasts(published.contrasts)
     if decided:
         console.console.print(claims_table(published.claims, changed_model=study.changed_model))
-        console.say_if_any(describe_claims_too_few(published.claims))
-    console.say(f"report: {out}")
+        console.info_if_any(describe_claims_too_few(published.claims))
+    console.info(f"report: {out}")

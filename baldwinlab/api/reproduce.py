@@ -115,7 +115,7 @@ def reproduce_changed(
     wanted = paper.about.runs if runs is None else runs
     afterwards = _afterwards(experiments, paper, wanted, how.workers)
     for sentence in too_few_runs(experiments, paper, wanted):
-        console.say(sentence)
+        console.info(sentence)
     study = bring(
         experiments,
         directory,
@@ -128,7 +128,7 @@ def reproduce_changed(
     )
 
     def assays() -> None:
-        console.say(
+        console.info(
             "so far without assays: they follow, and then the report is written again, with them"
         )
         assay(study, paper.about.assays, how)

@@ -109,7 +109,7 @@ def run_loaded(
         raise RefusedError(
             f"baseline {baseline!r} is not a condition of the study{suggest(baseline, names)}"
         )
-    console.say_if_any(_describe_too_few(names, runs, baseline))
+    console.info_if_any(_describe_too_few(names, runs, baseline))
     directory = (
         Path("results") / "-".join(name.replace("/", "-") for name in names)
         if out is None

@@ -50,7 +50,7 @@ def sweep(
     directory = Path("results") / path.stem if out is None else location(out)
     points = experiments(design, path)
     require_as_many(directory, points)
-    console.say_if_any(describe_too_few_runs(design, len(points)))
+    console.info_if_any(describe_too_few_runs(design, len(points)))
     how, need = (
         How(workers, backend, executor, force),
         of_tables([(point, design.runs) for point in points]),

@@ -53,7 +53,7 @@ def show_contrasts(contrasts: Contrasts) -> None:
     """Print the comparisons of the conditions, and whether the runs are too few for a verdict."""
     if contrasts.rows:
         console.console.print(contrasts_table(contrasts))
-        console.say_if_any(contrasts.too_few)
+        console.info_if_any(contrasts.too_few)
 
 
 def _numbers(contrast: Contrast) -> str:

@@ -55,7 +55,7 @@ for _name, (_module, _function) in COMMANDS.items():
 def main() -> None:
     """Run the command line; every fault is one clear sentence and a non-zero exit."""
     _pass_over_matplotlibrc()
-    warnings.showwarning = lambda message, *_: console.complain(str(message))
+    warnings.showwarning = lambda message, *_: console.warn(str(message))
     try:
         app(sys.argv[1:])
     except ArgumentError as error:
@@ -83,5 +83,5 @@ def _pass_over_matplotlibrc() -> None:
 
 
 def _fail(sentence: str, code: int) -> None:
-    console.complain(sentence)
+    console.warn(sentence)
     sys.exit(code)

@@ -37,7 +37,7 @@ def check(
     """
     failed = False
     for finding in findings(file, only or (), seed):
-        console.say(str(finding))
+        console.info(str(finding))
         failed |= finding.holds is False
     if failed:
         raise SystemExit(1)

@@ -42,4 +42,4 @@ def claims(
             [result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False
         )
         write_atomically(out, f"{records}\n".encode())
-        console.say(f"verdicts: {out}")
+        console.info(f"verdicts: {out}")

@@ -69,7 +69,7 @@ app = App(
     help="A laboratory for experiments on evolution and lifetime learning. First steps: `presets` lists experiments, "
     "`show` the fields of one, `run` runs some, `report` writes their results, `replay` a film.",
     version=__version__,
-    error_formatter=lambda error: f"baldwinlab: {console.on_a_screen(_sentence(error))}",
+    error_formatter=lambda error: f"baldwinlab: {console.clip_for_terminal(_sentence(error))}",
     error_console=console.errors,
     suppress_keyboard_interrupt=False,
     help_format="plaintext",  # to load Markdown takes a while

@@ -28,4 +28,4 @@ def crate(
 ) -> None:
     """Write an RO-Crate's metadata into a study's directory: who made it, what it holds, how it came about, by which versions."""
     load_parts(part)
-    console.say(f"RO-Crate: {write_crate(Study(directory), author or (), license, force=force)}")
+    console.info(f"RO-Crate: {write_crate(Study(directory), author or (), license, force=force)}")

@@ -25,9 +25,9 @@ def doctor(
     findings = []
     for finding in examine(folder):
         findings.append(finding)
-        console.say(
+        console.info(
             f"{MARKS[finding.state]:<8} {finding.about:<16} {finding.said}{f'; {finding.mend}' if finding.mend else ''}"
         )
     if not is_well(findings):
-        console.complain("there are problems, see above")
+        console.warn("there are problems, see above")
         sys.exit(1)

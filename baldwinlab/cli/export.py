@@ -54,11 +54,11 @@ def export(
     experiments, own_seed = _given(source, assignments or [])
     if any(not is_ready(each) for each in experiments if isinstance(each, Experiment)):
         find_linker()
-        console.say("compiling for browsers, which takes about a minute …")
+        console.info("compiling for browsers, which takes about a minute …")
     page = live_page(experiments, own_seed if seed is None else seed)
     write_atomically(out, page)
     names = ", ".join(experiment.name for experiment in experiments)
-    console.say(f"{out}: {names}; {len(page):,} bytes that need no server")
+    console.info(f"{out}: {names}; {len(page):,} bytes that need no server")
 
 
 def _write_results(directory: Path, out: Path, *, force: bool) -> None:
@@ -76,7 +76,7 @@ def _write_results(directory: Path, out: Path, *, force: bool) -> None:
         study.to_parquet(out, force=force)
     else:
         study.to_csv(out, force=force)
-    console.say(
+    console.info(
         f"{out}: runs: {sum(len(study.runs(condition)) for condition in study.conditions):,}"
     )
 

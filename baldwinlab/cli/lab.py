@@ -59,7 +59,7 @@ def lab(
         sentence = (
             f"the lab is open at {address}{access.token} and shows {directory}; ctrl-C closes it"
         )
-        console.say(sentence, has_address=True)
+        console.info(sentence, has_address=True)
         if browser:
             target = f"{address}{access.issue_ticket()}"
             threading.Thread(target=webbrowser.open, args=[target], daemon=True).start()
@@ -102,7 +102,7 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     warming.start()
     with suppress(KeyboardInterrupt):  # which the server raises again once it has ended
         server.run(sockets=[listener])
-    console.say("the lab is closed")
+    console.info("the lab is closed")
     _leave()
 
 
@@ -112,9 +112,9 @@ def _warm_up() -> None:
     try:
         seconds = warm_up([Experiment()])
     except BaldwinLabError as error:  # whoever wants a life hears of it again
-        console.complain(str(error))
+        console.warn(str(error))
     else:
-        console.say(
+        console.info(
             f"the engine is ready: {seconds:.1f} s to compile it, or to load it as it was compiled before"
         )
 

@@ -37,7 +37,7 @@ def bench(
     if json:
         require_writable("--json", json, b"agent_steps_per_second", force=force)
     records = []
-    console.say(
+    console.info(
         f"{'case':<22} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} {'peak MiB':>9} {'threads':>8}"
     )
     for record in benchmark(quick, backend, part or (), rules):
@@ -45,9 +45,9 @@ def bench(
         rate = record.agent_steps_per_second / 1e6
         peak = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
         numbers = f"{rate:>22.1f} {record.seconds:>9.2f} {record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
-        console.say(f"{record.case:<22} {numbers}")
+        console.info(f"{record.case:<22} {numbers}")
     if json:
         write_atomically(
             json, (dumps({"machine": machine(), "records": records}, indent=2) + "\n").encode()
         )
-        console.say(f"records: {json}")
+        console.info(f"records: {json}")

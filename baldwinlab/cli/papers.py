@@ -14,12 +14,12 @@ def papers() -> None:
     indent = max(len(paper.name) for paper in listed)
     for paper in listed:
         counts = [f"conditions: {len(paper.own())}", f"claims: {len(paper.claims)}"]
-        console.say(f"{paper.name:<{indent}} {paper.about.source}")
-        console.say(f"{'':<{indent}} {paper.about.description}")
-        console.say(f"{'':<{indent}} {', '.join([*counts, *filter(None, [paper.about.link])])}")
-        console.say(f"{'':<{indent}} {paper.about.year}, {_some(paper.own())}")
-        console.say(f"{'':<{indent}} run it: baldwinlab reproduce {paper.name}")
-    console.say(
+        console.info(f"{paper.name:<{indent}} {paper.about.source}")
+        console.info(f"{'':<{indent}} {paper.about.description}")
+        console.info(f"{'':<{indent}} {', '.join([*counts, *filter(None, [paper.about.link])])}")
+        console.info(f"{'':<{indent}} {paper.about.year}, {_some(paper.own())}")
+        console.info(f"{'':<{indent}} run it: baldwinlab reproduce {paper.name}")
+    console.info(
         "baldwinlab reproduce PAPER runs one; a folder of your own with a paper.toml is one, too"
     )
 

@@ -26,4 +26,4 @@ def phylogeny(
     """Write who begot whom as CSV in the ALife data standard for phylogenies: of a run, a condition, or a whole study."""
     load_parts(part)
     count = write_phylogeny(Study(directory), out, condition, run, force=force)
-    console.say(f"{out}: {count:,} agents")
+    console.info(f"{out}: {count:,} agents")

@@ -13,14 +13,14 @@ from baldwinlab.experiment.toml import to_toml
 def list_presets() -> None:
     """List the presets of each paper: conditions, controls, maps and readings."""
     for paper in papers.built_in().values():
-        console.say(f"{paper.name}: {paper.about.title}")
+        console.info(f"{paper.name}: {paper.about.title}")
         for kind in presets.KINDS:
             names = paper.names(kind)
             if names:
-                console.say(f"  {kind}")
+                console.info(f"  {kind}")
             for name in names:
-                console.say(f"    {name:<22} {paper.describe(kind, name)}")
-    console.say(
+                console.info(f"    {name:<22} {paper.describe(kind, name)}")
+    console.info(
         "an experiment is CONDITION/MAP, such as evo+self-taught/B; a reading is chosen by --reading"
     )
 

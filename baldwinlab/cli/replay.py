@@ -65,6 +65,6 @@ def replay(
 
         write_movie(trace, experiment.world.width, experiment.world.height, out)
     eaten = int(trace.eaten.sum())
-    console.say(
+    console.info(
         f"{out}: {experiment.lifetime.steps} steps of {experiment.population.size} agents, who ate {eaten} items"
     )

@@ -59,4 +59,4 @@ def run(
         loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline
     )
     show_contrasts(results.compare(Study(study.directory), baseline=baseline))
-    console.say(f"for statistics, figures and a report: baldwinlab report {study.directory}")
+    console.info(f"for statistics, figures and a report: baldwinlab report {study.directory}")

@@ -17,7 +17,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from baldwinlab import palette
-from baldwinlab.console import on_a_screen
+from baldwinlab.console import clip_for_terminal
 from baldwinlab.lab import (
     Lab,
     MissingError,
@@ -129,7 +129,7 @@ def _failed(request: Request, error: Exception) -> JSONResponse:
 
 def _sentence(words: str, status: int) -> JSONResponse:
     """A refusal that the page shows."""
-    return JSONResponse({"error": on_a_screen(words)}, status)
+    return JSONResponse({"error": clip_for_terminal(words)}, status)
 
 
 async def _no_websocket(websocket: WebSocket) -> None:

@@ -86,7 +86,7 @@ def multiverse(
     )
     report(study, last=last, force=force)
     if out.name in FOLDERS and is_study(out.parent):
-        console.say(
+        console.info(
             f"{out.parent} is a study of the paper: its report is written again, with the readings"
         )
         report(Study(out.parent), last=last, force=force)
