@@ -19,7 +19,7 @@ class Factors(NamedTuple):
 
     learner: str = ""  # who lives there, such as evo+self-taught
     map: str = ""
-    reading: str = ""  # of the paper, in a multiverse
+    variant: str = ""  # of the paper, in a multiverse
 
     @property
     def title(self) -> str:

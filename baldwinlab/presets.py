@@ -1,6 +1,6 @@
 """Experiments by name: the presets of the papers, and experiment files.
 
-A preset is named CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`; a reading is one more layer. Where two papers have a
+A preset is named CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`; a variant is one more layer. Where two papers have a
 name, it is the first one's, and PAPER:NAME is that of another; PAPER may be the folder of a user's own.
 
 An experiment file is TOML. Its key `base` names a preset or another experiment file, whose fields it changes. Without `base` it
@@ -26,7 +26,7 @@ __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 
 def names(kind: str) -> list[str]:
-    """The presets of a kind (one of `KINDS`) of all papers, the standard reading first."""
+    """The presets of a kind (one of `KINDS`) of all papers, the standard variant first."""
     return list(
         dict.fromkeys(name for one in papers.built_in().values() for name in one.names(kind))
     )
@@ -37,9 +37,9 @@ def describe(kind: str, name: str) -> str:
     return _having(kind, name).describe(kind, name)
 
 
-def changes(reading: str) -> dict[str, Any]:
-    """The fields that a reading sets, as `Experiment.replace` takes them. Raises ExperimentError for an unknown one."""
-    return _having("readings", reading).changes("readings", reading)
+def changes(variant: str) -> dict[str, Any]:
+    """The fields that a variant sets, as `Experiment.replace` takes them. Raises ExperimentError for an unknown one."""
+    return _having("variants", variant).changes("variants", variant)
 
 
 def _having(kind: str, name: str) -> Paper:
@@ -59,23 +59,23 @@ class Loaded(NamedTuple):
     origin: BaseExperiment | None = None
 
 
-def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
+def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
     """An experiment by the name of a preset (`evo+self-taught/B`) or of a model that is a part, or from a TOML file.
 
-    `reading` lays one of the named readings of the paper over it. Raises ExperimentError when there is no such preset, file
-    or reading, or when the file's experiment is not valid.
+    `variant` lays one of the named variants of the paper over it. Raises ExperimentError when there is no such preset, file
+    or variant, or when the file's experiment is not valid.
     """
-    loaded: Experiment = load_with_origin(experiment, reading).experiment
+    loaded: Experiment = load_with_origin(experiment, variant).experiment
     return loaded
 
 
-def load_with_origin(experiment: str | Path, reading: str = STANDARD) -> Loaded:
+def load_with_origin(experiment: str | Path, variant: str = STANDARD) -> Loaded:
     """Load as `load` does, and return the origin of the experiment, too."""
     if not is_file(experiment):
-        preset = _load_preset(str(experiment), reading)
+        preset = _load_preset(str(experiment), variant)
         return Loaded(preset, preset)
     loaded = _load_file(Path(experiment))
-    return loaded._replace(experiment=loaded.experiment.replace(**changes(reading)))
+    return loaded._replace(experiment=loaded.experiment.replace(**changes(variant)))
 
 
 def is_file(experiment: str | Path) -> bool:
@@ -83,19 +83,19 @@ def is_file(experiment: str | Path) -> bool:
     return str(experiment).endswith(".toml")
 
 
-def _load_preset(text: str, reading: str) -> Experiment:
+def _load_preset(text: str, variant: str) -> Experiment:
     named, _, name = text.rpartition(":")
     if named:
-        return papers.load(named).experiment(name, reading)
+        return papers.load(named).experiment(name, variant)
     if text in choices.names("model") and text not in choices.BUILT_IN["model"]:
         made: Experiment = validate({"model": text})
         return made
     having = [one for one in papers.built_in().values() if name in one.experiment_names()]
     if not having:
         raise _unknown(name)
-    if reading in (STANDARD, *having[0].names("readings")):
-        return having[0].experiment(name, reading)
-    return having[0].experiment(name).replace(**changes(reading))
+    if variant in (STANDARD, *having[0].names("variants")):
+        return having[0].experiment(name, variant)
+    return having[0].experiment(name).replace(**changes(variant))
 
 
 def _unknown(name: str) -> ExperimentError:
@@ -186,6 +186,6 @@ def _warn_of_missing_food(experiment: Experiment, path: Path) -> None:
         )
 
 
-def paper(reading: str = STANDARD) -> list[Experiment]:
+def paper(variant: str = STANDARD) -> list[Experiment]:
     """The six conditions of the paper that baldwinlab began with."""
-    return papers.load().experiments(reading)
+    return papers.load().experiments(variant)

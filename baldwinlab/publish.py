@@ -16,14 +16,14 @@ from baldwinlab.assays.analysis import evaluate as evaluate_assays
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.factors import CONDITIONS, SWEEP
 from baldwinlab.models.miniworld.look import look
-from baldwinlab.multiverse import section as readings
+from baldwinlab.multiverse import section as variants
 from baldwinlab.multiverse.analysis import STANDARD, read
 from baldwinlab.multiverse.publish import FILE, FOLDERS
 from baldwinlab.papers import Paper, of_study
 from baldwinlab.papers.verdicts import ClaimResult, claim_records, evaluate, write
 from baldwinlab.papers.words import FIGURES
 from baldwinlab.report import InShort, Section, draw_report, emergence_generations, write_report
-from baldwinlab.report.content import reading, run_counts
+from baldwinlab.report.content import describe_variant, run_counts
 from baldwinlab.resources import NOTHING, Need
 from baldwinlab.runs.estimate import of_replay, of_tables
 from baldwinlab.runs.replay import replay
@@ -116,7 +116,7 @@ def _left(
     measured: stored.Assays,
     analysis: Analysis | None,
     paper: Paper | None,
-    beside: readings.Beside | None,
+    beside: variants.Beside | None,
 ) -> list[Section]:
     """What other commands have left in the folder of a study."""
     found = []
@@ -133,19 +133,21 @@ def _left(
     places = [study.directory / name / FILE for name in FOLDERS]
     multiverses = [read(place) for place in places if place.exists()]
     return found + [
-        readings.section(multiverse, study.directory / "figures", beside)
+        variants.section(multiverse, study.directory / "figures", beside)
         for multiverse in multiverses[:1]
     ]
 
 
 def _beside(
     study: Study, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]
-) -> readings.Beside | None:
-    """The study as it stands beside the readings; None where it follows another than the standard one."""
-    if {reading(experiment, paper) for experiment in study.experiments.values()} != {STANDARD}:
+) -> variants.Beside | None:
+    """The study as it stands beside the variants; None where it follows another than the standard one."""
+    if {describe_variant(experiment, paper) for experiment in study.experiments.values()} != {
+        STANDARD
+    }:
         return None
     counts = run_counts(data).values()
-    return readings.Beside(
+    return variants.Beside(
         {result.claim.id: result.verdict for result in results}, (min(counts), max(counts))
     )
 
@@ -196,13 +198,13 @@ def _emergence(study: Study, data: xr.Dataset, paper: Paper | None) -> list[xr.D
 
 
 def need(study: Study) -> Need:
-    """What the report of a study takes; that of a multiverse is made reading by reading."""
-    by_reading: dict[str, list[tuple[Experiment, int]]] = {}
+    """What the report of a study takes; that of a multiverse is made variant by variant."""
+    by_variant: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():
-        by_reading.setdefault(study.factors[name].reading, []).append(
+        by_variant.setdefault(study.factors[name].variant, []).append(
             (experiment, len(study.runs(name)))
         )
-    tables = max((of_tables(stored) for stored in by_reading.values()), default=NOTHING)
+    tables = max((of_tables(stored) for stored in by_variant.values()), default=NOTHING)
     paper = of_study(study.directory, study.paper) if study.paper else None
     shown = _shown(study, paper) if study.kind == CONDITIONS else None
     return tables.then(of_emergence(study.experiments[shown])) if shown else tables

@@ -30,7 +30,7 @@ class Contender(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """The standard reading of docs/model.md with one food region and one hidden layer; units as in `baldwinlab.experiment`."""
+    """The standard variant of docs/model.md with one food region and one hidden layer; units as in `baldwinlab.experiment`."""
 
     name: str  # of the experiment
     width: float
@@ -84,7 +84,7 @@ def from_experiment(experiment: Experiment) -> Setting:
         or len(experiment.network.hidden) != 1
     ):
         raise ValueError(
-            f"{experiment.name}: the contenders know the standard reading, one food region and one hidden layer"
+            f"{experiment.name}: the contenders know the standard variant, one food region and one hidden layer"
         )
     (food,) = world.food
     return Setting(

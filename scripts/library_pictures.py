@@ -42,7 +42,7 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
         grown = figures.fitness_curves(bl.open_study(Path(folder) / "xor"))
-        bred = [bl.load("evo/A", reading).replace(name=reading) for reading in BREEDING]
+        bred = [bl.load("evo/A", variant).replace(name=variant) for variant in BREEDING]
         bl.run(bred, runs=20, out=Path(folder) / "breeding")
         breeding = figures.fitness_boxes(bl.open_study(Path(folder) / "breeding"), [], LAST)
     drawn = {

@@ -197,8 +197,8 @@ Of any model {_listed(OF_ALL)}; a model has [measures of its own](models.md).
 
 
 def catalogue() -> str:
-    """Every paper with its claims, presets and readings."""
-    text = "# Claims, presets and readings\n\nOf every paper that comes with baldwinlab, by year.\n"
+    """Every paper with its claims, presets and variants."""
+    text = "# Claims, presets and variants\n\nOf every paper that comes with baldwinlab, by year.\n"
     return text + "\n".join(_paper(paper) for paper in by_year())
 
 

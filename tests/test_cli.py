@@ -216,7 +216,7 @@ def test_reproduce_runs_the_paper_and_leaves_claims_statistics_figures_and_repor
 
 
 @pytest.mark.nightly  # which draws all figures, as the test before it does
-def test_reproduce_takes_a_reading_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
+def test_reproduce_takes_a_variant_and_keeps_it_apart(command: Command, tmp_path: Path) -> None:
     done = command(
         "reproduce",
         "--runs",
@@ -225,7 +225,7 @@ def test_reproduce_takes_a_reading_and_keeps_it_apart(command: Command, tmp_path
         "1",
         "--steps",
         "10",
-        "--reading",
+        "--variant",
         "literal",
         "--workers",
         "1",

@@ -38,7 +38,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
         (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
         (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
-        (["reproduce", "--reading", "sloppy"], "there is no reading 'sloppy'"),
+        (["reproduce", "--variant", "sloppy"], "there is no variant 'sloppy'"),
         (["reproduce", "--generations", "0"], "evolution.generations = 0"),
         (["report", "study", "--last", "0"], "--last 0 must be at least 1"),
         (["report", "nowhere"], "nowhere holds no study"),

@@ -23,18 +23,18 @@ from baldwinlab.figures.emergence import density, unwrapped
 from baldwinlab.figures.fitness import conditions
 from baldwinlab.figures.style import series
 from baldwinlab.models.miniworld.look import look
-from baldwinlab.multiverse.figures import readings, readings_shares
+from baldwinlab.multiverse.figures import variants, variants_shares
 from baldwinlab.papers.claims import Claim
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.presets import load
-from tests.multiverse.readings import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, reading_of
+from tests.multiverse.variants import NOBODY_EATS, TAUGHT_BEAT_EVOLVED, multiverse_of, variant_of
 from tests.statistics.studies import AS_THE_PAPER, Claims, study, trace
 
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(
-    reading_of(),
-    reading_of("literal", NOBODY_EATS),
-    reading_of("literal+rank", TAUGHT_BEAT_EVOLVED),
+    variant_of(),
+    variant_of("literal", NOBODY_EATS),
+    variant_of("literal+rank", TAUGHT_BEAT_EVOLVED),
 )
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
@@ -74,8 +74,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "clocks": lambda: figures.clocks(STRINGS, "used"),
     "measures": lambda: figures.measures(study(AS_THE_PAPER), [MEASURED]),
     "survival": lambda: figures.survival(STRINGS),
-    "readings": lambda: readings(MULTIVERSE),
-    "readings-shares": lambda: readings_shares(MULTIVERSE),
+    "variants": lambda: variants(MULTIVERSE),
+    "variants-shares": lambda: variants_shares(MULTIVERSE),
 }
 
 ODD = {
@@ -220,14 +220,14 @@ def test_a_triangle_stands_where_a_claim_says_that_a_condition_is_greater() -> N
 
 
 def test_the_heat_map_shows_verdict_and_effect_of_each_claim_under_each_single_choice() -> None:
-    cells = [text.get_text() for text in DRAW["readings"]().axes[0].texts]
+    cells = [text.get_text() for text in DRAW["variants"]().axes[0].texts]
     assert len(cells) == 2 * 9
     assert cells[:3] == ["✓ +40", "✓ +40", "✓ 0"] and cells[5] == "✓ −70"
     assert cells[9:12] == ["? 0", "? 0", "✓ 0"]
 
 
 def test_the_map_of_shares_has_a_row_for_each_alternative_with_the_standard() -> None:
-    axes = DRAW["readings-shares"]().axes[0]
+    axes = DRAW["variants-shares"]().axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == [
         "standard  R1",
         "literal  R1",

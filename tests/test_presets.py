@@ -1,4 +1,4 @@
-"""Presets are the paper's conditions, maps and readings."""
+"""Presets are the paper's conditions, maps and variants."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_the_paper_has_three_conditions_on_two_maps() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reading", "changed"),
+    ("variant", "changed"),
     [
         ("standard", {}),
         ("literal", {"senses": {"visual_radius": 4}}),
@@ -47,17 +47,17 @@ def test_the_paper_has_three_conditions_on_two_maps() -> None:
         ("open-boundaries", {"senses": {"boundaries": "open"}}),
     ],
 )
-def test_a_reading_changes_the_one_field_that_it_names(
-    reading: str, changed: dict[str, dict[str, object]]
+def test_a_variant_changes_the_one_field_that_it_names(
+    variant: str, changed: dict[str, dict[str, object]]
 ) -> None:
     standard = load("evo+self-taught/B")
-    assert load("evo+self-taught/B", reading).to_dict() == merge(standard.to_dict(), changed)
+    assert load("evo+self-taught/B", variant).to_dict() == merge(standard.to_dict(), changed)
 
 
-def test_every_alternative_of_the_open_choices_has_a_reading() -> None:
-    readings = papers.load().names("readings")
-    assert len(readings) == 15
-    assert readings[0] == names("readings")[0] == "standard"
+def test_every_alternative_of_the_open_choices_has_a_variant() -> None:
+    variants = papers.load().names("variants")
+    assert len(variants) == 15
+    assert variants[0] == names("variants")[0] == "standard"
 
 
 def test_every_part_of_the_library_is_in_a_preset() -> None:
@@ -65,7 +65,7 @@ def test_every_part_of_the_library_is_in_a_preset() -> None:
     everything += [
         one.experiment(one.own()[0], name)
         for one in papers.built_in().values()
-        for name in one.names("readings")
+        for name in one.names("variants")
     ]
     chosen = {
         part for experiment in [*everything, load("neat-xor")] for part in added_choices(experiment)
@@ -73,7 +73,7 @@ def test_every_part_of_the_library_is_in_a_preset() -> None:
     assert chosen >= {(kind, name) for kind, parts in LIBRARY.items() for name in parts}
 
 
-def test_a_reading_of_another_paper_is_laid_over_as_well() -> None:
+def test_a_variant_of_another_paper_is_laid_over_as_well() -> None:
     assert load("evo+drift/B", "gaussian") == load("evo+drift/B").replace(
         evolution={"variation": "gaussian"}
     )
@@ -85,7 +85,7 @@ def test_every_preset_says_what_it_is() -> None:
             assert len(describe(kind, name)) > 20
 
 
-def test_the_defaults_are_the_standard_reading_of_the_paper() -> None:
+def test_the_defaults_are_the_standard_variant_of_the_paper() -> None:
     experiment = Experiment()
     assert experiment.population.size == 20
     assert (experiment.evolution.generations, experiment.lifetime.steps) == (100, 5000)
@@ -122,14 +122,14 @@ def test_an_unknown_preset_is_refused_with_what_there_is(name: str, message: str
     assert message in str(refusal.value)
 
 
-def test_an_unknown_reading_is_refused_with_the_nearest_one() -> None:
+def test_an_unknown_variant_is_refused_with_the_nearest_one() -> None:
     with pytest.raises(
-        ExperimentError, match=r"there is no reading 'litteral' \(did you mean 'literal'\?\)"
+        ExperimentError, match=r"there is no variant 'litteral' \(did you mean 'literal'\?\)"
     ):
         load("evo/A", "litteral")
 
 
-def test_a_file_is_an_experiment_too_and_can_carry_a_reading(tmp_path: Path) -> None:
+def test_a_file_is_an_experiment_too_and_can_carry_a_variant(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(to_toml(load("evo/A").replace(name="mine")))
     assert load(path).name == "mine"

@@ -145,7 +145,7 @@ def test_every_command_is_on_its_page_with_its_options(site: Path) -> None:
         "--runs",
         "--set",
         "--executor",
-        "--reading",
+        "--variant",
         "--part",
         "--force",
         "--quick",
@@ -203,7 +203,7 @@ def test_every_recorded_variable_and_every_paper_s_presets_are_on_their_pages(si
     told = words(site, "reference/papers.html")
     for paper in papers.built_in().values():
         assert f"baldwinlab reproduce {paper.name}" in told and paper.about.citation in told
-        for kind in ("conditions", "controls", "maps", "readings"):
+        for kind in ("conditions", "controls", "maps", "variants"):
             for name in paper.names(kind):
                 assert name in told and paper.describe(kind, name).replace("`", "") in told, (
                     paper.name,

@@ -44,7 +44,7 @@ def reproduce_all(
 ) -> Path:
     """Reproduce every paper that comes with baldwinlab, each in a folder of `folder`, and write the gallery; gives its page.
 
-    `steps` is the length of foragers' lives; `how` is as in `reproduce`, without `reading`, which is of one paper. What is stored
+    `steps` is the length of foragers' lives; `how` is as in `reproduce`, without `variant`, which is of one paper. What is stored
     is not run again. Raises as `reproduce` does.
     """
     load_installed()

@@ -22,11 +22,11 @@ def load_installed() -> None:
         load_entry_points()
 
 
-def load(experiment: str | Path, reading: str = STANDARD) -> Experiment:
+def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
     """An experiment by the name of a preset (`evo+self-taught/B`) or of a model that is a part, or from a TOML file.
 
-    `reading` lays one of the named readings of the paper over it. Raises ExperimentError when there is no such preset, file
-    or reading, or when the file's experiment is not valid.
+    `variant` lays one of the named variants of the paper over it. Raises ExperimentError when there is no such preset, file
+    or variant, or when the file's experiment is not valid.
     """
     load_installed()
-    return presets.load(experiment, reading)
+    return presets.load(experiment, variant)

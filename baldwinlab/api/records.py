@@ -18,7 +18,7 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
     """
     load_installed()
     if "experiment" in record.attrs:
-        return from_toml(record.attrs["experiment"], where="the record's experiment", reading=True)
+        return from_toml(record.attrs["experiment"], where="the record's experiment", lenient=True)
     if "experiment" not in record:
         raise RefusedError(
             "this dataset carries no experiment; it is no record of baldwinlab, or was computed from one"
@@ -40,4 +40,4 @@ def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experimen
         raise RefusedError(
             f"condition = {condition!r} does not pick one experiment of this dataset; {known}"
         )
-    return from_toml(str(texts.item()), where="the record's experiment", reading=True)
+    return from_toml(str(texts.item()), where="the record's experiment", lenient=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from baldwinlab import console, results
-from baldwinlab.api.tables import VERDICT_STYLE, claims_table, readings_table, show_contrasts
+from baldwinlab.api.tables import VERDICT_STYLE, claims_table, show_contrasts, variants_table
 from baldwinlab.errors import RefusedError, require_positive
 from baldwinlab.factors import CONDITIONS, MULTIVERSE
 from baldwinlab.files import is_local, require_place
@@ -81,7 +81,7 @@ def report(
     if study.kind == MULTIVERSE:
         multiverse = publish_multiverse(study, out, last, console.progress, console.info)
         results.keep(study)
-        console.console.print(readings_table(multiverse))
+        console.console.print(variants_table(multiverse))
         for sentence in (*verdict(multiverse.singles), *combinations(multiverse)):
             console.info(f"- {sentence}")
     else:

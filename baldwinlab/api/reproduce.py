@@ -38,7 +38,7 @@ def reproduce(
     generations: int | None = None,
     steps: int | None = None,
     seed: int = 0,
-    reading: str = STANDARD,
+    variant: str = STANDARD,
     out: str | Path | None = None,
     last: int = 10,
     workers: int | None = None,
@@ -57,7 +57,7 @@ def reproduce(
         Runs of each condition, by default as many as the paper has.
     generations, steps
         Generations of a run, and steps of a forager's life. They change the model, as `set` does.
-    reading
+    variant
         An interpretation of the paper.
     out
         The directory of the study, by default a folder of results/.
@@ -70,7 +70,7 @@ def reproduce(
     PaperError
         For a paper that does not exist or is not valid.
     ExperimentError
-        For an unknown reading or field, and for a field without effect.
+        For an unknown variant or field, and for a field without effect.
     RefusedError
         For `steps` where lives have none; and as `run` does, which counts in the assays and the report.
     """
@@ -79,7 +79,7 @@ def reproduce(
     assignments = [*lengths(chosen, generations, steps), *assignments_of(set or {})]
     how = How(workers, backend, executor, force)
     return reproduce_changed(
-        chosen, assignments, how, runs=runs, seed=seed, reading=reading, out=out, last=last
+        chosen, assignments, how, runs=runs, seed=seed, variant=variant, out=out, last=last
     )
 
 
@@ -100,17 +100,17 @@ def reproduce_changed(
     *,
     runs: int | None,
     seed: int,
-    reading: str,
+    variant: str,
     out: str | Path | None,
     last: int,
 ) -> Study:
     """Reproduce a paper whose model is changed by assignments, or not at all. `reproduce` and its command call this."""
-    originals = paper.experiments(reading)
+    originals = paper.experiments(variant)
     experiments = [assign(original, assignments) for original in originals]
     require_effect(experiments, originals)
     changes = assignments if experiments != originals else ()
     require_positive("last", last)
-    name = _name(paper, reading, assignments, seed)
+    name = _name(paper, variant, assignments, seed)
     directory = Path("results") / name if out is None else location(out)
     wanted = paper.about.runs if runs is None else runs
     afterwards = _afterwards(experiments, paper, wanted, how.workers)
@@ -175,10 +175,10 @@ def _afterwards(
     )
 
 
-def _name(paper: papers.Paper, reading: str, assignments: Sequence[str], seed: int) -> str:
+def _name(paper: papers.Paper, variant: str, assignments: Sequence[str], seed: int) -> str:
     """Return the name of the folder for a study of this paper, with everything that is not as in the paper."""
     words = ["paper" if paper.name == papers.DEFAULT else paper.name]
-    words += [reading] * (reading != STANDARD)
+    words += [variant] * (variant != STANDARD)
     for assignment in assignments:
         path, _, value = assignment.partition("=")
         word = f"{SHORT_NAMES[path]}{value}" if path in SHORT_NAMES else assignment

@@ -112,22 +112,22 @@ def _measured(record: dict[str, Any]) -> str:
     )
 
 
-def readings_table(multiverse: Multiverse) -> Table:
-    """Every claim under each reading that makes at most one choice otherwise, and how near the reading comes to the paper."""
+def variants_table(multiverse: Multiverse) -> Table:
+    """Every claim under each variant that makes at most one choice otherwise, and how near the variant comes to the paper."""
     table = Table(
-        title="Every reading of the paper",
+        title="Every variant of the paper",
         title_style="bold",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
-    for heading in ("reading", *(claim.id for claim in multiverse.claims), "hold"):
+    for heading in ("variant", *(claim.id for claim in multiverse.claims), "hold"):
         table.add_column(heading, no_wrap=True)
     table.add_column("distance", justify="right")
-    for reading in multiverse.singles.readings:
-        verdicts = [reading.outcomes[claim.id].verdict for claim in multiverse.claims]
+    for variant in multiverse.singles.variants:
+        verdicts = [variant.outcomes[claim.id].verdict for claim in multiverse.claims]
         marks = [Text(MARKS[verdict], style=VERDICT_STYLE.get(verdict, "")) for verdict in verdicts]
-        distance = "" if reading.distance is None else f"{reading.distance:.2f}"
+        distance = "" if variant.distance is None else f"{variant.distance:.2f}"
         table.add_row(
-            " ".join((reading.name, *reading.choices)), *marks, str(reading.held), distance
+            " ".join((variant.name, *variant.choices)), *marks, str(variant.held), distance
         )
     return table

@@ -146,7 +146,7 @@ def _misfit(data: xr.Dataset, study: Measured, condition: str) -> str:
 
 
 def _fields(text: str) -> dict[str, Any]:
-    return from_toml(text, where="the assay", reading=True).to_dict()
+    return from_toml(text, where="the assay", lenient=True).to_dict()
 
 
 def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
@@ -183,7 +183,7 @@ def conditions(assays: Assays) -> dict[str, Experiment]:
     """The experiment of every condition that any assay has, in their order."""
     found = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
-        name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", reading=True)
+        name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", lenient=True)
         for name, data in found.items()
     }
 
@@ -219,7 +219,7 @@ def share(part: xr.DataArray, whole: xr.DataArray) -> xr.DataArray:
 def lifetime(within_life: xr.Dataset) -> int:
     """Steps in a life."""
     return from_toml(
-        within_life.attrs["experiment"], where="the assay", reading=True
+        within_life.attrs["experiment"], where="the assay", lenient=True
     ).lifetime.steps
 
 

@@ -78,7 +78,7 @@ app = App(
 Whole = Annotated[int, Parameter(converter=_whole)]
 PerhapsWhole = Annotated[int | None, Parameter(converter=_whole)]
 Runs = Annotated[Whole, Parameter(help="independent runs of each condition")]
-Reading = Annotated[str, Parameter(help="a named reading, laid over; see `baldwinlab presets`")]
+Variant = Annotated[str, Parameter(help="a named variant, laid over; see `baldwinlab presets`")]
 Seed = Annotated[Whole, Parameter(help="the seed that all randomness comes from")]
 Workers = Annotated[
     PerhapsWhole, Parameter(help="threads, all cores unless given; with --executor slurm, jobs")

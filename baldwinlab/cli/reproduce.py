@@ -19,8 +19,8 @@ from baldwinlab.cli.common import (
     Out,
     Parts,
     PerhapsWhole,
-    Reading,
     Seed,
+    Variant,
     Workers,
     load_parts,
 )
@@ -46,7 +46,7 @@ def reproduce(
         PerhapsWhole, Parameter(help="steps of a forager's life; the paper's own unless given")
     ] = None,
     seed: Seed = 0,
-    reading: Reading = STANDARD,
+    variant: Variant = STANDARD,
     assignments: Assignments = None,
     workers: Workers = None,
     out: Out = None,
@@ -61,7 +61,7 @@ def reproduce(
     """
     load_parts(part)
     if paper == ALL:
-        _require_one_paper(assignments, reading)
+        _require_one_paper(assignments, variant)
         lives: dict[str, Any] = {
             "runs": runs,
             "generations": generations,
@@ -84,19 +84,19 @@ def reproduce(
         How(workers, backend, executor, force),
         runs=runs,
         seed=seed,
-        reading=reading,
+        variant=variant,
         out=out,
         last=last,
     )
 
 
-def _require_one_paper(assignments: list[str] | None, reading: str) -> None:
+def _require_one_paper(assignments: list[str] | None, variant: str) -> None:
     """Raise RefusedError for options that belong to one paper."""
     if assignments:
         raise RefusedError(
             f"--set {' '.join(assignments)} is of one paper; give its name instead of {ALL}"
         )
-    if reading != STANDARD:
+    if variant != STANDARD:
         raise RefusedError(
-            f"--reading {reading} is of one paper; all of them are reproduced by their standard reading"
+            f"--variant {variant} is of one paper; all of them are reproduced by their standard variant"
         )

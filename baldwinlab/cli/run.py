@@ -20,9 +20,9 @@ from baldwinlab.cli.common import (
     NamedExperiment,
     Out,
     Parts,
-    Reading,
     Runs,
     Seed,
+    Variant,
     Workers,
     load_parts,
 )
@@ -37,7 +37,7 @@ def run(
         str, Parameter(help="more experiments, which are compared in the same study")
     ],
     part: Parts = None,
-    reading: Reading = "standard",
+    variant: Variant = "standard",
     assignments: Assignments = None,
     baseline: Baseline = "",
     runs: Runs = 30,
@@ -53,7 +53,7 @@ def run(
 ) -> None:
     """Run an experiment, a preset or a TOML file; or several in one study, and compare them."""
     load_parts(part)
-    loaded = [load_with_origin(name, reading) for name in (experiment, *others)]
+    loaded = [load_with_origin(name, variant) for name in (experiment, *others)]
     how = How(workers, backend, executor, force)
     study = run_loaded(
         loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline

@@ -38,7 +38,7 @@ FORMATS: Final = {
 FOLDERS: Final = {
     "assays": "what assays measured, netCDF",
     "figures": "the report's figures, and their numbers",
-    "multiverse": "the claims under every reading of the paper, a study of its own",
+    "multiverse": "the claims under every variant of the paper, a study of its own",
     "paper": "the paper that made the study: its conditions and claims",
     "parts": "sources of foreign parts, by which agents lived",
 }

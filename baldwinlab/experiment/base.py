@@ -251,7 +251,7 @@ def _without_idle_tables(
     """A tree without the tables of parts that are no longer chosen, unless the changes name them."""
     base = _base_of(tree)
     kept = {path for path, _ in chosen_parts(base, tree)}
-    for path, _ in chosen_parts(_base_of(before.to_dict()), before.to_dict(), reading=True):
+    for path, _ in chosen_parts(_base_of(before.to_dict()), before.to_dict(), lenient=True):
         *steps, last = path.split(".")
         table, given = tree, changes
         for step in steps:
@@ -297,34 +297,34 @@ class _Unread(BaseExperiment, extra="allow"):
     record: Record = Record()
 
 
-def validate(tree: Any, reading: bool = False) -> Any:
+def validate(tree: Any, lenient: bool = False) -> Any:
     """The experiment that `tree` describes. Raises ExperimentError with a line for every fault.
 
-    `reading` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
+    `lenient` is for what is stored already: parts that are not here are taken as they stand, as nothing is going to live.
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
-    experiment = _made(tree, reading)
-    if not reading:
+    experiment = _made(tree, lenient)
+    if not lenient:
         _let_added_parts_check(experiment)
     return experiment
 
 
-def _made(tree: dict[str, Any], reading: bool = False) -> Any:
+def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
     """As `validate`, without asking the parts."""
     model = tree.get("model", "miniworld")
-    if not reading and model not in choices.names("model"):
+    if not lenient and model not in choices.names("model"):
         raise ExperimentError(f"model = {model!r}: {choices.refusal('model', str(model))}")
-    made = _class_of(tree, reading)
+    made = _class_of(tree, lenient)
     try:
-        experiment = made.model_validate(tree, context={"reading": reading})
+        experiment = made.model_validate(tree, context={"lenient": lenient})
     except ValidationError as error:
-        plainer = _class_of(tree, reading, foreign=False) if reading else made
+        plainer = _class_of(tree, lenient, foreign=False) if lenient else made
         if (
             plainer is not made
         ):  # a part of that name is here, but not the one that it was made with
             with suppress(ValidationError):
-                return plainer.model_validate(tree, context={"reading": True})
+                return plainer.model_validate(tree, context={"lenient": True})
         raise ExperimentError(sentences(error, made)) from None
     return experiment
 
@@ -352,11 +352,11 @@ def _require_separate_groups(experiment: BaseExperiment) -> None:
         )
 
 
-def _class_of(tree: dict[str, Any], reading: bool, foreign: bool = True) -> Any:
-    """What a tree is to be made; `reading` as in `validate`, and without foreign parts as if none were here."""
+def _class_of(tree: dict[str, Any], lenient: bool, foreign: bool = True) -> Any:
+    """What a tree is to be made; `lenient` as in `validate`, and without foreign parts as if none were here."""
     there = choices.names("model") if foreign else choices.BUILT_IN["model"]
-    base = _Unread if reading and tree.get("model", "miniworld") not in there else _base_of(tree)
-    return class_for(base, chosen_parts(base, tree, reading, foreign))
+    base = _Unread if lenient and tree.get("model", "miniworld") not in there else _base_of(tree)
+    return class_for(base, chosen_parts(base, tree, lenient, foreign))
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:

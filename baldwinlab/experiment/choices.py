@@ -153,7 +153,7 @@ class Choice(NamedTuple):
         return handler(schema) | {"x-chooses": self.kind}
 
     def _check(self, name: str, info: Any) -> str:
-        if name not in names(self.kind) and not (info.context or {}).get("reading"):
+        if name not in names(self.kind) and not (info.context or {}).get("lenient"):
             raise PydanticCustomError(
                 "unknown_part", "{refusal}", {"refusal": refusal(self.kind, name)}
             )

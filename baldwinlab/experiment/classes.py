@@ -42,7 +42,7 @@ def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str
 
 
 def chosen_parts(
-    base: type[BaseModel], tree: dict[str, Any], reading: bool = False, foreign: bool = True
+    base: type[BaseModel], tree: dict[str, Any], lenient: bool = False, foreign: bool = True
 ) -> Chosen:
     """The parts with fields of their own that a tree of values chooses; without `foreign` ones, as if none were here."""
     found: list[tuple[str, type[Fields] | None]] = []
@@ -56,7 +56,7 @@ def chosen_parts(
             (names,) if isinstance(names, str) else names if isinstance(names, list | tuple) else ()
         ):
             where = ".".join([*steps, key_of(str(name))])
-            if reading and name not in (choices.names(kind) if foreign else choices.packaged(kind)):
+            if lenient and name not in (choices.names(kind) if foreign else choices.packaged(kind)):
                 if isinstance(table, dict) and key_of(str(name)) in table:
                     found.append((where, None))
             elif kind != "model" and (part := choices.own_fields(kind, str(name))):

@@ -38,8 +38,8 @@ class File(Fields):
     @classmethod
     def _fill_in_hash(cls, value: Any, info: Any) -> Any:
         tree = {"path": str(value)} if isinstance(value, str | Path) else value
-        is_reading = (info.context or {}).get("reading")
-        if is_reading or not isinstance(tree, dict) or tree.get("sha256") or not tree.get("path"):
+        is_lenient = (info.context or {}).get("lenient")
+        if is_lenient or not isinstance(tree, dict) or tree.get("sha256") or not tree.get("path"):
             return tree
         return {**tree, "sha256": hashlib.sha256(_content(str(tree["path"]))).hexdigest()}
 

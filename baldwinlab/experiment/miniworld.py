@@ -1,10 +1,10 @@
 """The experiment of the foragers in MiniWorld: everything that decides a result, apart from the seed.
 
-Field defaults are the standard reading of the paper; every field carries its meaning and unit, its limits are checked, and an
+Field defaults are the standard variant of the paper; every field carries its meaning and unit, its limits are checked, and an
 unknown name is refused. TOML and Python show the same tree. A choosing field names a part; the part's own fields, if it has
 any, stand in a table of its name beside it, and only while it is chosen.
 
-Source: the paper's section "Simulation setup"; the fields that name a reading (R1 to R8) are the choices that the paper
+Source: the paper's section "Simulation setup"; the fields that name a variant (R1 to R8) are the choices that the paper
 leaves open, see docs/model.md.
 """
 

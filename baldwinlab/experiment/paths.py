@@ -33,7 +33,7 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
 def name_of(path: str, *experiments: BaseModel) -> str:
     """What is at a path, in a few words for an axis, in the first of these experiments that has it; else the path itself.
 
-    A number has its meaning, without what follows a colon and without the reading it belongs to: "learning rate, per step". A
+    A number has its meaning, without what follows a colon and without the variant it belongs to: "learning rate, per step". A
     choice, whose meaning lists what there is to choose, has its name: "evolution: selection". Of several regions, which one.
     """
     for experiment in experiments:

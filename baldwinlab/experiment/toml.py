@@ -56,11 +56,11 @@ def _table(part: BaseModel, table: Any) -> Any:
     return table
 
 
-def from_toml(text: str, where: str, reading: bool = False) -> Experiment:
-    """The experiment in TOML text; `where` names its origin in messages, `reading` as in `validate`. Raises ExperimentError."""
+def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
+    """The experiment in TOML text; `where` names its origin in messages, `lenient` as in `validate`. Raises ExperimentError."""
     tree = parse_tree(text, where)
     with faults_in(where):
-        made: Experiment = validate(tree, reading)
+        made: Experiment = validate(tree, lenient)
     return made
 
 

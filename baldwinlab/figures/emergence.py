@@ -131,7 +131,7 @@ def _trajectories(axes: Axes, trace: xr.Dataset) -> None:
 
 
 def _world(trace: xr.Dataset) -> World:
-    return from_toml(trace.attrs["experiment"], where="the trace", reading=True).world
+    return from_toml(trace.attrs["experiment"], where="the trace", lenient=True).world
 
 
 def _empty_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:

@@ -1,12 +1,12 @@
-"""Every reading of the paper, as one study; docs/multiverse.md."""
+"""Every variant of the paper, as one study; docs/multiverse.md."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from baldwinlab.multiverse.design import Reading, experiments
+    from baldwinlab.multiverse.design import Variant, experiments
 
-__all__ = ["Reading", "experiments"]
+__all__ = ["Variant", "experiments"]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,9 +1,9 @@
-"""The paper's claims under every reading of the paper: which of them depend on what the paper leaves open, and on what.
+"""The paper's claims under every variant of the paper: which of them depend on what the paper leaves open, and on what.
 
-Within a reading, all tests of all claims are one family, corrected by Holm's method, as in a study of the paper. Between
-readings nothing is corrected: each is held against the paper as if it were the only one.
+Within a variant, all tests of all claims are one family, corrected by Holm's method, as in a study of the paper. Between
+variants nothing is corrected: each is held against the paper as if it were the only one.
 
-How near a reading comes to the paper's own figures is its distance: the mean of |effect - figure| / figure over the claims for
+How near a variant comes to the paper's own figures is its distance: the mean of |effect - figure| / figure over the claims for
 which the paper gives a size (C1 and C2, 40 items each). 0 is the paper's own result; 1 is as far off as no effect at all.
 """
 
@@ -24,7 +24,7 @@ from baldwinlab.papers import Paper, load
 from baldwinlab.papers.verdicts import evaluate
 from baldwinlab.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
-STANDARD = "standard"  # the name of the reading that every other one is held against
+STANDARD = "standard"  # the name of the variant that every other one is held against
 DECIDED = (HOLDS, UNDECIDED, FAILS)
 
 
@@ -52,12 +52,12 @@ class Claim(_Record):
     figure: float | None  # the paper's own, items an agent
 
 
-class Reading(_Record):
-    """One reading of the paper, and what its runs say of the claims."""
+class Variant(_Record):
+    """One variant of the paper, and what its runs say of the claims."""
 
     name: str
     description: str
-    choices: dict[str, str]  # the alternative taken, by choice; none in the standard reading
+    choices: dict[str, str]  # the alternative taken, by choice; none in the standard variant
     fields: dict[str, Any]  # what they set: {"contact.reach": 5}
     runs: tuple[int, int]  # of the condition with the fewest, and with the most
     held: int  # claims that hold
@@ -69,26 +69,26 @@ class Multiverse(_Record):
     seed: int
     last: int  # a run counts with its average over so many last generations
     claims: tuple[Claim, ...]
-    readings: tuple[Reading, ...]
+    variants: tuple[Variant, ...]
     source: str = ""  # authors, title and place of the paper
 
     @property
     def singles(self) -> Multiverse:
-        """The standard reading, and those that make a single choice otherwise."""
+        """The standard variant, and those that make a single choice otherwise."""
         return self.model_copy(
             update={
-                "readings": tuple(reading for reading in self.readings if len(reading.choices) < 2)
+                "variants": tuple(variant for variant in self.variants if len(variant.choices) < 2)
             }
         )
 
     @property
     def combined(self) -> bool:
-        return len(self.singles.readings) < len(self.readings)
+        return len(self.singles.variants) < len(self.variants)
 
     @property
     def choices(self) -> list[str]:
         """The choices that are left open, by name."""
-        return sorted({choice for reading in self.readings for choice in reading.choices})
+        return sorted({choice for variant in self.variants for choice in variant.choices})
 
 
 def paper_claims(paper: Paper | None = None) -> tuple[Claim, ...]:
@@ -99,7 +99,7 @@ def paper_claims(paper: Paper | None = None) -> tuple[Claim, ...]:
     )
 
 
-def reading(
+def evaluate_variant(
     study: xr.Dataset,
     name: str,
     description: str,
@@ -107,8 +107,8 @@ def reading(
     fields: Mapping[str, Any],
     last: int = 10,
     paper: Paper | None = None,
-) -> Reading:
-    """The claims of a paper (the default unless given) decided for one reading.
+) -> Variant:
+    """The claims of a paper (the default unless given) decided for one variant.
 
     `study` has the dimensions (condition, run, generation, agent), its conditions named as the paper's: evo/A. Raises ValueError
     unless `last` is at least 1.
@@ -117,7 +117,7 @@ def reading(
         result.claim.id: _outcome(result.record()) for result in evaluate(study, last, paper)
     }
     counts = study["energy"].notnull().any(("generation", "agent")).sum("run").values
-    return Reading(
+    return Variant(
         name=name,
         description=description,
         choices=dict(choices),
@@ -148,21 +148,21 @@ def distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> flo
     return float(np.mean(found)) if sizes and len(found) == len(sizes) else None
 
 
-def by_verdict(multiverse: Multiverse, claim: str) -> dict[Verdict, tuple[Reading, ...]]:
-    """The readings under which a claim holds, is undecided, and does not hold. One that lacks its runs is in none."""
+def by_verdict(multiverse: Multiverse, claim: str) -> dict[Verdict, tuple[Variant, ...]]:
+    """The variants under which a claim holds, is undecided, and does not hold. One that lacks its runs is in none."""
     return {
         verdict: tuple(
-            reading for reading in multiverse.readings if reading.outcomes[claim].verdict == verdict
+            variant for variant in multiverse.variants if variant.outcomes[claim].verdict == verdict
         )
         for verdict in DECIDED
     }
 
 
 def always(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
-    """The claims that have one of these verdicts under every reading that decides them, and are decided under any."""
+    """The claims that have one of these verdicts under every variant that decides them, and are decided under any."""
     found = []
     for claim in multiverse.claims:
-        seen = {reading.outcomes[claim.id].verdict for reading in multiverse.readings} - {
+        seen = {variant.outcomes[claim.id].verdict for variant in multiverse.variants} - {
             NOT_EVALUATED
         }
         if seen and seen <= set(verdicts):
@@ -171,61 +171,61 @@ def always(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
 
 
 def overturning(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
-    """The choices on which a claim depends, each with the readings that change its verdict from the standard reading's.
+    """The choices on which a claim depends, each with the variants that change its verdict from the standard variant's.
 
-    Empty where the standard reading has not decided it. Only readings that make a single choice otherwise count.
+    Empty where the standard variant has not decided it. Only variants that make a single choice otherwise count.
     """
-    verdicts = {reading.name: reading.outcomes[claim].verdict for reading in multiverse.readings}
+    verdicts = {variant.name: variant.outcomes[claim].verdict for variant in multiverse.variants}
     unchanged = {verdicts.get(STANDARD, NOT_EVALUATED), NOT_EVALUATED}
     found: dict[str, list[str]] = {}
     if STANDARD in verdicts and len(unchanged) > 1:
-        for reading in multiverse.singles.readings:
-            for choice in reading.choices if verdicts[reading.name] not in unchanged else ():
-                found.setdefault(choice, []).append(reading.name)
+        for variant in multiverse.singles.variants:
+            for choice in variant.choices if verdicts[variant.name] not in unchanged else ():
+                found.setdefault(choice, []).append(variant.name)
     return found
 
 
-def nearest(multiverse: Multiverse) -> Reading | None:
-    """The reading nearest to the paper: of those under which the most claims with a figure hold, that of the least distance.
+def nearest(multiverse: Multiverse) -> Variant | None:
+    """The variant nearest to the paper: of those under which the most claims with a figure hold, that of the least distance.
 
-    Without the first condition, a reading under which nobody eats would come near: it is at distance 1.
+    Without the first condition, a variant under which nobody eats would come near: it is at distance 1.
     """
-    measured = [reading for reading in multiverse.readings if reading.distance is not None]
+    measured = [variant for variant in multiverse.variants if variant.distance is not None]
     with_figure = [claim.id for claim in multiverse.claims if claim.figure is not None]
 
-    def rank(reading: Reading) -> tuple[int, float]:
+    def rank(variant: Variant) -> tuple[int, float]:
         return -sum(
-            reading.outcomes[claim].verdict == HOLDS for claim in with_figure
-        ), reading.distance or 0.0
+            variant.outcomes[claim].verdict == HOLDS for claim in with_figure
+        ), variant.distance or 0.0
 
     return min(measured, key=rank, default=None)
 
 
-def containing(multiverse: Multiverse) -> list[Reading]:
-    """The readings whose intervals contain the paper's figure for every claim that has a size."""
+def containing(multiverse: Multiverse) -> list[Variant]:
+    """The variants whose intervals contain the paper's figure for every claim that has a size."""
     sizes = {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
 
-    def contains(reading: Reading) -> bool:
-        intervals = [(reading.outcomes[claim].interval, size) for claim, size in sizes.items()]
+    def contains(variant: Variant) -> bool:
+        intervals = [(variant.outcomes[claim].interval, size) for claim, size in sizes.items()]
         return all(
             interval is not None and interval[0] <= size <= interval[1]
             for interval, size in intervals
         )
 
-    return [reading for reading in multiverse.readings if contains(reading)]
+    return [variant for variant in multiverse.variants if contains(variant)]
 
 
-def most_held(multiverse: Multiverse) -> list[Reading]:
-    """The readings under which the most claims hold."""
-    most = max((reading.held for reading in multiverse.readings), default=0)
-    return [reading for reading in multiverse.readings if reading.held == most]
+def most_held(multiverse: Multiverse) -> list[Variant]:
+    """The variants under which the most claims hold."""
+    most = max((variant.held for variant in multiverse.variants), default=0)
+    return [variant for variant in multiverse.variants if variant.held == most]
 
 
 class Share(NamedTuple):
     """Of the combinations with one alternative of a choice, those under which a claim holds."""
 
     choice: str
-    alternative: str  # "standard", or the name of a reading
+    alternative: str  # "standard", or the name of a variant
     claim: str
     held: int
     decided: int
@@ -237,12 +237,12 @@ class Share(NamedTuple):
 
 def shares(multiverse: Multiverse) -> list[Share]:
     """For each choice, each of its alternatives (the standard first) and each claim, how many combinations hold the claim."""
-    taken: dict[str, dict[str, list[Reading]]] = {
-        choice: {STANDARD: []} for choice in _choices(multiverse.readings)
+    taken: dict[str, dict[str, list[Variant]]] = {
+        choice: {STANDARD: []} for choice in _choices(multiverse.variants)
     }
-    for reading in multiverse.readings:
+    for variant in multiverse.variants:
         for choice, group in taken.items():
-            group.setdefault(reading.choices.get(choice, STANDARD), []).append(reading)
+            group.setdefault(variant.choices.get(choice, STANDARD), []).append(variant)
     return [
         Share(choice, alternative, claim.id, *_held(group, claim.id))
         for choice, groups in taken.items()
@@ -251,12 +251,12 @@ def shares(multiverse: Multiverse) -> list[Share]:
     ]
 
 
-def _choices(readings: Iterable[Reading]) -> list[str]:
-    return sorted({choice for reading in readings for choice in reading.choices})
+def _choices(variants: Iterable[Variant]) -> list[str]:
+    return sorted({choice for variant in variants for choice in variant.choices})
 
 
-def _held(readings: Sequence[Reading], claim: str) -> tuple[int, int]:
-    verdicts = [reading.outcomes[claim].verdict for reading in readings]
+def _held(variants: Sequence[Variant], claim: str) -> tuple[int, int]:
+    verdicts = [variant.outcomes[claim].verdict for variant in variants]
     return verdicts.count(HOLDS), sum(verdict in DECIDED for verdict in verdicts)
 
 
@@ -280,16 +280,16 @@ def weightiest(found: Sequence[Share], claim: str) -> tuple[Share, Share] | None
 
 
 def summary(multiverse: Multiverse) -> dict[str, Any]:
-    """What all readings come to, for JSON: the facts behind the report's sentences."""
+    """What all variants come to, for JSON: the facts behind the report's sentences."""
     near = nearest(multiverse)
     return {
-        "hold_under_every_reading": always(multiverse, HOLDS),
-        "refuted_under_no_reading": always(multiverse, HOLDS, UNDECIDED),
-        "hold_under_no_reading": always(multiverse, UNDECIDED, FAILS),
+        "hold_under_every_variant": always(multiverse, HOLDS),
+        "refuted_under_no_variant": always(multiverse, HOLDS, UNDECIDED),
+        "hold_under_no_variant": always(multiverse, UNDECIDED, FAILS),
         "depends_on": {claim.id: overturning(multiverse, claim.id) for claim in multiverse.claims},
-        "nearest": near and {"reading": near.name, "distance": near.distance, "held": near.held},
-        "intervals_contain_the_figures": [reading.name for reading in containing(multiverse)],
-        "most_held": [reading.name for reading in most_held(multiverse)],
+        "nearest": near and {"variant": near.name, "distance": near.distance, "held": near.held},
+        "intervals_contain_the_figures": [variant.name for variant in containing(multiverse)],
+        "most_held": [variant.name for variant in most_held(multiverse)],
         "shares": [share._asdict() for share in shares(multiverse)]
         if multiverse.combined
         else None,

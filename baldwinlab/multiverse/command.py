@@ -1,4 +1,4 @@
-"""Every reading of a paper."""
+"""Every variant of a paper."""
 
 from __future__ import annotations
 
@@ -56,37 +56,37 @@ def multiverse(
     last: Last = 10,
     force: Force = False,
 ) -> None:
-    """Hold a paper's claims against every reading of the paper: each choice it leaves open, made otherwise.
+    """Hold a paper's claims against every variant of the paper: each choice it leaves open, made otherwise.
 
-    With 8 runs of each condition, a difference that every pair of runs shows stays significant when all tests of a reading are
+    With 8 runs of each condition, a difference that every pair of runs shows stays significant when all tests of a variant are
     corrected together (p = 0.003); with fewer than 6, none can be. Where the folder lies in a study of the paper, as it does
     unless --out is given, the report of that study is written again.
     """
     load_parts(part)
     require_positive("last", last)
     chosen = None if paper == DEFAULT else load(paper)
-    readings = combinations(chosen) if full else one_at_a_time(chosen)
-    if chosen and not (chosen.claims and len(readings) > 1):
+    variants = combinations(chosen) if full else one_at_a_time(chosen)
+    if chosen and not (chosen.claims and len(variants) > 1):
         raise PaperError(
-            f"{chosen.folder}: a multiverse needs claims.toml, and a reading beside the standard in readings/"
+            f"{chosen.folder}: a multiverse needs claims.toml, and a variant beside the standard in variants/"
         )
     out = out or Path("results") / (chosen.name if chosen else "paper") / (
         "multiverse-full" if full else "multiverse"
     )
     how = How(workers, backend, executor, force)
     study = bring(
-        experiments(readings),
+        experiments(variants),
         out,
         how,
         runs=runs,
         seed=seed,
         paper=chosen,
         kind=MULTIVERSE,
-        factors=factors(readings),
+        factors=factors(variants),
     )
     report(study, last=last, force=force)
     if out.name in FOLDERS and is_study(out.parent):
         console.info(
-            f"{out.parent} is a study of the paper: its report is written again, with the readings"
+            f"{out.parent} is a study of the paper: its report is written again, with the variants"
         )
         report(Study(out.parent), last=last, force=force)

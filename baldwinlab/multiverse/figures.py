@@ -1,4 +1,4 @@
-"""The claims under every reading of the paper, as heat maps."""
+"""The claims under every variant of the paper, as heat maps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from baldwinlab.figures.style import BLUE, WIDTH, styled
-from baldwinlab.multiverse.analysis import Multiverse, Outcome, Reading, Share, shares
+from baldwinlab.multiverse.analysis import Multiverse, Outcome, Share, Variant, shares
 from baldwinlab.palette import DARK_GREY, MID_GREY, VERDICTS
 from baldwinlab.statistics.rules import MARKS
 
@@ -20,14 +20,14 @@ DARK = 0.9  # from this share on, white letters are the more legible
 
 
 @styled
-def readings(multiverse: Multiverse) -> Figure:
-    """A row for each reading that makes at most one choice otherwise, a column a claim: its verdict, and the deciding effect."""
-    rows, names = multiverse.singles.readings, [claim.id for claim in multiverse.claims]
+def variants(multiverse: Multiverse) -> Figure:
+    """A row for each variant that makes at most one choice otherwise, a column a claim: its verdict, and the deciding effect."""
+    rows, names = multiverse.singles.variants, [claim.id for claim in multiverse.claims]
     figure = Figure((WIDTH, 0.9 + 0.27 * len(rows)))
-    axes = _grid(figure, [_label(reading) for reading in rows], names)
-    for row, reading in enumerate(rows):
+    axes = _grid(figure, [_label(variant) for variant in rows], names)
+    for row, variant in enumerate(rows):
         for column, name in enumerate(names):
-            outcome = reading.outcomes[name]
+            outcome = variant.outcomes[name]
             axes.axhspan(
                 row - 0.5,
                 row + 0.5,
@@ -37,8 +37,8 @@ def readings(multiverse: Multiverse) -> Figure:
                 lw=0,
             )
             axes.text(column, row, _cell(outcome), ha="center", va="center")
-    _lines(axes, len(names), [min(reading.choices, default="") for reading in rows])
-    seen = {reading.outcomes[name].verdict for reading in rows for name in names}
+    _lines(axes, len(names), [min(variant.choices, default="") for variant in rows])
+    seen = {variant.outcomes[name].verdict for variant in rows for name in names}
     keys = [
         Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GREY, label=f"{mark} {verdict}")
         for verdict, mark in MARKS.items()
@@ -48,8 +48,8 @@ def readings(multiverse: Multiverse) -> Figure:
     return figure
 
 
-def _label(reading: Reading) -> str:
-    return f"{reading.name}  {''.join(reading.choices)}".rstrip()
+def _label(variant: Variant) -> str:
+    return f"{variant.name}  {''.join(variant.choices)}".rstrip()
 
 
 def _cell(outcome: Outcome) -> str:
@@ -68,7 +68,7 @@ def _cell(outcome: Outcome) -> str:
 
 
 @styled
-def readings_shares(multiverse: Multiverse) -> Figure:
+def variants_shares(multiverse: Multiverse) -> Figure:
     """For each alternative of each choice, the share of the combinations with it under which a claim holds."""
     found, names = shares(multiverse), [claim.id for claim in multiverse.claims]
     rows = list(dict.fromkeys((share.choice, share.alternative) for share in found))

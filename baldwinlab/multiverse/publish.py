@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from baldwinlab.multiverse import analysis
-from baldwinlab.multiverse.design import by_reading
+from baldwinlab.multiverse.design import by_variant
 from baldwinlab.multiverse.section import lead, section
 from baldwinlab.papers import of_study
 from baldwinlab.report import write_page
@@ -29,29 +29,29 @@ def publish(
 ) -> analysis.Multiverse:
     """Write multiverse.json, the figures and the page of a multiverse, and return what came of it.
 
-    A reading of which no run is stored is left out. Raises StudyError if there is no other.
+    A variant of which no run is stored is left out. Raises StudyError if there is no other.
     """
     study.require_runs()
     found = []
     paper = of_study(study.directory, study.paper)
-    wanted = by_reading(study.factors, paper)
-    with progress("deciding the claims", len(wanted), "readings") as show:
-        for reading, conditions in wanted.items():
+    wanted = by_variant(study.factors, paper)
+    with progress("deciding the claims", len(wanted), "variants") as show:
+        for variant, conditions in wanted.items():
             data = open_conditions(study, list(conditions))
             if data.sizes["run"]:
                 data = data.assign_coords(condition=list(conditions.values()))
-                about = (reading.name, reading.description, reading.choices, reading.fields)
-                found.append(analysis.reading(data, *about, last, paper))
+                about = (variant.name, variant.description, variant.choices, variant.fields)
+                found.append(analysis.evaluate_variant(data, *about, last, paper))
             show(1)
     claims = analysis.paper_claims(paper)
     multiverse = analysis.Multiverse(
-        seed=study.seed, last=last, claims=claims, readings=tuple(found), source=paper.about.source
+        seed=study.seed, last=last, claims=claims, variants=tuple(found), source=paper.about.source
     )
     analysis.write(multiverse, study.directory / FILE)
     tell("drawing the figures")
     shown = section(multiverse, study.directory / "figures")
     write_page(
-        "The paper's claims under every reading",
+        "The paper's claims under every variant",
         lead(multiverse),
         [shown],
         out,

@@ -1,4 +1,4 @@
-"""What every reading of the paper says of its claims: figures, a table, and a verdict in plain language."""
+"""What every variant of the paper says of its claims: figures, a table, and a verdict in plain language."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from baldwinlab.multiverse import analysis, figures
-from baldwinlab.multiverse.analysis import Multiverse, Reading
+from baldwinlab.multiverse.analysis import Multiverse, Variant
 from baldwinlab.papers import load
 from baldwinlab.report.content import span
 from baldwinlab.report.pictures import Picture, embed
@@ -16,18 +16,18 @@ from baldwinlab.report.words import number, signed
 from baldwinlab.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
 WORDS = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
-FEW, MANY = 2, 8  # readings beside the standard that are named, and without it; more are counted
+FEW, MANY = 2, 8  # variants beside the standard that are named, and without it; more are counted
 
 
 class Beside(NamedTuple):
-    """The study under the standard reading in whose report the section stands."""
+    """The study under the standard variant in whose report the section stands."""
 
     verdicts: Mapping[str, Verdict]  # by claim
     runs: tuple[int, int]  # of the condition with the fewest, and with the most
 
 
 def section(multiverse: Multiverse, folder: Path, study: Beside | None = None) -> Section:
-    """The section "Every reading" of a report. Its figures are kept in `folder` as SVG and PNG. Raises OSError.
+    """The section "Every variant" of a report. Its figures are kept in `folder` as SVG and PNG. Raises OSError.
 
     Where it stands in the report of a `study`, it says why verdicts differ between the two.
     """
@@ -36,24 +36,24 @@ def section(multiverse: Multiverse, folder: Path, study: Beside | None = None) -
     said = verdict(singles)
     body = render(
         "multiverse/section.html",
-        readings=len(singles.readings),
+        variants=len(singles.variants),
         choices=_listed(singles.choices),
         open=len(singles.choices),
-        combinations=len(multiverse.readings),
-        runs=span(count for reading in multiverse.readings for count in reading.runs),
+        combinations=len(multiverse.variants),
+        runs=span(count for variant in multiverse.variants for count in variant.runs),
         sentences=[*filter(None, [why]), *said],
         sentences_of_combinations=combinations(multiverse),
         figures=[embed(picture, folder) for picture in _pictures(multiverse)],
         claims=multiverse.claims,
         sized=_sized(multiverse),
-        rows=[_row(reading, list(_sized(multiverse))) for reading in singles.readings],
+        rows=[_row(variant, list(_sized(multiverse))) for variant in singles.variants],
     )
-    return Section("every-reading", "Every reading", body, short=said[0], of_claims=why)
+    return Section("every-variant", "Every variant", body, short=said[0], of_claims=why)
 
 
 def other_runs(multiverse: Multiverse, study: Beside) -> str:
-    """Why the standard reading has other verdicts here than in a study of other runs; nothing where it has not."""
-    standard = next((reading for reading in multiverse.readings if not reading.choices), None)
+    """Why the standard variant has other verdicts here than in a study of other runs; nothing where it has not."""
+    standard = next((variant for variant in multiverse.variants if not variant.choices), None)
     if standard is None or standard.runs == study.runs:
         return ""
     differing: dict[tuple[Verdict, Verdict], list[str]] = {}
@@ -68,10 +68,10 @@ def other_runs(multiverse: Multiverse, study: Beside) -> str:
         for (there, here), names in differing.items()
     )
     return (
-        f"The study and the standard reading differ in their number of runs alone, {span(study.runs)} of each condition and "
-        f"{span(standard.runs)} under every reading, so some verdicts differ: {verdicts}. That is no contradiction: the fewer "
+        f"The study and the standard variant differ in their number of runs alone, {span(study.runs)} of each condition and "
+        f"{span(standard.runs)} under every variant, so some verdicts differ: {verdicts}. That is no contradiction: the fewer "
         "runs there are, the larger a difference must be to be told from chance, and undecided says only that these runs cannot "
-        "tell. Trust the verdicts of more runs; compare readings with each other, as they have equally many."
+        "tell. Trust the verdicts of more runs; compare variants with each other, as they have equally many."
     )
 
 
@@ -89,19 +89,19 @@ def _sized(multiverse: Multiverse) -> dict[str, float]:
     return {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
 
 
-def _row(reading: Reading, sized: Sequence[str]) -> dict[str, Any]:
-    verdicts = [outcome.verdict for outcome in reading.outcomes.values()]
+def _row(variant: Variant, sized: Sequence[str]) -> dict[str, Any]:
+    verdicts = [outcome.verdict for outcome in variant.outcomes.values()]
     return {
-        "name": reading.name,
-        "description": reading.description,
+        "name": variant.name,
+        "description": variant.description,
         "counts": [verdicts.count(name) for name in WORDS],
-        "effects": [_effect(reading, claim) for claim in sized],
-        "distance": "–" if reading.distance is None else number(reading.distance),
+        "effects": [_effect(variant, claim) for claim in sized],
+        "distance": "–" if variant.distance is None else number(variant.distance),
     }
 
 
-def _effect(reading: Reading, claim: str) -> str:
-    outcome = reading.outcomes[claim]
+def _effect(variant: Variant, claim: str) -> str:
+    outcome = variant.outcomes[claim]
     if outcome.effect is None:
         return "–"
     interval = (
@@ -115,38 +115,38 @@ def _effect(reading: Reading, claim: str) -> str:
 def _pictures(multiverse: Multiverse) -> Iterator[Picture]:
     singles = multiverse.singles
     held = [
-        f"{reading.name}: {_listed([name for name, outcome in reading.outcomes.items() if outcome.verdict == HOLDS]) or 'none'}"
-        for reading in singles.readings
+        f"{variant.name}: {_listed([name for name, outcome in variant.outcomes.items() if outcome.verdict == HOLDS]) or 'none'}"
+        for variant in singles.variants
     ]
     yield Picture(
-        "readings",
-        "The claims under each reading",
-        "A row for each reading, with the choice that it makes otherwise; a column for each claim. The number is the effect in "
+        "variants",
+        "The claims under each variant",
+        "A row for each variant, with the choice that it makes otherwise; a column for each claim. The number is the effect in "
         "the comparison that decides: with a sign, a difference of medians (items an agent, or a share of agents); "
         "without, a level.",
-        f"A table of verdicts. Claims that hold, by reading: {'; '.join(held)}.",
-        figures.readings(multiverse),
+        f"A table of verdicts. Claims that hold, by variant: {'; '.join(held)}.",
+        figures.variants(multiverse),
         list(_outcomes(singles)),
     )
     if multiverse.combined:
         yield Picture(
-            "readings-shares",
+            "variants-shares",
             "The claims under all combinations",
             "Of all combinations that take one alternative of a choice, the share under which a claim holds. Where the rows of a "
             "choice differ, the claim depends on it.",
             " ".join(combinations(multiverse)),
-            figures.readings_shares(multiverse),
+            figures.variants_shares(multiverse),
             [share._asdict() for share in analysis.shares(multiverse)],
         )
 
 
 def _outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
-    """A row a reading and claim."""
-    for reading in multiverse.readings:
-        for claim, outcome in reading.outcomes.items():
+    """A row a variant and claim."""
+    for variant in multiverse.variants:
+        for claim, outcome in variant.outcomes.items():
             low, high = outcome.interval or (None, None)
             yield {
-                "reading": reading.name,
+                "variant": variant.name,
                 "claim": claim,
                 **outcome.model_dump(exclude={"interval"}),
                 "low": low,
@@ -155,7 +155,7 @@ def _outcomes(multiverse: Multiverse) -> Iterator[dict[str, Any]]:
 
 
 def verdict(multiverse: Multiverse) -> list[str]:
-    """What came of readings that make a single choice otherwise, a sentence each, from the numbers alone."""
+    """What came of variants that make a single choice otherwise, a sentence each, from the numbers alone."""
     titles = {
         claim.id: f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})"
         for claim in multiverse.claims
@@ -166,17 +166,17 @@ def verdict(multiverse: Multiverse) -> list[str]:
     ]
     never = analysis.always(multiverse, UNDECIDED, FAILS)
     return [
-        f"No single open choice overturns what holds under every reading: {_listed([titles[claim] for claim in always])}."
+        f"No single open choice overturns what holds under every variant: {_listed([titles[claim] for claim in always])}."
         if always
-        else "No claim holds under every reading.",
+        else "No claim holds under every variant.",
         *(
             [
-                f"Contradicted under no reading, though under some these runs cannot tell: {_listed(unrefuted)}."
+                f"Contradicted under no variant, though under some these runs cannot tell: {_listed(unrefuted)}."
             ]
             if unrefuted
             else []
         ),
-        *([f"Holding under no reading: {_listed(never)}."] if never else []),
+        *([f"Holding under no variant: {_listed(never)}."] if never else []),
         *_nearness(multiverse),
         _most(multiverse),
         *_without_effect(multiverse),
@@ -189,35 +189,35 @@ def verdict(multiverse: Multiverse) -> list[str]:
 
 
 def _standing(multiverse: Multiverse, claim: str) -> str:
-    """Such as: holds under the standard reading and 13 others; is undecided under biases (R3)."""
+    """Such as: holds under the standard variant and 13 others; is undecided under biases (R3)."""
     groups = {
         name: found for name, found in analysis.by_verdict(multiverse, claim).items() if found
     }
     if len(groups) == 1:
         (only,) = groups
-        return f"{WORDS[only]} under {'any' if only == FAILS else 'every'} reading"
+        return f"{WORDS[only]} under {'any' if only == FAILS else 'every'} variant"
     parts = [f"{WORDS[name]} under {_named(found)}" for name, found in groups.items()]
-    return "; ".join(parts) or "is not decided under any reading, for want of runs"
+    return "; ".join(parts) or "is not decided under any variant, for want of runs"
 
 
-def _named(found: Sequence[Reading]) -> str:
-    """By name, with the choice; of those beside the standard reading, or of very many, the number."""
-    others = [reading for reading in found if reading.choices]
+def _named(found: Sequence[Variant]) -> str:
+    """By name, with the choice; of those beside the standard variant, or of very many, the number."""
+    others = [variant for variant in found if variant.choices]
     with_standard = len(others) < len(found)
     if len(others) <= (FEW if with_standard else MANY):
-        return _listed([_name(reading) for reading in found])
+        return _listed([_name(variant) for variant in found])
     return (
-        f"the standard reading and {len(others)} others"
+        f"the standard variant and {len(others)} others"
         if with_standard
-        else f"{len(found)} readings"
+        else f"{len(found)} variants"
     )
 
 
-def _name(reading: Reading) -> str:
+def _name(variant: Variant) -> str:
     return (
-        f"{reading.name} ({', '.join(reading.choices)})"
-        if reading.choices
-        else "the standard reading"
+        f"{variant.name} ({', '.join(variant.choices)})"
+        if variant.choices
+        else "the standard variant"
     )
 
 
@@ -232,22 +232,22 @@ def _nearness(multiverse: Multiverse) -> Iterator[str]:
         f"{number(near.distance)}; under it {near.held} of {len(near.outcomes)} claims hold."
     )
     inside = analysis.containing(multiverse)
-    yield f"These figures all lie inside the measured 95 % intervals under {_named(inside) if inside else 'no reading'}."
-    for reading in multiverse.readings:
-        if not reading.choices and reading != near and reading.distance is not None:
-            yield f"The standard reading is at a distance of {number(reading.distance)}: {_effects(reading, sized)}."
+    yield f"These figures all lie inside the measured 95 % intervals under {_named(inside) if inside else 'no variant'}."
+    for variant in multiverse.variants:
+        if not variant.choices and variant != near and variant.distance is not None:
+            yield f"The standard variant is at a distance of {number(variant.distance)}: {_effects(variant, sized)}."
 
 
-def _effects(reading: Reading, claims: dict[str, float]) -> str:
+def _effects(variant: Variant, claims: dict[str, float]) -> str:
     return _listed(
-        [f"{signed(reading.outcomes[claim].effect or 0)} for {claim}" for claim in claims]
+        [f"{signed(variant.outcomes[claim].effect or 0)} for {claim}" for claim in claims]
     )
 
 
 def _most(multiverse: Multiverse) -> str:
     best = analysis.most_held(multiverse)
     if not best or not best[0].held:
-        return "No claim holds under any reading."
+        return "No claim holds under any variant."
     held, count = best[0].held, len(multiverse.claims)
     number_held = (
         f"all {count} claims hold"
@@ -259,13 +259,13 @@ def _most(multiverse: Multiverse) -> str:
 
 def _without_effect(multiverse: Multiverse) -> Iterator[str]:
     came = [
-        (reading, [(outcome.verdict, outcome.effect) for outcome in reading.outcomes.values()])
-        for reading in multiverse.readings
+        (variant, [(outcome.verdict, outcome.effect) for outcome in variant.outcomes.values()])
+        for variant in multiverse.variants
     ]
-    standard = [found for reading, found in came if not reading.choices]
-    same = [_name(reading) for reading, found in came if reading.choices and found in standard]
+    standard = [found for variant, found in came if not variant.choices]
+    same = [_name(variant) for variant, found in came if variant.choices and found in standard]
     if same:
-        yield f"Every verdict and every effect is the standard reading's under {_listed(same)}."
+        yield f"Every verdict and every effect is the standard variant's under {_listed(same)}."
 
 
 def combinations(multiverse: Multiverse) -> list[str]:
@@ -278,7 +278,7 @@ def combinations(multiverse: Multiverse) -> list[str]:
 
 def _combined(multiverse: Multiverse, claim: str, found: Sequence[analysis.Share]) -> str:
     counts = {
-        name: len(readings) for name, readings in analysis.by_verdict(multiverse, claim).items()
+        name: len(variants) for name, variants in analysis.by_verdict(multiverse, claim).items()
     }
     decided = sum(counts.values())
     if not decided:

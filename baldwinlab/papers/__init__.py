@@ -55,7 +55,12 @@ def keep(paper: Paper, directory: Path) -> None:
     """Copy a user's paper into the folder of its study, in place of what was kept of it before. Raises OSError."""
     if built_in().get(paper.name) == paper:
         return
-    pages = ("*.toml", "README.md", CARD, *(f"{kind}/*.toml" for kind in KINDS))
+    pages = (
+        "*.toml",
+        "README.md",
+        CARD,
+        *(f"{paper.preset_folder(kind).name}/*.toml" for kind in KINDS),
+    )
     files = {
         path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)
         for page in pages

@@ -2,7 +2,7 @@
 
     paper.toml                             name, title, authors, what it runs: the fields of `About`
     conditions/*.toml                      each laid over the defaults of an experiment
-    maps/*.toml, readings/*.toml           laid over a condition; controls/*.toml: conditions that are not the paper's own
+    maps/*.toml, variants/*.toml           laid over a condition; controls/*.toml: conditions that are not the paper's own
     claims.toml, words.toml, README.md     what it claims; what the report says of it; its page
     card.png                               a small picture of it, twice as wide as it is high
 
@@ -30,10 +30,11 @@ from baldwinlab.papers.files import Declared, PaperError, declared, read
 from baldwinlab.papers.words import FIGURES, Assay, Figure, Words, read_words
 from baldwinlab.suggestions import list_names, suggest
 
-KINDS = ("conditions", "controls", "maps", "readings")
+KINDS = ("conditions", "controls", "maps", "variants")
+OLD_FOLDERS = {"variants": "readings"}  # papers of version 0.1 have these
 CARD = "card.png"
 MOST_RUNS = 2**31  # as many as a study can hold
-STANDARD = "standard"  # the reading taken unless another is named
+STANDARD = "standard"  # the variant taken unless another is named
 
 
 class About(Declared):
@@ -100,12 +101,18 @@ class Paper:
     @cached_property
     def _named(self) -> dict[str, list[str]]:
         return {
-            kind: sorted(path.stem for path in (self.folder / kind).glob("*.toml"))
+            kind: sorted(path.stem for path in self.preset_folder(kind).glob("*.toml"))
             for kind in KINDS
         }
 
+    def preset_folder(self, kind: str) -> Path:
+        """Return the folder of the presets of a kind, under its old name where only that one exists."""
+        folder = self.folder / kind
+        old = self.folder / OLD_FOLDERS.get(kind, kind)
+        return old if old.is_dir() and not folder.is_dir() else folder
+
     def names(self, kind: str) -> list[str]:
-        """The presets of a kind (one of `KINDS`), the standard reading first."""
+        """The presets of a kind (one of `KINDS`), the standard variant first."""
         return sorted(self._named[kind], key=lambda name: name != STANDARD)
 
     def describe(self, kind: str, name: str) -> str:
@@ -122,12 +129,12 @@ class Paper:
         """A preset's file. Raises ExperimentError where there is none, PaperError for one that does not say what it is."""
         known = self.names(kind)
         if name not in known:
-            if (kind, name) == ("readings", STANDARD):
+            if (kind, name) == ("variants", STANDARD):
                 return {"description": "the paper as it stands"}
             raise ExperimentError(
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, known)}"
             )
-        path = self.folder / kind / f"{name}.toml"
+        path = self.preset_folder(kind) / f"{name}.toml"
         layer = read(path)
         if not isinstance(layer.get("description"), str):
             raise PaperError(f"{path}: description is missing, a line that says what it is")
@@ -148,8 +155,8 @@ class Paper:
         """All that it can name, its own conditions first."""
         return list(self.factors())
 
-    def experiment(self, name: str, reading: str = STANDARD) -> Experiment:
-        """One by name, under a reading.
+    def experiment(self, name: str, variant: str = STANDARD) -> Experiment:
+        """One by name, under a variant.
 
         Raises ExperimentError where there is none of that name, and PaperError where its files make none.
         """
@@ -161,7 +168,7 @@ class Paper:
                 f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
             )
         first = "controls" if condition in self.names("controls") else "conditions"
-        layers = [(first, condition), *([("maps", place)] if place else []), ("readings", reading)]
+        layers = [(first, condition), *([("maps", place)] if place else []), ("variants", variant)]
         tree: dict[str, Any] = {"name": name}
         for layer in layers:
             tree = merge(tree, self.changes(*layer))
@@ -206,9 +213,9 @@ class Paper:
             else list(conditions)
         )
 
-    def experiments(self, reading: str = STANDARD) -> list[Experiment]:
+    def experiments(self, variant: str = STANDARD) -> list[Experiment]:
         """Those that it runs, in its order."""
-        return [self.experiment(name, reading) for name in self.own()]
+        return [self.experiment(name, variant) for name in self.own()]
 
 
 def open_paper(folder: Path) -> Paper:
@@ -228,8 +235,8 @@ def check(paper: Paper) -> Paper:
         _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
     known = paper.experiment_names()
     experiments = [paper.experiment(name) for name in known]
-    for reading in paper.names("readings"):
-        paper.experiment(known[0], reading)
+    for variant in paper.names("variants"):
+        paper.experiment(known[0], variant)
     for key, named in (
         ("emergence", filter(None, [paper.about.emergence])),
         ("compared", paper.about.compared),

@@ -36,7 +36,7 @@ def experiment_texts(study: xr.Dataset) -> dict[str, str]:
 def experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
     """Each condition's experiment. Raises ExperimentError for one that cannot be."""
     return {
-        name: from_toml(text, where=f"the experiment of {name}", reading=True)
+        name: from_toml(text, where=f"the experiment of {name}", lenient=True)
         for name, text in texts.items()
     }
 
@@ -103,8 +103,10 @@ def overview(
         ),
         ("fitness", fitness_in_words(foraging)),
         (
-            "reading of the paper",
-            "; ".join(dict.fromkeys(reading(one, paper) for one in foraging)) if paper else "",
+            "variant of the paper",
+            "; ".join(dict.fromkeys(describe_variant(one, paper) for one in foraging))
+            if paper
+            else "",
         ),
         ("seed", str(provenance.get("seed", study.attrs.get("seed", "not known")))),
     ]
@@ -159,13 +161,13 @@ def span(values: Iterable[int]) -> str:
     return f"{found[0]:,}" if len(found) == 1 else f"{found[0]:,} to {found[-1]:,}"
 
 
-def reading(experiment: Experiment, paper: Paper) -> str:
-    """The reading of the paper that an experiment follows, or how it departs from the standard one."""
+def describe_variant(experiment: Experiment, paper: Paper) -> str:
+    """The variant of the paper that an experiment follows, or how it departs from the standard one."""
     departures = dict[str, list[str]]()
-    for name in dict.fromkeys([STANDARD, *paper.names("readings")]):
+    for name in dict.fromkeys([STANDARD, *paper.names("variants")]):
         with suppress(
             ExperimentError, PaperError
-        ):  # not a condition of the paper, or not one that this reading can be laid over
+        ):  # not a condition of the paper, or not one that this variant can be laid over
             departures[name] = _changes(paper.experiment(experiment.name, name), experiment)
             if not departures[name]:
                 return name
@@ -280,13 +282,13 @@ def departures(study: xr.Dataset, conditions: Experiments, paper: Paper) -> list
     """What sets this study apart from the paper's, before any open choice."""
     own = paper.own()
     found = [
-        reading(experiment, paper)
+        describe_variant(experiment, paper)
         for name, experiment in foragers(conditions).items()
         if name in own
     ]
     sentences = [f"{text}." for text in dict.fromkeys(found) if " " in text]
     named = [text for text in dict.fromkeys(found) if " " not in text and text != "standard"]
-    sentences += [f"The reading is {name}: {paper.describe('readings', name)}." for name in named]
+    sentences += [f"The variant is {name}: {paper.describe('variants', name)}." for name in named]
     counts = run_counts(study)
     if max(counts.values()) < paper.about.runs:
         sentences.append(

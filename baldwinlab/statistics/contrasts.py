@@ -125,7 +125,7 @@ def references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, 
     """Return the condition with which each condition is compared.
 
     It is the baseline if one is given. Otherwise it is the first condition on the same map (of a
-    multiverse, under the same reading), and for a condition that is alone on its map, or has no
+    multiverse, under the same variant), and for a condition that is alone on its map, or has no
     map, the first condition of all.
     """
     if baseline:

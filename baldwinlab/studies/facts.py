@@ -28,7 +28,8 @@ def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, d
         case 1:
             return older.kind_and_factors(directory, facts["conditions"])
         case 2 | 3:
-            kind, tables = facts["kind"], facts["factors"]
+            kind = facts["kind"]
+            tables = {name: _rename_factors(table) for name, table in facts["factors"].items()}
         case unknown:
             raise ValueError(
                 f"it has format {unknown}, and this version reads formats 1 to {FORMAT}"
@@ -41,6 +42,11 @@ def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, d
                 f"factors.{name}: there is no factor {min(unknown)!r}; there are {', '.join(Factors._fields)}"
             )
     return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
+
+
+def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
+    """Return the factors of a condition by their names of today: `variant` was `reading`."""
+    return {("variant" if name == "reading" else name): value for name, value in table.items()}
 
 
 def sealed(text: str) -> str:

@@ -17,7 +17,7 @@ LEARNERS = {
 }  # fmt: skip
 MAPS = {"A", "B"}
 STANDARD = "standard"
-READINGS = {
+VARIANTS = {
     "biases", "contact-2", "contact-5", "contact-square", "literal", "mutation-per-child", "open-boundaries", "population-100",
     "rank", "sequential", "tournament", "truncation", "visual-radius-10", "visual-radius-20",
 }  # fmt: skip
@@ -28,7 +28,7 @@ def kind_and_factors(directory: Path, names: Sequence[str]) -> tuple[Kind, dict[
     if (directory / "sweep.toml").exists():
         return SWEEP, dict.fromkeys(names, Factors())
     factors = {name: _factors(name) for name in names}
-    whole = bool(names) and all(one.reading for one in factors.values())
+    whole = bool(names) and all(one.variant for one in factors.values())
     return (MULTIVERSE if whole else CONDITIONS), factors
 
 
@@ -36,12 +36,12 @@ def _factors(name: str) -> Factors:
     match name.split("/"):
         case [learner, where] if learner in LEARNERS and where in MAPS:
             return Factors(learner, where)
-        case [reading, learner, where] if (
-            learner in LEARNERS and where in MAPS and _is_reading(reading)
+        case [variant, learner, where] if (
+            learner in LEARNERS and where in MAPS and _is_variant(variant)
         ):
-            return Factors(learner, where, reading)
+            return Factors(learner, where, variant)
     return Factors(learner=name)
 
 
-def _is_reading(name: str) -> bool:
-    return name == STANDARD or READINGS.issuperset(name.split("+"))
+def _is_variant(name: str) -> bool:
+    return name == STANDARD or VARIANTS.issuperset(name.split("+"))

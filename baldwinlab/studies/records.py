@@ -103,7 +103,7 @@ def _is_declared(name: str, record: xr.Dataset) -> bool:
 @lru_cache(maxsize=64)
 def _fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
     """A record's experiment, read once for a condition's runs, and again where the parts at hand make it another class."""
-    return from_toml(text, where="its experiment", reading=True).to_dict()
+    return from_toml(text, where="its experiment", lenient=True).to_dict()
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:

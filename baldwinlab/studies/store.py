@@ -105,7 +105,7 @@ class Study:
         try:
             text = read_own_text(path, EXPERIMENT_FILE)
             require_seal(text, self.format)
-            experiment = from_toml(text, where=str(path), reading=True)
+            experiment = from_toml(text, where=str(path), lenient=True)
             if experiment.name != condition:
                 raise ValueError(f"it is that of the condition {experiment.name}")
             return experiment
@@ -298,7 +298,7 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
 
 def _read_experiment(path: Path) -> BaseExperiment:
     try:
-        return from_toml(read_own_text(path, EXPERIMENT_FILE), str(path), reading=True)
+        return from_toml(read_own_text(path, EXPERIMENT_FILE), str(path), lenient=True)
     except ValueError as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
 

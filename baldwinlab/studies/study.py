@@ -167,7 +167,7 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
     """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
 
     `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
-    `experiment(condition)` is each condition as TOML; `learner`, `map` and `reading` are coordinates along `condition`, as far as
+    `experiment(condition)` is each condition as TOML; `learner`, `map` and `variant` are coordinates along `condition`, as far as
     the conditions have them ("" where one has not). Write `data["map"]`: `data.map` is a method of xarray. Units and meanings are
     attributes, `units` and `long_name`.
 

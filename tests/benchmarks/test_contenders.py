@@ -94,7 +94,7 @@ def test_a_setting_survives_as_text_and_refuses_what_the_contenders_do_not_model
         )
         == setting
     )
-    with pytest.raises(ValueError, match="standard reading"):
+    with pytest.raises(ValueError, match="standard variant"):
         from_experiment(load("evo/A", "sequential"))
 
 

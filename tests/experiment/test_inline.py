@@ -59,7 +59,7 @@ def test_an_experiment_whose_part_is_not_here_is_shown_as_it_stands() -> None:
     tree = load("evo/A").to_dict()
     tree["learning"] |= {"rule": "<b>mine", "mine": {"pace": "<script>"}}
     tree["learning"]["<b>mine"] = tree["learning"].pop("mine")
-    experiment: BaseExperiment = validate(tree, reading=True)
+    experiment: BaseExperiment = validate(tree, lenient=True)
     page = html(experiment)
     assert "<script>" not in page
     assert "&lt;b&gt;mine" in page

@@ -12,9 +12,9 @@ from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.presets import load, paper
 
 
-@pytest.mark.parametrize("reading", papers.load().names("readings"))
-def test_every_preset_comes_back_from_its_toml_unchanged(reading: str) -> None:
-    for experiment in paper(reading):
+@pytest.mark.parametrize("variant", papers.load().names("variants"))
+def test_every_preset_comes_back_from_its_toml_unchanged(variant: str) -> None:
+    for experiment in paper(variant):
         assert from_toml(to_toml(experiment), where="text") == experiment
 
 

@@ -46,7 +46,7 @@ COMMANDS = [  # each is refused for the words that are put in the places of X
     "reproduce --runs X --out new",
     "reproduce --generations X --out new",
     "reproduce --steps X --out new",
-    "reproduce --reading X --out new",
+    "reproduce --variant X --out new",
     "multiverse --last X --out new",
     "multiverse X --out new",
     "sweep X",

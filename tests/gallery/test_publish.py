@@ -163,8 +163,8 @@ def test_all_papers_are_reproduced_by_one_command(command: Command) -> None:
 def test_what_is_of_one_paper_or_of_foragers_alone_is_refused_in_one_sentence(
     command: Command,
 ) -> None:
-    refused = command("reproduce", "all", "--reading", "biases")
-    assert refused.code == 2 and "--reading biases is of one paper" in refused.err
+    refused = command("reproduce", "all", "--variant", "biases")
+    assert refused.code == 2 and "--variant biases is of one paper" in refused.err
     refused = command("reproduce", "mayley-1996", "--steps", "40")
     assert refused.code == 2 and "--steps is of foragers; mayley-1996 has none" in refused.err
     assert not Path("results").exists()

@@ -37,12 +37,12 @@ def quick(experiment: Experiment, **changes: Any) -> Experiment:
 
 
 def all_presets() -> list[Experiment]:
-    """Every preset that the shipped modules live, and every reading of the one that uses most of the model."""
+    """Every preset that the shipped modules live, and every variant of the one that uses most of the model."""
     paper = papers.load()
-    readings = [reading for reading in paper.names("readings") if reading != STANDARD]
+    variants = [variant for variant in paper.names("variants") if variant != STANDARD]
     every = [
         *map(paper.experiment, paper.experiment_names()),
-        *(paper.experiment("evo+self-taught/A", each) for each in readings),
+        *(paper.experiment("evo+self-taught/A", each) for each in variants),
     ]
     return [experiment for experiment in every if not list(added_choices(experiment))]
 

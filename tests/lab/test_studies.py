@@ -41,7 +41,7 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
     }
     learners = ("evo", "evo+self-taught")
     conditions = [
-        {"name": f"{name}/A", "learner": name, "map": "A", "reading": "", "shown": False, **sizes}
+        {"name": f"{name}/A", "learner": name, "map": "A", "variant": "", "shown": False, **sizes}
         for name in learners
     ]
     assert found == {
@@ -56,11 +56,11 @@ def test_studies_are_found_at_any_depth_with_what_they_hold(lab_server: LabServe
 
 def test_a_study_may_be_the_folder_itself_or_lie_in_another_study(tmp_path: Path) -> None:
     create(tmp_path, [small()], 1)
-    create(tmp_path / "readings" / "deep", [small()], 2)
-    assert list(studies.names(tmp_path)) == [".", "readings/deep"]
+    create(tmp_path / "variants" / "deep", [small()], 2)
+    assert list(studies.names(tmp_path)) == [".", "variants/deep"]
     lab = Lab(tmp_path, Live())
     assert studies.find(lab, ".").seed == 1
-    assert studies.find(lab, "readings/deep").seed == 2
+    assert studies.find(lab, "variants/deep").seed == 2
 
 
 def test_a_folder_that_is_not_there_yet_holds_no_studies(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Readings made by hand: what depends on which choice, and which is the nearest to the paper."""
+"""Variants made by hand: what depends on which choice, and which is the nearest to the paper."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from baldwinlab.multiverse.analysis import (
     weightiest,
     write,
 )
-from tests.multiverse.readings import (
+from tests.multiverse.variants import (
     NOBODY_EATS,
     TAUGHT_BEAT_EVOLVED,
     multiverse_of,
-    reading_of,
+    variant_of,
     with_gain,
 )
 from tests.statistics.studies import AS_THE_PAPER
 
 EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
-STANDARD = reading_of()
-OVERTURNED = multiverse_of(STANDARD, reading_of("biases"), reading_of("rank", TAUGHT_BEAT_EVOLVED))
+STANDARD = variant_of()
+OVERTURNED = multiverse_of(STANDARD, variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED))
 
 
 def test_a_study_as_the_paper_says_holds_every_claim_at_no_distance() -> None:
@@ -49,47 +49,47 @@ def test_a_claim_that_one_choice_overturns_depends_on_that_choice_alone() -> Non
     }
     assert always(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
     groups = {
-        verdict: [reading.name for reading in found]
+        verdict: [variant.name for variant in found]
         for verdict, found in by_verdict(OVERTURNED, "C6").items()
     }
     assert groups == {"holds": ["standard", "biases"], "undecided": [], "does not hold": ["rank"]}
 
 
-def test_a_claim_may_hold_under_no_reading() -> None:
+def test_a_claim_may_hold_under_no_variant() -> None:
     assert always(
-        multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)), "undecided", "does not hold"
+        multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "undecided", "does not hold"
     ) == ["C6"]
 
 
-def test_without_the_standard_reading_nothing_is_overturned() -> None:
-    assert overturning(multiverse_of(reading_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
+def test_without_the_standard_variant_nothing_is_overturned() -> None:
+    assert overturning(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
 
 
-def test_the_nearest_reading_is_that_of_the_least_distance() -> None:
-    far, near = reading_of("rank", with_gain(100)), reading_of("biases", with_gain(50))
+def test_the_nearest_variant_is_that_of_the_least_distance() -> None:
+    far, near = variant_of("rank", with_gain(100)), variant_of("biases", with_gain(50))
     assert far.distance == pytest.approx(1.5) and near.distance == pytest.approx(0.25)
     assert nearest(multiverse_of(far, near)) == near
 
 
-def test_a_reading_under_which_nobody_eats_is_never_the_nearest() -> None:
-    nobody, far = reading_of("literal", NOBODY_EATS), reading_of("rank", with_gain(140))
+def test_a_variant_under_which_nobody_eats_is_never_the_nearest() -> None:
+    nobody, far = variant_of("literal", NOBODY_EATS), variant_of("rank", with_gain(140))
     assert nobody.distance == 1 and far.distance == pytest.approx(2.5)
     assert nearest(multiverse_of(nobody, far)) == far
 
 
-def test_the_readings_whose_intervals_contain_the_papers_figures_are_found() -> None:
+def test_the_variants_whose_intervals_contain_the_papers_figures_are_found() -> None:
     several = multiverse_of(
-        STANDARD, reading_of("rank", with_gain(100)), reading_of("biases", {"evo/A": [1, 2]})
+        STANDARD, variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
     )
     assert containing(several) == [STANDARD]
 
 
-def test_the_readings_under_which_most_claims_hold_are_found() -> None:
-    assert [reading.name for reading in most_held(OVERTURNED)] == ["standard", "biases"]
+def test_the_variants_under_which_most_claims_hold_are_found() -> None:
+    assert [variant.name for variant in most_held(OVERTURNED)] == ["standard", "biases"]
 
 
 def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() -> None:
-    part = reading_of(
+    part = variant_of(
         eaten={name: AS_THE_PAPER[name] for name in ("evo/A", "evo/B", "self-taught/B")}
     )
     assert part.distance is None and part.outcomes["C1"].verdict == "not evaluated"
@@ -103,12 +103,12 @@ def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() 
 def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
     several = multiverse_of(
         STANDARD,
-        reading_of("biases"),
-        reading_of("rank", TAUGHT_BEAT_EVOLVED),
-        reading_of("biases+rank", TAUGHT_BEAT_EVOLVED),
+        variant_of("biases"),
+        variant_of("rank", TAUGHT_BEAT_EVOLVED),
+        variant_of("biases+rank", TAUGHT_BEAT_EVOLVED),
     )
     assert several.combined and not OVERTURNED.combined
-    assert [reading.name for reading in several.singles.readings] == ["standard", "biases", "rank"]
+    assert [variant.name for variant in several.singles.variants] == ["standard", "biases", "rank"]
     found = {
         (share.choice, share.alternative): share.share
         for share in shares(several)
@@ -126,12 +126,12 @@ def test_over_all_combinations_shares_tell_which_choice_moves_a_claim() -> None:
 
 def test_what_is_written_has_no_nan_and_is_read_again(tmp_path: Path) -> None:
     several = multiverse_of(
-        STANDARD, reading_of("literal", NOBODY_EATS), reading_of("rank", {"evo/A": [1]})
+        STANDARD, variant_of("literal", NOBODY_EATS), variant_of("rank", {"evo/A": [1]})
     )
     path = write(several, tmp_path / "multiverse.json")
     record = json.loads(path.read_text(), parse_constant=pytest.fail)
     assert record["summary"] == json.loads(json.dumps(summary(several)))
-    assert record["readings"][2]["distance"] is None and record["readings"][2]["fields"] == {
+    assert record["variants"][2]["distance"] is None and record["variants"][2]["fields"] == {
         "evolution.selection": "rank"
     }
     assert read(path) == several

@@ -12,29 +12,29 @@ import pytest
 
 from baldwinlab import console, presets
 from baldwinlab.multiverse import command as command_multiverse
-from baldwinlab.multiverse.design import Reading
+from baldwinlab.multiverse.design import Variant
 from baldwinlab.studies.store import Study
 from tests.commands import Command
 from tests.papers.test_papers import folder
 from tests.small import contents, small_paper, small_study
 
-READINGS = [Reading(()), Reading(("contact-5",)), Reading(("rank",))]
+READINGS = [Variant(()), Variant(("contact-5",)), Variant(("rank",))]
 MULTIVERSE = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
 
 
 @pytest.fixture
 def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three readings, or four with --full, of lives of 40 steps."""
+    """Three variants, or four with --full, of lives of 40 steps."""
     conditions = [
         condition.replace(evolution={"generations": 2}, lifetime={"steps": 40})
         for condition in small_paper()
     ]
-    monkeypatch.setattr(presets, "paper", lambda reading="standard": conditions)
+    monkeypatch.setattr(presets, "paper", lambda variant="standard": conditions)
     monkeypatch.setattr(command_multiverse, "one_at_a_time", lambda paper: READINGS)
     monkeypatch.setattr(
         command_multiverse,
         "combinations",
-        lambda paper: [*READINGS, Reading(("contact-5", "rank"))],
+        lambda paper: [*READINGS, Variant(("contact-5", "rank"))],
     )
 
 
@@ -76,7 +76,7 @@ def test_it_is_stopped_and_carried_on_and_comes_to_the_same(
 
 @pytest.mark.usefixtures("tiny")
 @pytest.mark.nightly  # a multiverse and three reports
-def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
+def test_what_is_stored_of_it_is_reported_and_a_variant_without_runs_left_out(
     command: Command,
     tmp_path: Path,
 ) -> None:
@@ -88,12 +88,12 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
     written = json.loads(
         (tmp_path / "paper/multiverse/multiverse.json").read_text(), parse_constant=pytest.fail
     )
-    assert [reading["name"] for reading in written["readings"]] == [
+    assert [variant["name"] for variant in written["variants"]] == [
         "standard",
         "contact-5",
         "contact-5+rank",
     ]
-    assert written["readings"][2]["choices"] == {"R2": "contact-5", "R4": "rank"}
+    assert written["variants"][2]["choices"] == {"R2": "contact-5", "R4": "rank"}
     assert written["summary"]["shares"]
     for record in (tmp_path / "paper/multiverse/runs").rglob("*.nc"):
         record.unlink()
@@ -101,18 +101,18 @@ def test_what_is_stored_of_it_is_reported_and_a_reading_without_runs_left_out(
 
 
 @pytest.mark.usefixtures("tiny")
-def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_readings(
+def test_the_report_of_the_study_that_it_lies_in_is_written_again_with_the_variants(
     command: Command, tmp_path: Path
 ) -> None:
     small_study(tmp_path / "paper", runs=1)
     done = command("multiverse", "--runs", "1", "--out", "paper/multiverse")
     assert done.code == 0, done.err
     assert (
-        "paper is a study of the paper: its report is written again, with the readings" in done.out
+        "paper is a study of the paper: its report is written again, with the variants" in done.out
     )
     assert done.out.rstrip().endswith("report: paper/report.html")
     assert (
-        '<h2 id="every-reading">Every reading</h2>' in (tmp_path / "paper/report.html").read_text()
+        '<h2 id="every-variant">Every variant</h2>' in (tmp_path / "paper/report.html").read_text()
     )
 
 
@@ -128,8 +128,8 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
     )
     assert done.code == 0, done.err
     page = (tmp_path / "paper/report.html").read_text()
-    assert '<h2 id="every-reading">Every reading</h2>' in page
-    assert (tmp_path / "paper/figures/readings.svg").exists()
+    assert '<h2 id="every-variant">Every variant</h2>' in page
+    assert (tmp_path / "paper/figures/variants.svg").exists()
     assert list(Study(tmp_path / "paper").experiments) == [
         experiment.name for experiment in small_paper()
     ]
@@ -160,10 +160,10 @@ def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
     refused = command("multiverse", str(folder(tmp_path / "bare")), "--out", "there")
     assert (
         refused.code == 2
-        and "a multiverse needs claims.toml, and a reading beside the standard in readings/"
+        and "a multiverse needs claims.toml, and a variant beside the standard in variants/"
         in refused.err
     )
-    (own / "readings" / "short-sighted.toml").write_text(
+    (own / "variants" / "short-sighted.toml").write_text(
         'description = "sight: seeing less far"\n[senses]\nvisual_radius = 20\n'
     )
     done = command("multiverse", str(own), "--runs", "2", "--out", "there")
@@ -171,7 +171,7 @@ def test_a_paper_of_ones_own_has_a_multiverse_with_its_own_choices_and_claims(
     shutil.rmtree(own)
     assert command("report", "there").code == 0  # what is kept of the paper does
     written = json.loads((tmp_path / "there/multiverse.json").read_text())
-    assert [(reading["name"], reading["choices"]) for reading in written["readings"]] == [
+    assert [(variant["name"], variant["choices"]) for variant in written["variants"]] == [
         ("standard", {}),
         ("short-sighted", {"sight": "short-sighted"}),
     ]

@@ -55,7 +55,7 @@ def test_a_classic_is_reproduced_with_the_verdicts_of_its_page(
 def test_populations_that_are_followed_for_a_million_steps_have_the_verdicts_of_their_page(
     command: Command, tmp_path: Path
 ) -> None:
-    long = ("--reading", "million", "--runs", "100", "--out", str(tmp_path / "study"))
+    long = ("--variant", "million", "--runs", "100", "--out", str(tmp_path / "study"))
     assert command("reproduce", "ackley-littman-1991", *long).code == 0
     claims = json.loads((tmp_path / "study" / "claims.json").read_text())["claims"]
     assert {claim["id"]: claim["verdict"] for claim in claims} == {

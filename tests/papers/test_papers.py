@@ -63,7 +63,7 @@ FILES = {
     "conditions/plain.toml": PLAIN,
     "conditions/taught.toml": TAUGHT,
     "maps/near.toml": NEAR,
-    "readings/standard.toml": STANDARD,
+    "variants/standard.toml": STANDARD,
     "claims.toml": CLAIMS,
     "words.toml": 'heading = "Tiny, again"\n[captions]\nfitness = "The paper has it smaller."\n',
     "README.md": "Tiny.\n",
@@ -78,6 +78,16 @@ def folder(place: Path, *without: str, **changed: str) -> Path:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(changed.get(path.stem, text))
     return place
+
+
+def test_variants_are_read_from_a_folder_with_the_old_name_readings(tmp_path: Path) -> None:
+    place = folder(tmp_path)
+    (place / "variants").rename(place / "readings")
+    paper = papers.load(place)
+    assert paper.names("variants") == ["standard"]
+    assert paper.experiment("plain/near").lifetime.steps == 60
+    papers.keep(paper, tmp_path / "study")
+    assert (tmp_path / "study/paper/readings/standard.toml").read_text() == STANDARD
 
 
 def test_the_paper_that_baldwinlab_began_with_is_sound_and_whole() -> None:
@@ -121,7 +131,7 @@ def test_the_order_of_what_it_runs_is_its_own(tmp_path: Path) -> None:
 def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_none(
     tmp_path: Path,
 ) -> None:
-    paper = papers.load(folder(tmp_path, "maps", "claims", "words", "README", "readings"))
+    paper = papers.load(folder(tmp_path, "maps", "claims", "words", "README", "variants"))
     assert [experiment.name for experiment in paper.experiments()] == ["plain", "taught"]
     assert paper.claims == () and not paper.words.heading
 
@@ -172,12 +182,12 @@ def test_without_maps_conditions_are_named_alone_and_without_claims_there_are_no
         (
             (),
             {"plain": PLAIN + "speed = 3\n"},
-            "conditions/plain.toml with maps/near.toml with readings/standard.toml: learning.speed",
+            "conditions/plain.toml with maps/near.toml with variants/standard.toml: learning.speed",
         ),
         (
             (),
             {"standard": STANDARD + "rate = 3\n"},
-            "readings/standard.toml: evolution.rate: there is no such field",
+            "variants/standard.toml: evolution.rate: there is no such field",
         ),
         (
             (),
@@ -375,10 +385,10 @@ def test_a_paper_that_there_is_not_is_refused_with_those_that_there_are(
         f"there are {', '.join(papers.built_in())}, and any folder with a paper.toml"
     )
     assert (done.code, done.err) == (2, f"baldwinlab: {said}\n")
-    done = command("reproduce", str(folder(tmp_path / "tiny")), "--reading", "literal")
+    done = command("reproduce", str(folder(tmp_path / "tiny")), "--variant", "literal")
     assert (done.code, done.err) == (
         2,
-        "baldwinlab: there is no reading 'literal'; there are standard\n",
+        "baldwinlab: there is no variant 'literal'; there are standard\n",
     )
     assert not (tmp_path / "results").exists()
 

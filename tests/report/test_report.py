@@ -18,10 +18,10 @@ from baldwinlab.papers.verdicts import Finding, evaluate
 from baldwinlab.presets import factors, load
 from baldwinlab.report import draw_report, emergence_generations, write_report
 from baldwinlab.report.content import (
+    describe_variant,
     fitness_in_words,
     open_choices,
     overview,
-    reading,
     setting,
     timing,
     worlds,
@@ -209,19 +209,23 @@ def test_generations_of_the_panel_are_the_denser_the_earlier_with_both_ends() ->
     assert emergence_generations(1) == [0]
 
 
-def test_the_reading_is_named_or_spelt_out() -> None:
-    assert reading(load("evo/A"), PAPER) == "standard"
-    assert reading(load("evo/A", "literal"), PAPER) == "literal"
+def test_the_variant_is_named_or_spelt_out() -> None:
+    assert describe_variant(load("evo/A"), PAPER) == "standard"
+    assert describe_variant(load("evo/A", "literal"), PAPER) == "literal"
     assert (
-        reading(load("evo/A").replace(lifetime={"steps": 9}), PAPER)
+        describe_variant(load("evo/A").replace(lifetime={"steps": 9}), PAPER)
         == "evo/A is standard but for lifetime.steps = 9"
     )
-    assert reading(load("evo/A").replace(name="mine"), PAPER) == "mine is an experiment of its own"
+    assert (
+        describe_variant(load("evo/A").replace(name="mine"), PAPER)
+        == "mine is an experiment of its own"
+    )
     worlds_and_minds = papers.load(
         "worlds-and-minds"
-    )  # whose readings cannot all be laid over every condition
+    )  # whose variants cannot all be laid over every condition
     assert {
-        reading(experiment, worlds_and_minds) for experiment in worlds_and_minds.experiments()
+        describe_variant(experiment, worlds_and_minds)
+        for experiment in worlds_and_minds.experiments()
     } == {"standard"}
     assert (
         setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")})

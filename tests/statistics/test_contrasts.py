@@ -50,10 +50,10 @@ def test_a_condition_that_is_alone_on_its_map_is_compared_with_the_first_of_all(
     assert references(factors(*names)) == pairs
 
 
-def test_a_multiverse_is_compared_within_each_reading() -> None:
+def test_a_multiverse_is_compared_within_each_variant() -> None:
     named = {
-        f"{learner}-{reading}": Factors(learner, "A", reading)
-        for reading in ("R1", "R2")
+        f"{learner}-{variant}": Factors(learner, "A", variant)
+        for variant in ("R1", "R2")
         for learner in ("evo", "drift")
     }
     assert references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}

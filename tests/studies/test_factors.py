@@ -39,12 +39,12 @@ def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -
     found = open_study(tmp_path)
     assert found["learner"].values.tolist() == ["evo", "evo", "three"]
     assert found.sel(condition="two")["map"] == "B"
-    assert found["reading"].values.tolist() == ["rank", "", ""]
+    assert found["variant"].values.tolist() == ["rank", "", ""]
 
 
 def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None:
     create(tmp_path, [load("evo/A").replace(name="mine")], 1)
-    assert {"learner", "map", "reading"} & set(open_study(tmp_path).coords) == {"learner"}
+    assert {"learner", "map", "variant"} & set(open_study(tmp_path).coords) == {"learner"}
 
 
 def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
@@ -70,7 +70,7 @@ def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
         (
             'learner = "mine"',
             'moon = "full"',
-            "factors.mine: there is no factor 'moon'; there are learner, map, reading",
+            "factors.mine: there is no factor 'moon'; there are learner, map, variant",
         ),
         ("format = 3", "format = 4", "it has format 4, and this version reads formats 1 to 3"),
     ],
@@ -83,6 +83,16 @@ def test_what_is_no_factor_is_refused_in_a_sentence(
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(StudyError, match=f"study.toml cannot be read: {message}"):
         Study(tmp_path)
+
+
+def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -> None:
+    factors = {"rank/evo/A": Factors("evo", "A", "rank")}
+    create(tmp_path, [load("evo/A").replace(name="rank/evo/A")], 1, factors=factors)
+    path = tmp_path / "study.toml"
+    text = path.read_text().partition("# SHA-256")[0]
+    assert 'variant = "rank"' in text
+    path.write_text(text.replace("variant =", "reading =").replace("format = 3", "format = 2"))
+    assert Study(tmp_path).factors == factors
 
 
 def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
@@ -112,7 +122,7 @@ def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
     assert Study(tmp_path).kind == "sweep"
 
 
-def test_conditions_of_ones_own_that_look_like_readings_are_no_multiverse(tmp_path: Path) -> None:
+def test_conditions_of_ones_own_that_look_like_variants_are_no_multiverse(tmp_path: Path) -> None:
     assert older(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
     study = create(
         tmp_path / "new",

@@ -76,7 +76,7 @@ export async function withTypicalRun(studies, state) {
 export function rival({ source, conditions }) {
   const own = conditions.find(({ name }) => name === source.condition);
   const there = conditions.filter(
-    ({ map, reading, steps }) => steps && map === own?.map && reading === own?.reading,
+    ({ map, variant, steps }) => steps && map === own?.map && variant === own?.variant,
   );
   const first = conditions.find(({ shown }) => shown)?.learner;
   const other = there

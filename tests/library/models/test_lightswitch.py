@@ -214,7 +214,7 @@ def test_a_fifth_of_the_children_have_bits_of_two_parents_to_either_side_of_one_
 def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
     """As before there was any: to the bit what the variation `bit-flips` makes."""
     paper = papers.load("floreano-urzelai-2000")
-    without = paper.experiment("rules-of-neurons", reading="no-crossover")
+    without = paper.experiment("rules-of-neurons", variant="no-crossover")
     genome = (
         np.random.default_rng(2)
         .integers(0, 2, (100, 1, without.of_model.weights()))

@@ -1,4 +1,4 @@
-"""Every step of the engine against the oracle, on random small worlds and under every reading of the paper.
+"""Every step of the engine against the oracle, on random small worlds and under every variant of the paper.
 
 Each step starts from the state that the trace recorded, so that float32 and float64 cannot drift apart; only the weights
 are carried along, in float64, from birth to death. A step that no precision of this kind can decide (an item that lies on
@@ -298,20 +298,20 @@ def test_every_step_of_a_random_life_is_the_step_of_the_paper(update: str, lives
     assert tally["skipped"] < 0.02 * tally["steps"]
 
 
-def crowded(condition: str, reading: str) -> Experiment:
+def crowded(condition: str, variant: str) -> Experiment:
     """The paper's experiment with the newborn in the middle of the food."""
     food = [{"x": [100, 220], "y": [100, 220], "count": 30}]
-    return load(f"{condition}/A", reading).replace(
+    return load(f"{condition}/A", variant).replace(
         world={"food": food}, lifetime={"steps": 40}, evolution={"generations": 2}
     )
 
 
-@pytest.mark.parametrize("reading", papers.load().names("readings"))
+@pytest.mark.parametrize("variant", papers.load().names("variants"))
 @pytest.mark.parametrize("condition", papers.load().names("conditions"))
-def test_every_step_under_a_named_reading_is_the_step_of_the_paper(
-    condition: str, reading: str
+def test_every_step_under_a_named_variant_is_the_step_of_the_paper(
+    condition: str, variant: str
 ) -> None:
-    tally = follow(crowded(condition, reading), seed=7, generation=1)
+    tally = follow(crowded(condition, variant), seed=7, generation=1)
     assert tally["eaten"] > 5
     assert tally["skipped"] < 0.1 * tally["steps"]
 

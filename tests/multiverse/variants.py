@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 
 from baldwinlab.multiverse import design
-from baldwinlab.multiverse.analysis import Multiverse, Reading, paper_claims, reading
+from baldwinlab.multiverse.analysis import Multiverse, Variant, evaluate_variant, paper_claims
 from tests.statistics.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
@@ -18,22 +18,22 @@ TAUGHT_BEAT_EVOLVED: Eaten = {
 }  # the opposite of C6, and of C6 alone
 
 
-def reading_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Reading:
-    """A reading of that name, such as `contact-5+rank`, under which agents eat so much."""
-    return _reading_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
+def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> Variant:
+    """A variant of that name, such as `contact-5+rank`, under which agents eat so much."""
+    return _variant_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
 
 
 @cache  # half a second each, and the same few are asked for again and again
-def _reading_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> Reading:
+def _variant_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> Variant:
     parts = () if name == "standard" else tuple(name.split("+"))
-    made = design.Reading(parts)
-    return reading(
+    made = design.Variant(parts)
+    return evaluate_variant(
         study(dict(eaten), generations=24), name, made.description, made.choices, made.fields
     )
 
 
-def multiverse_of(*readings: Reading) -> Multiverse:
-    return Multiverse(seed=7, last=10, claims=paper_claims(), readings=readings)
+def multiverse_of(*variants: Variant) -> Multiverse:
+    return Multiverse(seed=7, last=10, claims=paper_claims(), variants=variants)
 
 
 def with_gain(gain: float) -> Eaten:
