@@ -17,7 +17,7 @@ BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: help reproduce test docs dist nightly faults lint format lock oldest newest bench cuda slurm \
+.PHONY: help reproduce test docs dist nightly faults lint format lock prose oldest newest bench cuda slurm \
   browser firefox wasm clean
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo "make nightly     run the tests that take long, which make test leaves out"
 	@echo "make faults      try to break it: kills, damaged files, odd inputs, floods"
 	@echo "make lint        check style and types"
+	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
 	@echo "make format      put the code into its standard form"
 	@echo "make bench       measure beside what one would pick instead, and fill docs/benchmarks.md"
 	@echo "make cuda        add what the GPU backend needs"
@@ -63,6 +64,10 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# make prose WHERE="docs baldwinlab/engine" checks these folders only.
+prose: $(VENV)/.dev
+	-$(BIN)/python -m scripts.prose $(WHERE)
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
