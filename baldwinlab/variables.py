@@ -133,7 +133,7 @@ def of_trace(experiment: Any) -> Mapping[str, Variable]:
     }
 
 
-# What the assays measure, a dataset for each assay and condition; docs/assays.md.
+# What the assays measure, a dataset for each assay and condition; docs/explanation/assays.md.
 ASSAYS: Mapping[str, Mapping[str, Variable]] = {
     "innate": {
         "energy": Variable(

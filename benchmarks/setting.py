@@ -30,7 +30,7 @@ class Contender(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """The standard variant of docs/model.md with one food region and one hidden layer; units as in `baldwinlab.experiment`."""
+    """The standard variant of docs/explanation/model.md with one food region and one hidden layer; units as in `baldwinlab.experiment`."""
 
     name: str  # of the experiment
     width: float

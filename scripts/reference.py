@@ -167,7 +167,7 @@ Of `replay`.
 
 {table_of_variables(variables.TRACE)}"""
     for assay, measured in variables.ASSAYS.items():
-        text += f"\n## The assay {assay}\n\nOf `open_assay`; see [assays](../docs/assays.md).\n\n{table_of_variables(measured)}"
+        text += f"\n## The assay {assay}\n\nOf `open_assay`; see [assays](../docs/explanation/assays.md).\n\n{table_of_variables(measured)}"
     return text
 
 
@@ -192,7 +192,7 @@ Of any model {_listed(OF_ALL)}; a model has [measures of its own](models.md).
 
 ## Assays
 
-{_listed(get_args(Assay))}: see [assays](../docs/assays.md).
+{_listed(get_args(Assay))}: see [assays](../docs/explanation/assays.md).
 """
 
 

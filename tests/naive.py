@@ -1,6 +1,6 @@
 """The paper's model in plain Python: one agent after another, one number after another.
 
-This is the oracle of the tests. It is written from docs/model.md and knows nothing of the engine: it computes in float64,
+This is the oracle of the tests. It is written from docs/explanation/model.md and knows nothing of the engine: it computes in float64,
 with math.exp and atan2, and draws from Python's own random numbers, so that a misreading in the engine has no echo here.
 Section names are those of the paper.
 """

@@ -117,7 +117,7 @@ def test_whatever_leads_nowhere_is_a_fault(
 def test_every_page_of_the_documentation_stands_in_a_section(site: Path) -> None:
     there = Links(site / "index.html").targets
     pages = [
-        *(ROOT / "docs").glob("*.md"),
+        *(ROOT / "docs").rglob("*.md"),
         *(ROOT / "baldwinlab" / "papers").glob("*/README.md"),
         *(ROOT / "notebooks").glob("*.*"),
     ]

@@ -1,4 +1,4 @@
-"""Assays: what is measured on a stored study by living its genomes again; docs/assays.md.
+"""Assays: what is measured on a stored study by living its genomes again; docs/explanation/assays.md.
 
 `run` measures them, a file for each; `stored` reads them back; `analysis` asks whether it is the Baldwin effect.
 """

@@ -3,7 +3,7 @@
 A scheme fills `parents` int32 [child, 2] with agents, drawn independently and with replacement, from `fitness` float64 [agent]
 and `uniforms` float64 [child, 2, 4] in (0, 1). It has scratch of its own: `shares` float64 [agent] and `order` int64 [agent].
 
-Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the alternatives (R4).
+Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/explanation/model.md for the alternatives (R4).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Variation: what children have of their parents, and what is new.
 
-Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/model.md for the alternatives (R5).
+Source: the paper, "Simulation 1: Evolution alone (EVO)"; docs/explanation/model.md for the alternatives (R5).
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ unknown name is refused. TOML and Python show the same tree. A choosing field na
 any, stand in a table of its name beside it, and only while it is chosen.
 
 Source: the paper's section "Simulation setup"; the fields that name a variant (R1 to R8) are the choices that the paper
-leaves open, see docs/model.md.
+leaves open, see docs/explanation/model.md.
 """
 
 from __future__ import annotations

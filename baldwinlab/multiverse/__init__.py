@@ -1,4 +1,4 @@
-"""Every variant of the paper, as one study; docs/multiverse.md."""
+"""Every variant of the paper, as one study; docs/explanation/multiverse.md."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any

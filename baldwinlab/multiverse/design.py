@@ -1,6 +1,6 @@
 """Every variant of the paper, as one study: which experiments make it up.
 
-A paper leaves choices open; Le's, eight: R1 to R8 (docs/model.md). Each variant among its presets makes one of them otherwise
+A paper leaves choices open; Le's, eight: R1 to R8 (docs/explanation/model.md). Each variant among its presets makes one of them otherwise
 than the standard variant, and says at the head of its description which. A multiverse takes them one at a time, or in all
 combinations. It is a study whose conditions are VARIANT/CONDITION/MAP, such as `contact-5/evo/A`, or
 `contact-5+rank/evo/A` where two choices are made at once.

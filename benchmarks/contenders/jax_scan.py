@@ -1,6 +1,6 @@
 """The standard variant in JAX, float32: a step of one world as a pure function; vmap over worlds, scan over steps, jit.
 
-Source: docs/model.md. Compiled code has fixed shapes, so every agent looks at every item in every step.
+Source: docs/explanation/model.md. Compiled code has fixed shapes, so every agent looks at every item in every step.
 """
 
 from __future__ import annotations

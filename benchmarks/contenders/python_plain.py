@@ -1,6 +1,6 @@
 """The standard variant in plain Python, with nothing but the standard library: one world, one agent after another.
 
-Source: docs/model.md. Faster than the tests' oracle, which it is checked against: bearings are compared as slopes, agents far
+Source: docs/explanation/model.md. Faster than the tests' oracle, which it is checked against: bearings are compared as slopes, agents far
 from the food do not look at it, and networks that do not learn are looked up by the eight possible inputs.
 """
 

@@ -118,7 +118,7 @@ def refuses(rule: str, control: str) -> bool:
 
 
 def test_what_is_refused_is_what_the_documentation_says() -> None:
-    """docs/controls.md: teachers where there are none, and a rate that is a gene where it must be at most 1."""
+    """docs/explanation/controls.md: teachers where there are none, and a rate that is a gene where it must be at most 1."""
     refused = {control: {rule for rule in RULES if refuses(rule, control)} for control in CONTROLS}
     taught = {rule for rule in RULES if "reinforcement" in learning(rule).modules}
     assert taught == {"self-taught", "drift", "crbp", "modulated", "evolved-modulated"}

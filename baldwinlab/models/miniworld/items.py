@@ -5,7 +5,7 @@ the items of neighbouring cells of a row lie side by side, in *slots*, and are l
 items is one cell, whose items never change slots. Behind each region's slots are sixteen with nothing in them, so that nobody who
 looks at one region sees another.
 
-Source: the paper, "The Simulated World of Foods and Agents"; docs/model.md for what the paper leaves open.
+Source: the paper, "The Simulated World of Foods and Agents"; docs/explanation/model.md for what the paper leaves open.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Learning in life: none, self-teaching, and drift, which is a control for it.
 
-Source: the paper, "The Self-taught neural architecture". Drift is a control of ours: docs/controls.md.
+Source: the paper, "The Self-taught neural architecture". Drift is a control of ours: docs/explanation/controls.md.
 """
 
 from __future__ import annotations

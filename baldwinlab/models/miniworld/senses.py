@@ -3,7 +3,7 @@
 With u and v an item's coordinates along and across the heading (v to the right, as y points down), its bearing theta is in
 front when |v| <= u tan 15, and at a side when u tan 15 < |v| < u: no angle is ever computed.
 
-Source: the paper, "The Simulated World of Foods and Agents", on theta; docs/model.md for the boundaries (R8).
+Source: the paper, "The Simulated World of Foods and Agents", on theta; docs/explanation/model.md for the boundaries (R8).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The map: births, and what may get in the way on a torus.
 
-Source: the paper, "The Simulated World of Foods and Agents"; docs/model.md for what the paper leaves open.
+Source: the paper, "The Simulated World of Foods and Agents"; docs/explanation/model.md for what the paper leaves open.
 """
 
 from __future__ import annotations
