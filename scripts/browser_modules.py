@@ -1,4 +1,4 @@
-"""Make the WebAssembly modules that ship: about five minutes, with a linker (docs/browser.md).
+"""Make the WebAssembly modules that ship: about five minutes, with a linker (docs/how-to/export-page.md).
 
 A test holds what ships to what it was made of, so this is to be run after every change of what compiled code does.
 """

@@ -67,7 +67,7 @@ def python() -> str:
     """Every public name of the package."""
     return """# Python
 
-Every public name of `import baldwinlab as bl`; [whole studies in Python](../docs/python.md) shows how they are used.
+Every public name of `import baldwinlab as bl`; [whole studies in Python](../docs/how-to/python.md) shows how they are used.
 
 """ + "\n".join(
         name(each, getattr(baldwinlab, each)) for each in sorted(baldwinlab.__all__, key=_caseless)

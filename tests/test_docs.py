@@ -31,7 +31,7 @@ LONG = {
         "python.md",
         "results.md",
         "senses.md",
-        "start.md",
+        "first-study.md",
         "sweeps.md",
         "worlds.md",
     ),
@@ -86,7 +86,7 @@ def test_the_commands_on_a_page_run_one_after_the_other_and_then_its_python(
 def test_the_optimiser_that_needs_jax_improves_on_the_founders(tmp_path: Path) -> None:
     """Its code goes on from the first block of its page."""
     pytest.importorskip("evosax", reason="make nightly installs it")
-    page = ROOT / "docs" / "optimisers.md"
+    page = ROOT / "docs" / "how-to" / "external-optimizers.md"
     code = "\n".join(
         [
             blocks(page, "python")[0],

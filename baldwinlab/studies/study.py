@@ -34,7 +34,7 @@ __all__ = [
     "run_study",
 ]
 
-MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/cluster.md
+MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/explanation/distributed-execution.md
 
 Progress = AbstractContextManager[Callable[[int], None]]
 

@@ -1,1 +1,1 @@
-"""One experiment at many points of the space of its fields; docs/sweeps.md."""
+"""One experiment at many points of the space of its fields; docs/reference/sweeps.md."""

@@ -132,7 +132,7 @@ def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_o
 
 
 class SameUnits(neat.DefaultGenome):  # type: ignore[misc]
-    """As docs/optimisers.md has it."""
+    """As docs/how-to/external-optimizers.md has it."""
 
     def configure_new(self, config: Any) -> None:
         config.node_indexer = None

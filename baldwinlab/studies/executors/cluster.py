@@ -93,7 +93,7 @@ def cores_of_a_job() -> int:
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
         raise RefusedError(
-            f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/cluster.md"
+            f"--executor slurm needs {names} in Dask's configuration: what a job asks for, see docs/how-to/slurm.md"
         )
     return int(_job_setting("cores"))
 
