@@ -33,7 +33,7 @@ LONG = {
         "senses.md",
         "first-study.md",
         "sweeps.md",
-        "worlds.md",
+        "model.md",
     ),
 }
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
