@@ -32,7 +32,8 @@ def sweep(
 ) -> Study:
     """Run an experiment at many points: a grid, a list, or a random or Sobol sample of any of its fields.
 
-    `plan` is a TOML file, or a dict of the same content, see docs/reference/sweeps.md: {"experiment": "evo/A", "fields": {...}}. `out`
+    `plan` is a TOML file, or a dict of the same content: {"experiment": "evo/A", "fields": {...}}.
+    docs/reference/sweeps.md lists the keys. `out`
     is results/ and the file's name unless given; a dict needs it. The same call again does what is missing. Raises
     ExperimentError with a line for every fault, StudyError where `out` holds anything else, and RefusedError, unless forced,
     for more memory or disk than is free.

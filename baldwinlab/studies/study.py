@@ -34,7 +34,8 @@ __all__ = [
     "run_study",
 ]
 
-MOST_TASKS: Final = 20_000  # for 10,000 cores these are enough, and a Dask scheduler has time for them: docs/explanation/distributed-execution.md
+# Enough for 10,000 cores, and few enough for a Dask scheduler: docs/explanation/distributed-execution.md
+MOST_TASKS: Final = 20_000
 
 Progress = AbstractContextManager[Callable[[int], None]]
 

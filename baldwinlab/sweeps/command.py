@@ -24,7 +24,9 @@ from baldwinlab.errors import require_positive
 def sweep(
     file: Annotated[
         Path,
-        Parameter(help="a TOML file that says which fields are swept, and how; see docs/reference/sweeps.md"),
+        Parameter(
+            help="a TOML file that says which fields are swept, and how; see docs/reference/sweeps.md"
+        ),
     ],
     /,
     *,
