@@ -8,6 +8,7 @@
 """
 
 import sys
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -17,11 +18,11 @@ if TYPE_CHECKING:
     from baldwinlab.api.environments import parallel_env, single_env, vector_env
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.installed import load
-    from baldwinlab.api.problem import problem
-    from baldwinlab.api.records import experiment_of
+    from baldwinlab.api.problem import make_problem
+    from baldwinlab.api.records import read_experiment
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
-    from baldwinlab.api.study import Study, open
+    from baldwinlab.api.study import Study, open_study
     from baldwinlab.api.sweep import sweep
     from baldwinlab.assays import open_assay
     from baldwinlab.check import check_part
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from baldwinlab.runs.replay import replay
     from baldwinlab.runs.simulate import simulate
     from baldwinlab.studies.records import DamagedRecordError, StudyError
-    from baldwinlab.studies.study import open_study
+    from baldwinlab.studies.study import open_runs
     from baldwinlab.sweeps.design import open_sweep
 
 __all__ = [
@@ -55,14 +56,14 @@ __all__ = [
     "__version__",
     "check_part",
     "compare_papers",
-    "experiment_of",
     "load",
-    "open",
+    "make_problem",
     "open_assay",
+    "open_runs",
     "open_study",
     "open_sweep",
     "parallel_env",
-    "problem",
+    "read_experiment",
     "replay",
     "reproduce",
     "reproduce_all",
@@ -73,28 +74,30 @@ __all__ = [
     "vector_env",
 ]
 
-_HOME = {  # of what is loaded when it is first asked for: Numba, xarray and SciPy take a second
+# The module of each public name. It is imported at first use, because Numba, xarray and SciPy take a
+# second to load.
+_HOME = {
     "ArgumentError": "errors",
     "BaldwinLabError": "errors",
     "DamagedRecordError": "studies.records",
+    "Experiment": "experiment",
+    "ExperimentError": "experiment",
     "InterruptedStudyError": "errors",
     "PaperError": "papers.files",
     "PartError": "errors",
     "RefusedError": "errors",
-    "Experiment": "experiment",
-    "ExperimentError": "experiment",
     "Study": "api.study",
+    "StudyError": "studies.records",
     "check_part": "check",
     "compare_papers": "api.gallery",
-    "StudyError": "studies.records",
-    "experiment_of": "api.records",
     "load": "api.installed",
-    "open": "api.study",
+    "make_problem": "api.problem",
     "open_assay": "assays",
-    "open_study": "studies.study",
+    "open_runs": "studies.study",
+    "open_study": "api.study",
     "open_sweep": "sweeps.design",
     "parallel_env": "api.environments",
-    "problem": "api.problem",
+    "read_experiment": "api.records",
     "replay": "runs.replay",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
@@ -105,10 +108,22 @@ _HOME = {  # of what is loaded when it is first asked for: Numba, xarray and Sci
     "vector_env": "api.environments",
 }
 
+# Old names that still work in this release.
+_RENAMED = {"experiment_of": "read_experiment", "open": "open_study", "problem": "make_problem"}
 
-if not TYPE_CHECKING:  # a type checker would take any name
+
+# A type checker would accept any name.
+if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> Any:
+        if name in _RENAMED:
+            new_name = _RENAMED[name]
+            warnings.warn(
+                f"baldwinlab.{name} was renamed to baldwinlab.{new_name}; use the new name",
+                FutureWarning,
+                stacklevel=2,
+            )
+            name = new_name
         if name not in _HOME:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,4 +1,4 @@
-"""What tells the conditions of a study apart: written down in `study.toml`, and coordinates of `open_study`."""
+"""What tells the conditions of a study apart: written down in `study.toml`, and coordinates of `open_runs`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
 
 
 def of_study(study: xr.Dataset) -> dict[str, Factors]:
-    """The factors of each condition of a study as `open_study` gives it."""
+    """The factors of each condition of a study as `open_runs` gives it."""
     names = [str(name) for name in study["condition"].values]
     columns = [
         study[name].values if name in study.coords else [""] * len(names)

@@ -31,8 +31,8 @@ from baldwinlab.statistics import fitness
 from baldwinlab.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.studies.claims import write_claims
 from baldwinlab.studies.provenance import provenance
-from baldwinlab.studies.store import Study
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study import open_runs
 from baldwinlab.sweeps import publish as sweeps
 
 
@@ -47,7 +47,7 @@ class Published(NamedTuple):
 
 
 def publish(
-    study: Study,
+    study: StudyStore,
     out: Path,
     last: int,
     tell: Callable[[str], None],
@@ -65,7 +65,7 @@ def publish(
         lab_results.keep(study)
         return Published([], compared, lambda: sweeps.publish(study, out, last, tell, baseline))
     study.require_runs()
-    data = fitness.with_curves(open_study(study.directory))
+    data = fitness.with_curves(open_runs(study.directory))
     paper = paper or (of_study(study.directory, study.paper) if study.paper else None)
     results = evaluate(data, last, paper) if paper else []
     compared = compare_conditions(data, last, baseline)
@@ -100,7 +100,10 @@ def publish(
 
 
 def _in_short(
-    study: Study, results: Sequence[ClaimResult], analysis: Analysis | None, paper: Paper | None
+    study: StudyStore,
+    results: Sequence[ClaimResult],
+    analysis: Analysis | None,
+    paper: Paper | None,
 ) -> InShort | None:
     """Of a paper that sums up many conditions in one figure: what foragers' ways of learning give, and cost."""
     foraging = all(isinstance(experiment, Experiment) for experiment in study.experiments.values())
@@ -112,7 +115,7 @@ def _in_short(
 
 
 def _left(
-    study: Study,
+    study: StudyStore,
     measured: stored.Assays,
     analysis: Analysis | None,
     paper: Paper | None,
@@ -139,7 +142,7 @@ def _left(
 
 
 def _beside(
-    study: Study, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]
+    study: StudyStore, data: xr.Dataset, paper: Paper, results: Sequence[ClaimResult]
 ) -> variants.Beside | None:
     """The study as it stands beside the variants; None where it follows another than the standard one."""
     if {describe_variant(experiment, paper) for experiment in study.experiments.values()} != {
@@ -152,7 +155,7 @@ def _beside(
     )
 
 
-def _can_be_watched(study: Study, condition: str) -> bool:
+def _can_be_watched(study: StudyStore, condition: str) -> bool:
     """Whether it has a world, and its parts are here to be lived with."""
     try:
         study.require_parts(condition)
@@ -161,7 +164,7 @@ def _can_be_watched(study: Study, condition: str) -> bool:
     return isinstance(study.experiments[condition], Experiment)
 
 
-def _looks(study: Study) -> dict[str, dict[str, Any]]:
+def _looks(study: StudyStore) -> dict[str, dict[str, Any]]:
     """How the conditions look whose parts are here."""
     return {
         name: look(study.experiments[name]).to_dict()
@@ -170,7 +173,7 @@ def _looks(study: Study) -> dict[str, dict[str, Any]]:
     }
 
 
-def _shown(study: Study, paper: Paper | None) -> str | None:
+def _shown(study: StudyStore, paper: Paper | None) -> str | None:
     """The condition whose emergence is shown, if any can be: that which the paper shows, or else the first there is."""
     wanted = "emergence" in (paper.about.figures if paper else FIGURES)
     preferred = (paper.about.emergence if paper else "", *study.experiments) if wanted else ()
@@ -182,7 +185,7 @@ def _shown(study: Study, paper: Paper | None) -> str | None:
     return next(stored, None)
 
 
-def _emergence(study: Study, data: xr.Dataset, paper: Paper | None) -> list[xr.Dataset]:
+def _emergence(study: StudyStore, data: xr.Dataset, paper: Paper | None) -> list[xr.Dataset]:
     """The typical population of a condition at several generations."""
     condition = _shown(study, paper)
     if condition is None:
@@ -197,7 +200,7 @@ def _emergence(study: Study, data: xr.Dataset, paper: Paper | None) -> list[xr.D
     ]
 
 
-def need(study: Study) -> Need:
+def need(study: StudyStore) -> Need:
     """What the report of a study takes; that of a multiverse is made variant by variant."""
     by_variant: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():

@@ -23,7 +23,7 @@ from baldwinlab.statistics.contrasts import Contrasts, compare_finals, final_val
 from baldwinlab.statistics.tables import finite
 from baldwinlab.studies.claims import digest_records
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import open_conditions
 from baldwinlab.sweeps.comparison import compare_points, has_comparisons
 from baldwinlab.sweeps.design import settings
@@ -34,10 +34,10 @@ MOST: Final = 1000  # conditions, beyond which the file would be too large to be
 MOST_PLACES: Final = 1_000_000  # of the lines of a condition's runs: runs times generations
 
 
-def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
+def of_study(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
     """Of every condition that has a run; None where a number does not exist. Raises StudyError for a record that is damaged.
 
-    `data` is the study as `open_study` gives it, where it has been read already.
+    `data` is the study as `open_runs` gives it, where it has been read already.
     """
     names = [name for name in study.experiments if study.runs(name)]
     answer: dict[str, Any] = {
@@ -70,7 +70,7 @@ def of_study(study: Study, data: xr.Dataset | None = None) -> dict[str, Any]:
     return answer
 
 
-def compare(study: Study, last: int = 10, baseline: str = "") -> Contrasts:
+def compare(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
     """Compare the conditions of a stored study, of which one at a time is held in memory.
 
     Raises StudyError where no run is stored, and for a baseline that the study does not have or of which no run is stored.
@@ -82,7 +82,7 @@ def compare(study: Study, last: int = 10, baseline: str = "") -> Contrasts:
     return _compare(study, xr.concat(finals, "condition", join="outer"), last, baseline)
 
 
-def _comparison(study: Study, data: xr.Dataset) -> dict[str, Any]:
+def _comparison(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     """The comparisons of the conditions as plain data; none where a report of the study has none."""
     if study.kind == MULTIVERSE or (study.kind == SWEEP and not has_comparisons(study)):
         return {"pairing": "", "too_few": "", "rows": []}
@@ -98,14 +98,14 @@ def _number(value: Any) -> Any:
     return finite(value) if isinstance(value, float) else value
 
 
-def _compare(study: Study, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
+def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
     if study.kind == SWEEP:
         return compare_points(study, finals, last, baseline)
     factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
     return compare_finals(finals, factors, last, baseline)
 
 
-def require_baseline(study: Study, baseline: str) -> None:
+def require_baseline(study: StudyStore, baseline: str) -> None:
     """Raise StudyError where a baseline is given and the study has no run of it."""
     if baseline:
         study.experiment(baseline)
@@ -115,7 +115,7 @@ def require_baseline(study: Study, baseline: str) -> None:
             )
 
 
-def of_runs(study: Study, condition: str, measure: str) -> dict[str, list[float | None]]:
+def of_runs(study: StudyStore, condition: str, measure: str) -> dict[str, list[float | None]]:
     """The curve of every run of a condition, by its number: best, mean or share in each generation.
 
     Raises ValueError for another measure and for more than `MOST_PLACES`, and StudyError as `of_study` does.
@@ -134,7 +134,7 @@ def of_runs(study: Study, condition: str, measure: str) -> dict[str, list[float 
     return {str(run): _plain(curves.sel(run=run)) for run in runs}
 
 
-def reaction_norms(study: Study) -> dict[str, Any]:
+def reaction_norms(study: StudyStore) -> dict[str, Any]:
     """What the stored assay `reaction` says, circumstance by circumstance and map by map: medians over runs with their bands.
 
     Raises ValueError for an assay that is not what it should be.
@@ -163,7 +163,7 @@ def _bands(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
     }
 
 
-def factors(study: Study, names: list[str]) -> dict[str, list[Any]]:
+def factors(study: StudyStore, names: list[str]) -> dict[str, list[Any]]:
     """What tells these conditions apart, by factor or, in a sweep, by field: a value each, unless all have the same."""
     if study.kind == SWEEP:
         there = [name in names for name in study.experiments]
@@ -180,7 +180,7 @@ def _plain(values: xr.DataArray) -> list[float | None]:
     return [None if value != value else value for value in values.values.tolist()]
 
 
-def keep(study: Study, data: xr.Dataset | None = None) -> None:
+def keep(study: StudyStore, data: xr.Dataset | None = None) -> None:
     """Write them beside the report; `data` as for `of_study`. Raises StudyError as that does, and OSError."""
     if len(study.experiments) <= MOST:
         record = {
@@ -193,7 +193,7 @@ def keep(study: Study, data: xr.Dataset | None = None) -> None:
         )
 
 
-def kept(study: Study) -> dict[str, Any] | None:
+def kept(study: StudyStore) -> dict[str, Any] | None:
     """What was kept, if it is of the records that are stored now; else None."""
     try:
         record = json.loads(text_of(study.directory / FILE, RESULTS_FILE))

@@ -84,7 +84,7 @@ def main() -> None:
         experiments = paper.experiments()
         with TemporaryDirectory() as folder:
             bl.run(experiments, runs=paper.about.runs, out=Path(folder) / "study")
-            figure = DRAWN[name](bl.open_study(Path(folder) / "study"), experiments)
+            figure = DRAWN[name](bl.open_runs(Path(folder) / "study"), experiments)
             figures.save(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
         (paper.folder / CARD).write_bytes(_card(figure, PANEL.get(name, 0)))

@@ -31,7 +31,7 @@ def main() -> None:
     parser.add_argument(
         "study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`"
     )
-    study = bl.open_study(parser.parse_args().study)
+    study = bl.open_runs(parser.parse_args().study)
     standings = figures.standings(
         study, evaluate(study, LAST, papers.load("worlds-and-minds")), LAST
     )
@@ -41,10 +41,10 @@ def main() -> None:
     rays = bl.load("evo/A").replace(senses={"kinds": ["rays"]})
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
-        grown = figures.fitness_curves(bl.open_study(Path(folder) / "xor"))
+        grown = figures.fitness_curves(bl.open_runs(Path(folder) / "xor"))
         bred = [bl.load("evo/A", variant).replace(name=variant) for variant in BREEDING]
         bl.run(bred, runs=20, out=Path(folder) / "breeding")
-        breeding = figures.fitness_boxes(bl.open_study(Path(folder) / "breeding"), [], LAST)
+        breeding = figures.fitness_boxes(bl.open_runs(Path(folder) / "breeding"), [], LAST)
     drawn = {
         "worlds-and-minds": figures.overview({"": standings}),
         "worlds": figures.world_maps(worlds, 20, looks),

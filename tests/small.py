@@ -8,7 +8,7 @@ from pathlib import Path
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.presets import factors, load, paper
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.study import missing_runs, run_study
 
 SMALL = {"evolution": {"generations": 3}, "lifetime": {"steps": 300}}
@@ -38,7 +38,7 @@ def small_study(
     runs: int = 3,
     seed: int = 5,
     workers: int = 2,
-) -> Study:
+) -> StudyStore:
     experiments = experiments or [small("evo/A"), small("evo+self-taught/A")]
     study = create(directory, experiments, seed, factors=factors())
     run_study(study, missing_runs(study, runs, ignore), workers, silent, ignore)

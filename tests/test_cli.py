@@ -23,7 +23,7 @@ import baldwinlab as bl
 from baldwinlab.assays import open_assay
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.presets import KINDS, load, names
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.study import open_runs
 from baldwinlab.sweeps.design import open_sweep
 from tests.commands import Command
 from tests.small import contents, small, small_study
@@ -57,7 +57,7 @@ def test_show_prints_an_experiment_that_can_be_edited_and_run(
     assert load(tmp_path / "mine.toml") == load("evo/B").replace(name="mine", **changes)
     done = command("run", "mine.toml", "--runs", "2", "--seed", "4")
     assert done.code == 0
-    assert dict(open_study("results/mine").food_eaten.sizes) == {
+    assert dict(open_runs("results/mine").food_eaten.sizes) == {
         "condition": 1,
         "run": 2,
         "generation": 2,
@@ -69,7 +69,7 @@ def test_several_experiments_are_run_as_one_study(command: Command) -> None:
     cut = ("--set", "lifetime.steps=20", "evolution.generations=2", "--runs", "2")
     done = command("run", "evo/B", "evo+drift/B", "evo+self-taught/B", *cut)
     assert done.code == 0, done.err
-    study = open_study("results/evo-B-evo+drift-B-evo+self-taught-B")
+    study = open_runs("results/evo-B-evo+drift-B-evo+self-taught-B")
     assert study.condition.values.tolist() == ["evo/B", "evo+drift/B", "evo+self-taught/B"]
     assert command("run", "evo/B", "evo/B", *cut).err == (
         "baldwinlab: two conditions have the same name, 'evo/B': change name in one of them\n"
@@ -125,7 +125,7 @@ def test_a_preset_and_an_experiment_of_ones_own_are_compared(
     reported = command("report", "pair", "--baseline", "short")
     assert "evo/A against short, best agent" in reported.out and needed in reported.out
     rows = pd.read_csv(tmp_path / "pair/statistics.csv", keep_default_na=False)
-    expected = bl.open(tmp_path / "pair").compare("short")
+    expected = bl.open_study(tmp_path / "pair").compare("short")
     pd.testing.assert_frame_equal(
         rows.drop(columns="claim"), expected[rows.columns[1:]], check_dtype=False
     )

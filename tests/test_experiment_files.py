@@ -143,7 +143,7 @@ def test_a_copy_of_a_preset_runs_beside_the_preset(command: Command, tmp_path: P
         "study",
     )
     assert command("run", "evo/B", "copy.toml", *short).code == 0
-    assert bl.open(tmp_path / "study").conditions == ("evo/B", "copy")
+    assert bl.open_study(tmp_path / "study").conditions == ("evo/B", "copy")
 
 
 def test_show_writes_a_name_that_is_given(command: Command, tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_study_stores_the_complete_experiment(write: Write, tmp_path: Path) ->
     path.unlink()
     stored = tomllib.loads((study.directory / "runs" / "near" / "experiment.toml").read_text())
     assert "base" not in stored and stored["world"]["food"]
-    assert bl.open(tmp_path / "study").experiment("near").world == bl.load("evo/A").world
+    assert bl.open_study(tmp_path / "study").experiment("near").world == bl.load("evo/A").world
 
 
 def test_a_sweep_and_an_exported_page_start_from_a_file_with_a_base(

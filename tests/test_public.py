@@ -53,6 +53,16 @@ def test_every_public_name_is_there_and_listed() -> None:
         getattr(baldwinlab, "simulation")  # noqa: B009
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("experiment_of", "read_experiment"), ("open", "open_study"), ("problem", "make_problem")],
+)
+def test_an_old_name_works_and_a_warning_names_the_new_one(old: str, new: str) -> None:
+    with pytest.warns(FutureWarning, match=f"baldwinlab.{old} was renamed to baldwinlab.{new}"):
+        assert getattr(baldwinlab, old) is getattr(baldwinlab, new)
+    assert old not in dir(baldwinlab)
+
+
 def public_docstrings() -> Iterator[tuple[str, str]]:
     """Every public name of the package, and of its public classes, with its docstring."""
     for name in baldwinlab.__all__:

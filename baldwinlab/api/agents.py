@@ -14,7 +14,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.kinds import forward
 from baldwinlab.runs.reevaluate import born, stored_genome
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.suggestions import list_names
 from baldwinlab.variables import RUN, TRACE
 
@@ -95,7 +95,7 @@ class AgentNetwork:
 
 
 def read_genomes(
-    study: Study, condition: str, run: int, generation: int, agent: int | Sequence[int] | None
+    study: StudyStore, condition: str, run: int, generation: int, agent: int | Sequence[int] | None
 ) -> xr.DataArray:
     """Return the genomes of a generation, as `baldwinlab.api.study.Study.genomes` does."""
     experiment = study.experiment(condition)
@@ -117,7 +117,7 @@ def read_genomes(
 
 
 def make_network(
-    study: Study, condition: str, run: int, generation: int, agent: int, module: str
+    study: StudyStore, condition: str, run: int, generation: int, agent: int, module: str
 ) -> AgentNetwork:
     """Return the network of an agent, as `baldwinlab.api.study.Study.network` does."""
     experiment = _foragers(study.experiment(condition))
@@ -135,7 +135,9 @@ def make_network(
     return AgentNetwork(experiment, newborns.network, weights)
 
 
-def _genome(study: Study, condition: str, run: int, generation: int) -> npt.NDArray[np.float32]:
+def _genome(
+    study: StudyStore, condition: str, run: int, generation: int
+) -> npt.NDArray[np.float32]:
     """Return the genomes [agent, module, weight] of a generation: as stored, or bred again of the stored ones before."""
     record = study.record(condition, run)
     if generation not in record["kept_generation"].values:
@@ -158,7 +160,7 @@ def _require_index(name: str, value: int, count: int) -> None:
         raise ArgumentError(name, value, f"must be a whole number from 0 to {count - 1}")
 
 
-def only_condition(study: Study, condition: str | None) -> str:
+def only_condition(study: StudyStore, condition: str | None) -> str:
     """Return a condition, or the only one of a study where none is given. Raises StudyError where there are several."""
     names = list(study.experiments)
     if condition is None and len(names) > 1:

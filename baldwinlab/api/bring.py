@@ -25,7 +25,7 @@ from baldwinlab.runs.simulate import check_seed
 from baldwinlab.studies import executors, store
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError
 from baldwinlab.studies.records import MOST_RUNS
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import agent_steps_of_run, missing_runs, run_study
 
 
@@ -55,7 +55,7 @@ def bring(
     factors: Mapping[str, Factors] | None = None,
     beside: Mapping[str, bytes] = MappingProxyType({}),
     afterwards: Need = NOTHING,
-) -> Study:
+) -> StudyStore:
     """Make the study, that of a paper if one is given, or open the one that is there, and do the runs that it lacks.
 
     Unless `factors` are given, those of the conditions that bear a preset's name are the preset's. `beside` are files that the
@@ -148,7 +148,7 @@ def _engine(name: str, place: Executor, runs: int, experiments: Sequence[Experim
     )
 
 
-def assay(study: Study, names: Sequence[str], how: How) -> None:
+def assay(study: StudyStore, names: Sequence[str], how: How) -> None:
     """Do these assays of a study, as far as they are not stored, on the CPU whatever the backend; raises as `bring` does."""
     place = how.place()
     study.require_parts()
@@ -185,7 +185,7 @@ def assay(study: Study, names: Sequence[str], how: How) -> None:
 
 
 @contextmanager
-def _saying_where_it_stands(study: Study, standing: Callable[[], str]) -> Iterator[None]:
+def _saying_where_it_stands(study: StudyStore, standing: Callable[[], str]) -> Iterator[None]:
     """Whatever stops the work, its message says how much of it is stored."""
     try:
         yield
@@ -198,7 +198,7 @@ def _saying_where_it_stands(study: Study, standing: Callable[[], str]) -> Iterat
         raise InterruptedStudyError(f"{fault}; {standing()}") from None
 
 
-def _standing(study: Study, runs: int) -> str:
+def _standing(study: StudyStore, runs: int) -> str:
     stored = sum(
         len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments
     )

@@ -15,7 +15,7 @@ from baldwinlab.papers import PaperError, load, of_study
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.paper import require_known
 from baldwinlab.papers.verdicts import Claiming, ClaimResult, describe_claims_too_few, evaluate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import open_conditions
 
 
@@ -24,7 +24,7 @@ class Own:
     """Claims about the conditions of a study, whoever makes them."""
 
     claims: tuple[Claim, ...]
-    study: Study
+    study: StudyStore
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
         """The measures of the condition's model; None where it is not loaded."""
@@ -36,7 +36,7 @@ class Own:
 
 
 def claims(
-    study: Study, file: Path | None = None, *, paper: str = "", last: int = 10
+    study: StudyStore, file: Path | None = None, *, paper: str = "", last: int = 10
 ) -> list[ClaimResult]:
     """Decide the claims in a file, those of a paper, or those of the study's paper, and show them; nothing is written.
 
@@ -56,7 +56,7 @@ def claims(
     return found
 
 
-def _wanted(study: Study, file: Path | None, paper: str) -> tuple[str, Claiming]:
+def _wanted(study: StudyStore, file: Path | None, paper: str) -> tuple[str, Claiming]:
     if file and paper:
         raise RefusedError(
             f"--claims {file} and --paper {paper} exclude each other: give one of them"

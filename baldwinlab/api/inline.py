@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from html import escape
 
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import open_conditions
 
 
-def html(words: str, study: Study, conditions: Sequence[str]) -> str:
+def html(words: str, study: StudyStore, conditions: Sequence[str]) -> str:
     """The words, and the curves of those conditions that have runs; where these cannot be read, why."""
     try:
         curves = _curves(study, [name for name in conditions if study.runs(name)])
@@ -20,7 +20,7 @@ def html(words: str, study: Study, conditions: Sequence[str]) -> str:
     return f"<div><pre>{escape(words)}</pre>{curves}</div>"
 
 
-def _curves(study: Study, conditions: Sequence[str]) -> str:
+def _curves(study: StudyStore, conditions: Sequence[str]) -> str:
     """A picture on its own white ground, legible in a dark notebook too; nothing where no run is stored."""
     if not conditions:
         return ""

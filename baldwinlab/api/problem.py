@@ -2,7 +2,7 @@
 
 >>> import baldwinlab as bl
 >>> experiment = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 10})
->>> problem = bl.problem(experiment, seed=3)
+>>> problem = bl.make_problem(experiment, seed=3)
 >>> genomes = problem.founders(20)
 >>> problem.evaluate(genomes).fitness.shape
 (20,)
@@ -162,7 +162,9 @@ class Problem:
         )
 
 
-def problem(experiment: BaseExperiment, seed: int = 0, *, workers: int | None = None) -> Problem:
+def make_problem(
+    experiment: BaseExperiment, seed: int = 0, *, workers: int | None = None
+) -> Problem:
     """Lives for an optimiser of another library: ask it for genomes, tell it what `Problem.evaluate` says of them.
 
     Raises as `Problem` does.

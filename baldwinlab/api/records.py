@@ -11,7 +11,7 @@ from baldwinlab.experiment.toml import from_toml
 from baldwinlab.suggestions import list_names
 
 
-def experiment_of(record: xr.Dataset, condition: str | None = None) -> Experiment:
+def read_experiment(record: xr.Dataset, condition: str | None = None) -> Experiment:
     """The experiment that a record was made by: a run, a life, an assay, or one condition of a whole study's data.
 
     Raises RefusedError for a dataset that carries none, or several of which `condition` does not pick one.

@@ -18,11 +18,11 @@ from baldwinlab.papers.verdicts import describe_claims_too_few
 from baldwinlab.publish import Published, need, publish
 from baldwinlab.resources import require
 from baldwinlab.studies.claims import CLAIMS
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def report(
-    study: Study,
+    study: StudyStore,
     out: Path | None = None,
     *,
     last: int = 10,
@@ -96,7 +96,7 @@ def report(
     return out
 
 
-def _show(study: Study, published: Published, out: Path) -> None:
+def _show(study: StudyStore, published: Published, out: Path) -> None:
     """Show the comparisons of the conditions, and the claims that were decided; of a study by a paper the claims alone."""
     decided = any(claim.verdict in VERDICT_STYLE for claim in published.claims)
     if not (study.paper and decided):

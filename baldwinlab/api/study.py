@@ -31,7 +31,7 @@ from baldwinlab.runs.estimate import of_tables
 from baldwinlab.runs.replay import replay
 from baldwinlab.studies import store
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.study import open_runs
 from baldwinlab.sweeps.design import open_sweep
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ SHOWN = 10  # conditions that are listed; a sweep may have thousands
 class Study:
     """A study on disk, and what can be asked of it. `run`, `sweep` and `reproduce` make one, `open` opens one."""
 
-    def __init__(self, stored: store.Study) -> None:
+    def __init__(self, stored: store.StudyStore) -> None:
         self._stored = stored
 
     @property
@@ -69,13 +69,13 @@ class Study:
         return self._stored.runs(condition)
 
     def data(self, conditions: Sequence[str] | None = None) -> xr.Dataset:
-        """All stored runs, or those of some conditions: as `open_study`; of a whole sweep, as `open_sweep`.
+        """All stored runs, or those of some conditions: as `open_runs`; of a whole sweep, as `open_sweep`.
 
         The map of a condition is the coordinate `data["map"]`; `data.map` is a method of xarray.
         """
         if conditions is None and self._stored.kind == SWEEP:
             return open_sweep(self.directory)
-        return open_study(self.directory, conditions)
+        return open_runs(self.directory, conditions)
 
     def assay(
         self,
@@ -397,7 +397,7 @@ class Study:
         return html(repr(self), self._stored, self.conditions[:SHOWN])
 
 
-def open(directory: str | Path) -> Study:
+def open_study(directory: str | Path) -> Study:
     """The study in a directory, or at any location that fsspec reaches. Raises StudyError where there is none."""
     load_installed()
-    return Study(store.Study(location(directory)))
+    return Study(store.StudyStore(location(directory)))

@@ -10,7 +10,7 @@ from baldwinlab.api import bring
 from baldwinlab.api.report import report
 from baldwinlab.assays.run import ASSAYS
 from baldwinlab.cli.common import Directory, Executor, Force, Parts, Workers, load_parts
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def assay(
@@ -28,7 +28,7 @@ def assay(
 ) -> None:
     """Live the genomes of a stored study again under changed circumstances, measure them, and rebuild the report."""
     load_parts(part)
-    study = Study(directory)
+    study = StudyStore(directory)
     names = list(ASSAYS) if only is None else [name.strip() for name in only.split(",")]
     bring.assay(study, names, bring.How(workers, executor=executor, force=force))
     report(study, force=force)

@@ -24,7 +24,7 @@ from baldwinlab.netcdf import sealed
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import StudyError, read_record, write_in_study
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import Progress
 from baldwinlab.version import __version__
 
@@ -99,7 +99,7 @@ def misfit(name: str, experiment: BaseExperiment) -> str:
     return ""
 
 
-def misfits(study: Study, names: Sequence[str]) -> list[str]:
+def misfits(study: StudyStore, names: Sequence[str]) -> list[str]:
     """Why assays have nothing to measure of some conditions, each sentence once."""
     _require_known(names)
     found = (
@@ -108,7 +108,7 @@ def misfits(study: Study, names: Sequence[str]) -> list[str]:
     return [sentence for sentence in dict.fromkeys(found) if sentence]
 
 
-def is_stored(name: str, study: Study, condition: str) -> bool:
+def is_stored(name: str, study: StudyStore, condition: str) -> bool:
     """Whether there is a file of what an assay measured of a condition."""
     return assay_path(study.directory, name, condition).exists()
 
@@ -119,7 +119,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     Raises StudyError for an assay or a condition that there is not, for one that has not been measured yet, and for a file
     that cannot be read.
     """
-    study = Study(location(directory))
+    study = StudyStore(location(directory))
     _require_known([assay])
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
@@ -135,7 +135,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         raise StudyError(str(error)) from None
 
 
-def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
+def missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
     """The assays that are still to do, by condition: those whose files are not there, or do not fit the stored runs.
 
     Raises StudyError for an unknown assay, and for a study without any run.
@@ -153,7 +153,7 @@ def missing_assays(study: Study, names: Sequence[str]) -> dict[str, list[str]]:
     }
 
 
-def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
+def agent_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
     """How much is to live for these assays."""
     return sum(
         _agent_steps_of_run(study, condition, names) * len(study.runs(condition))
@@ -161,13 +161,15 @@ def agent_steps(study: Study, missing: Mapping[str, Sequence[str]]) -> int:
     )
 
 
-def _agent_steps_of_run(study: Study, condition: str, names: Sequence[str]) -> int:
+def _agent_steps_of_run(study: StudyStore, condition: str, names: Sequence[str]) -> int:
     experiment = study.experiments[condition]
     lives = sum(ASSAYS[name].lives(study, condition) for name in names)
     return lives * experiment.steps * experiment.population.size
 
 
-def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Iterator[BaseExperiment]:
+def _ways_of_living(
+    study: StudyStore, missing: Mapping[str, Sequence[str]]
+) -> Iterator[BaseExperiment]:
     """The conditions as they evolved, with the learner off, with drift in its place, and as their neutral twins."""
     for experiment in (
         study.experiments[condition] for condition, names in missing.items() if names
@@ -182,7 +184,7 @@ def _ways_of_living(study: Study, missing: Mapping[str, Sequence[str]]) -> Itera
 
 
 def run_assays(
-    study: Study,
+    study: StudyStore,
     missing: Mapping[str, Sequence[str]],
     workers: int,
     progress: Callable[[str, int], Progress],
@@ -223,7 +225,7 @@ def run_assays(
             show(amount)
 
 
-def _plan(study: Study, missing: Mapping[str, Sequence[str]], workers: int) -> list[Measure]:
+def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int) -> list[Measure]:
     """Batches of runs, those that learn first, because they are slow, so that no worker is left with one at the end."""
     total = sum(len(study.runs(condition)) for condition in missing)
     size = max(1, min(CPU.worlds, total // workers))
@@ -235,7 +237,9 @@ def _plan(study: Study, missing: Mapping[str, Sequence[str]], workers: int) -> l
     ]
 
 
-def _batches(study: Study, condition: str, names: tuple[str, ...], size: int) -> Iterator[Measure]:
+def _batches(
+    study: StudyStore, condition: str, names: tuple[str, ...], size: int
+) -> Iterator[Measure]:
     """All runs of a condition, so many in a task."""
     runs, of_run = study.runs(condition), _agent_steps_of_run(study, condition, names)
     elsewhere = reaction.elsewhere(study, condition) if "reaction" in names else ()
@@ -244,7 +248,9 @@ def _batches(study: Study, condition: str, names: tuple[str, ...], size: int) ->
         yield Measure(study.experiments[condition], batch, names, elsewhere, of_run * len(batch))
 
 
-def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str, Arrays]]]) -> None:
+def _store(
+    study: StudyStore, condition: str, measured: list[tuple[Measure, dict[str, Arrays]]]
+) -> None:
     """Put the runs of a condition together, in whatever order they were done, and write each assay."""
     measured.sort(key=lambda one: one[0].runs)
     names = measured[0][0].names
@@ -269,7 +275,7 @@ def _store(study: Study, condition: str, measured: list[tuple[Measure, dict[str,
         )
 
 
-def _provenance(study: Study, condition: str) -> dict[str, Any]:
+def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:
     experiment = to_toml(study.experiments[condition])
     return {
         "condition": condition,
@@ -279,7 +285,7 @@ def _provenance(study: Study, condition: str) -> dict[str, Any]:
     }
 
 
-def _is_done(study: Study, name: str, condition: str) -> bool:
+def _is_done(study: StudyStore, name: str, condition: str) -> bool:
     """Whether an assay is stored, of the same runs of the same experiment, by this version."""
     try:
         found = read_one(study, name, condition)

@@ -13,7 +13,7 @@ from baldwinlab.api.claims import claims as decide
 from baldwinlab.cli.common import Directory, Force, Last, Parts, load_parts
 from baldwinlab.files import write_atomically
 from baldwinlab.outputs import require_writable
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def claims(
@@ -36,7 +36,7 @@ def claims(
     load_parts(part)
     if out:
         require_writable("--out", out, b'"p_holm"', force=force)
-    found = decide(Study(directory), claims, paper=paper, last=last)
+    found = decide(StudyStore(directory), claims, paper=paper, last=last)
     if out:
         records = json.dumps(
             [result.record() for result in found], indent=2, ensure_ascii=False, allow_nan=False

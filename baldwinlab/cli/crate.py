@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.cli.common import Directory, Force, Parts, load_parts
 from baldwinlab.exchange.crate import write_crate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def crate(
@@ -28,4 +28,6 @@ def crate(
 ) -> None:
     """Write an RO-Crate's metadata into a study's directory: who made it, what it holds, how it came about, by which versions."""
     load_parts(part)
-    console.info(f"RO-Crate: {write_crate(Study(directory), author or (), license, force=force)}")
+    console.info(
+        f"RO-Crate: {write_crate(StudyStore(directory), author or (), license, force=force)}"
+    )

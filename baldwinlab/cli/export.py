@@ -15,7 +15,7 @@ from baldwinlab.experiment.idle import require_effect
 from baldwinlab.files import location, write_atomically
 from baldwinlab.outputs import EXPORT, is_study, require_writable
 from baldwinlab.presets import Loaded, load_with_origin
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def export(
@@ -69,7 +69,7 @@ def _write_results(directory: Path, out: Path, *, force: bool) -> None:
         )
     from baldwinlab.api.study import Study as Whole  # here, because to load it takes a while
 
-    study = Whole(Study(directory))
+    study = Whole(StudyStore(directory))
     if out.suffix == ".zarr":
         study.to_zarr(out, force=force)
     elif out.suffix == ".parquet":
@@ -83,7 +83,7 @@ def _write_results(directory: Path, out: Path, *, force: bool) -> None:
 
 def _given(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
     """The experiments that are meant, and their seed: those of a study, or one."""
-    study = Study(Path(source)) if is_study(Path(source)) else None
+    study = StudyStore(Path(source)) if is_study(Path(source)) else None
     if study:
         loaded = [
             Loaded(study.experiment(name), study.experiment(name)) for name in study.experiments

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from baldwinlab import console
 from baldwinlab.cli.common import Directory, Force, Parts, PerhapsWhole, load_parts
 from baldwinlab.exchange.written import write_phylogeny
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def phylogeny(
@@ -25,5 +25,5 @@ def phylogeny(
 ) -> None:
     """Write who begot whom as CSV in the ALife data standard for phylogenies: of a run, a condition, or a whole study."""
     load_parts(part)
-    count = write_phylogeny(Study(directory), out, condition, run, force=force)
+    count = write_phylogeny(StudyStore(directory), out, condition, run, force=force)
     console.info(f"{out}: {count:,} agents")

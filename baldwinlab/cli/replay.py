@@ -43,7 +43,7 @@ def replay(
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
     require_writable("--out", out, REPLAY.encode(), force=force)
     load_parts(part)
-    stored = store.Study(directory)
+    stored = store.StudyStore(directory)
     condition = only_condition(stored, condition)
     study, experiment = studies.Study(stored), stored.experiment(condition)
     if out.suffix == ".nc" and isinstance(experiment, Experiment):

@@ -11,7 +11,7 @@ from baldwinlab.api.report import report as make_report
 from baldwinlab.cli.common import Baseline, Directory, Force, Last, Parts, load_parts
 from baldwinlab.errors import require_positive
 from baldwinlab.papers import load
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def report(
@@ -39,4 +39,6 @@ def report(
     load_parts(part)
     require_positive("last", last)
     claimed = load(paper) if paper else None
-    make_report(Study(directory), out, last=last, baseline=baseline, paper=claimed, force=force)
+    make_report(
+        StudyStore(directory), out, last=last, baseline=baseline, paper=claimed, force=force
+    )

@@ -27,7 +27,7 @@ from baldwinlab.cli.common import (
     load_parts,
 )
 from baldwinlab.presets import load_with_origin
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def run(
@@ -58,5 +58,5 @@ def run(
     study = run_loaded(
         loaded, assignments or [], how, runs=runs, seed=seed, out=out, baseline=baseline
     )
-    show_contrasts(results.compare(Study(study.directory), baseline=baseline))
+    show_contrasts(results.compare(StudyStore(study.directory), baseline=baseline))
     console.info(f"for statistics, figures and a report: baldwinlab report {study.directory}")

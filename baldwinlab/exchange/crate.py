@@ -21,7 +21,7 @@ from baldwinlab.exchange.table import KEY, Table
 from baldwinlab.files import is_local, write_atomically
 from baldwinlab.outputs import require_writable
 from baldwinlab.papers import of_study
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 if TYPE_CHECKING:
     from rocrate.model import ContextEntity
@@ -54,7 +54,7 @@ LIBRARIES: Final = {  # by what records call them
 
 
 def write_crate(
-    study: Study, authors: Sequence[str] = (), license: str = "", *, force: bool = False
+    study: StudyStore, authors: Sequence[str] = (), license: str = "", *, force: bool = False
 ) -> Path:
     """Write ro-crate-metadata.json into the study's folder; gives its path.
 
@@ -143,7 +143,7 @@ def _variables(table: Table) -> Iterator[tuple[str, str, dict[str, Any]]]:
             )
 
 
-def _article(study: Study) -> tuple[str, str, dict[str, Any]]:
+def _article(study: StudyStore) -> tuple[str, str, dict[str, Any]]:
     about = of_study(study.directory, study.paper).about
     told = {"name": about.title, "creditText": about.citation, "datePublished": str(about.year)}
     return about.link or f"#{about.name}", "ScholarlyArticle", told
@@ -168,7 +168,7 @@ def _add_file(crate: ROCrate, place: str) -> Any:
 
 
 def _action(
-    crate: ROCrate, study: Study, runs: dict[str, int], people: Sequence[ContextEntity]
+    crate: ROCrate, study: StudyStore, runs: dict[str, int], people: Sequence[ContextEntity]
 ) -> ContextEntity:
     """From the experiments, by this software, to the runs."""
     experiments, folders = [], []
@@ -195,7 +195,7 @@ def _action(
     return action
 
 
-def _times(study: Study) -> dict[str, str]:
+def _times(study: StudyStore) -> dict[str, str]:
     """When the first session began and the last ended, as far as any is noted."""
     spans = []
     for one in study.sessions():
@@ -215,7 +215,7 @@ def _times(study: Study) -> dict[str, str]:
     }
 
 
-def _software(crate: ROCrate, study: Study) -> Iterator[ContextEntity]:
+def _software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
     """What the records say that made them; usually one version of all."""
     names = ("baldwinlab", "platform", *LIBRARIES)
     runs = ((name, run) for name in study.experiments for run in study.runs(name))

@@ -13,7 +13,7 @@ def outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
     """A tree with the group `observed_data`: `best`, `mean` and `share` of each condition and run.
 
     They are what claims are decided by: fitness of the best and of the average agent, in the unit of `energy`, and the share of
-    agents that ate (0 to 1), each averaged over the run's `last` generations. `data` is what `open_study` gives. Missing runs are
+    agents that ate (0 to 1), each averaged over the run's `last` generations. `data` is what `open_runs` gives. Missing runs are
     NaN. Raises ArgumentError unless `last` is at least 1.
     """
     require_positive("last", last)

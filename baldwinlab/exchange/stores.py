@@ -17,7 +17,7 @@ from baldwinlab.exchange.table import MARK
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import appearing
 from baldwinlab.outputs import owner
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import no_runs, together
 from baldwinlab.sweeps.design import labelled
 from baldwinlab.variables import OF_AGENT
@@ -47,7 +47,7 @@ class Layout(NamedTuple):
     ]  # the number of the condition at each place, of as many dims as conditions have
 
 
-def write_zarr(study: Study, path: Path) -> None:
+def write_zarr(study: StudyStore, path: Path) -> None:
     """Version 3 of the format. Raises RefusedError where anything is there already, and StudyError as `Study.data`."""
     with needed_for("a Zarr store"):
         import zarr
@@ -76,7 +76,7 @@ def write_zarr(study: Study, path: Path) -> None:
         _write_records(study, layout, zarr.open_group(LocalStore(partial), mode="r+"))
 
 
-def _layout(study: Study) -> Layout:
+def _layout(study: StudyStore) -> Layout:
     """What the dataset of all records has beside them, from one value of each condition."""
     runs = {name: np.array(study.runs(name), np.int32) for name in study.experiments}
     samples = [_sample(study, name, there) for name, there in runs.items()]
@@ -105,7 +105,7 @@ def _layout(study: Study) -> Layout:
     return Layout(frame, recorded, sizes, runs, gaps, found[PLACE].values.astype(np.intp))
 
 
-def _sample(study: Study, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
+def _sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
     """The first value of each variable, of a condition without runs none."""
     first = {dim: [0] for dim in OF_AGENT}
     if not runs.size:
@@ -113,7 +113,7 @@ def _sample(study: Study, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
     return study.read(name, int(runs[0]), genomes=False).isel(first).expand_dims(run=[0])
 
 
-def _write_records(study: Study, layout: Layout, group: zarr.Group) -> None:
+def _write_records(study: StudyStore, layout: Layout, group: zarr.Group) -> None:
     """Chunk after chunk; each record is read once. A run lies in one chunk, and a chunk has several where they are small."""
     numbers, rows = layout.frame["run"].values, layout.sizes["generation"] * layout.sizes["agent"]
     runs = max(1, min(len(numbers), ROWS // rows))
@@ -162,7 +162,7 @@ def _array(
 
 
 def _records(
-    study: Study, layout: Layout, places: npt.NDArray[np.intp], numbers: npt.NDArray[np.int32]
+    study: StudyStore, layout: Layout, places: npt.NDArray[np.intp], numbers: npt.NDArray[np.int32]
 ) -> Iterator[tuple[tuple[int, ...], xr.Dataset]]:
     """Those that are stored of these conditions and runs, each with its place among them."""
     names = list(study.experiments)

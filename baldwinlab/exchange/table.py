@@ -14,7 +14,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.factors import SWEEP, coordinates
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.sweeps.design import settings_by_path
 from baldwinlab.variables import DIMENSIONS, OF_AGENT
 from baldwinlab.version import __version__
@@ -46,7 +46,7 @@ class Block(NamedTuple):
 class Table:
     """The table of a study, of the conditions that have runs; its columns are known before its rows are read."""
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: StudyStore) -> None:
         """Raises StudyError where no run is stored yet, and for a record that is not what was written."""
         study.require_runs()
         self.study = study
@@ -115,7 +115,7 @@ class Table:
         return (_together(there) for there in found.values())
 
 
-def _labels(study: Study) -> dict[str, dict[str, Label]]:
+def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
     """By condition: its name, its factors, and in a sweep the fields that were swept."""
     names = list(study.experiments)
     columns: dict[str, Any] = {"condition": names}

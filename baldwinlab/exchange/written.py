@@ -16,7 +16,7 @@ from baldwinlab.exchange.frames import frame_of
 from baldwinlab.exchange.table import KEY, MARK, Block, Column, Table
 from baldwinlab.files import appearing, write_atomically
 from baldwinlab.outputs import require_writable
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.version import __version__
 
 ROWS: Final = 2**17  # of a row group of Parquet, at least
@@ -118,7 +118,7 @@ def _csvw_column(column: Column) -> Iterator[tuple[str, str]]:
 
 
 def write_phylogeny(
-    study: Study, path: Path, condition: str | None, run: int | None, *, force: bool = False
+    study: StudyStore, path: Path, condition: str | None, run: int | None, *, force: bool = False
 ) -> int:
     """Who begot whom in a run, in all runs of a condition, or in the whole study; gives the number of agents.
 

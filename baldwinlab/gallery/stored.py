@@ -15,7 +15,7 @@ from baldwinlab.gallery.analysis import System, systems
 from baldwinlab.outputs import is_study
 from baldwinlab.papers import DEFAULT, Paper, of_study
 from baldwinlab.studies.claims import claims_in
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import open_conditions
 
 
@@ -41,18 +41,18 @@ class Entry:
         return Counter(self.claims.values())[verdict]
 
 
-def studies(folder: Path) -> dict[str, Study]:
+def studies(folder: Path) -> dict[str, StudyStore]:
     """Those of papers that lie in a folder, by paper; of several of a paper that with the most runs.
 
     A study of a changed model is taken only where the folder holds no other study of that paper with a run.
 
     Raises RefusedError where there is none.
     """
-    found: dict[str, Study] = {}
+    found: dict[str, StudyStore] = {}
     for directory in sorted(folder.iterdir()) if folder.is_dir() else ():
         if not (directory.is_dir() and is_study(directory)):
             continue
-        study = Study(directory)
+        study = StudyStore(directory)
         name = study.paper or (DEFAULT if directory.name == "paper" else "")
         is_first = name not in found or _rank(study) > _rank(found[name])
         if study.kind == CONDITIONS and name and most_runs(study) and is_first:
@@ -64,11 +64,11 @@ def studies(folder: Path) -> dict[str, Study]:
     return found
 
 
-def _rank(study: Study) -> tuple[bool, int]:
+def _rank(study: StudyStore) -> tuple[bool, int]:
     return not study.changes, most_runs(study)
 
 
-def most_runs(study: Study) -> int:
+def most_runs(study: StudyStore) -> int:
     """Of the condition with the most."""
     return max(len(study.runs(name)) for name in study.experiments)
 
@@ -82,7 +82,7 @@ def entries(folder: Path, last: int, tell: Callable[[str], None]) -> list[Entry]
     return sorted(found, key=lambda entry: (entry.paper.about.year, entry.paper.name))
 
 
-def _entry(study: Study, paper: Paper, last: int) -> Entry:
+def _entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     measured = stored.read(study, ["innate"])
     there = [name for name in study.experiments if study.runs(name)]
     answered: tuple[System, ...] = ()
@@ -98,7 +98,9 @@ def _entry(study: Study, paper: Paper, last: int) -> Entry:
     )
 
 
-def _why_not(study: Study, there: Sequence[str], measured: bool) -> tuple[str, tuple[str, ...]]:
+def _why_not(
+    study: StudyStore, there: Sequence[str], measured: bool
+) -> tuple[str, tuple[str, ...]]:
     """Why nothing can be asked of a study with runs of these conditions, in words, and the commands that change it."""
     try:
         learning = [study.experiments[name] for name in there if study.experiments[name].learns]

@@ -18,10 +18,10 @@ from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.paper import CARD
 from baldwinlab.studies.claims import CLAIMS, claims_in
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.suggestions import suggest
 
-Studies = dict[str, Study]  # by the name that the page has for each
+Studies = dict[str, StudyStore]  # by the name that the page has for each
 
 
 def routes(lab: Lab) -> list[BaseRoute]:
@@ -54,7 +54,7 @@ def _studies(lab: Lab) -> Studies:
     return {name: study for name, study in _readable(lab) if study.paper}
 
 
-def _readable(lab: Lab) -> Iterator[tuple[str, Study]]:
+def _readable(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
     for name in studies.names(lab.root):
         try:
             yield name, studies.find(lab, name)
@@ -74,7 +74,7 @@ def _papers(lab: Lab, found: Studies) -> dict[str, Paper]:
     return known
 
 
-def _kept(lab: Lab, study: Study) -> Paper:
+def _kept(lab: Lab, study: StudyStore) -> Paper:
     """The user's paper that a study keeps. Raises StudyError where it leads elsewhere, PaperError where it cannot be read."""
     paper = papers.of_study(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
@@ -96,7 +96,7 @@ def _card(lab: Lab, paper: Paper, found: Studies) -> dict[str, Any]:
     return facts | counts | {"preset": _preset(paper), "studies": made}
 
 
-def _about(lab: Lab, name: str, study: Study) -> dict[str, Any]:
+def _about(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
     """What came of a study of a paper, and whether there is something to watch in it."""
     watched = any(
         study.runs(one.name) and studies.can_be_shown(one) for one in study.experiments.values()
@@ -125,7 +125,7 @@ def _preset(paper: Paper) -> str | None:
     return next((name for name in own if paper.experiment(name).learns), own[0] if own else None)
 
 
-def _verdicts(lab: Lab, study: Study) -> tuple[dict[str, int], str | None]:
+def _verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
     """Count the claims of each verdict in the report of a study; or say why its claims are not valid."""
     try:
         studies.require_inside(lab.root, study.directory / CLAIMS)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.api.records import experiment_of
+from baldwinlab.api.records import read_experiment
 from baldwinlab.lab import frames, pages
 from baldwinlab.version import __version__
 
@@ -82,7 +82,7 @@ def recording(trace: xr.Dataset) -> bytes:
         "steps": steps,
         "agents": agents,
         "items": trace.sizes["item"],
-        "world": experiment_of(trace).world.model_dump(mode="json"),
+        "world": read_experiment(trace).world.model_dump(mode="json"),
         "look": look,
     }
     return frames.pack(header, moving | items, differences=moving.keys())

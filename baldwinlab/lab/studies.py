@@ -23,7 +23,7 @@ from baldwinlab.lab.turns import InTurn
 from baldwinlab.parts import View
 from baldwinlab.studies.claims import CLAIMS, claims_in
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import open_conditions
 from baldwinlab.suggestions import suggest
 from baldwinlab.sweeps import design as sweeps
@@ -74,7 +74,7 @@ def names(root: Path) -> Iterator[str]:
         below[:] = sorted(name for name in below if name != "runs" and not name.startswith("."))
 
 
-def find(lab: Lab, name: str) -> Study:
+def find(lab: Lab, name: str) -> StudyStore:
     """The study of that name. Raises MissingError where there is none, StudyError where it lies outside or cannot be read."""
     path = lab.root / name / "study.toml"
     try:
@@ -87,10 +87,10 @@ def find(lab: Lab, name: str) -> Study:
 
 
 @lru_cache(maxsize=16)
-def _opened(root: Path, directory: Path, written: int) -> Study:
+def _opened(root: Path, directory: Path, written: int) -> StudyStore:
     """A study of thousands of conditions takes seconds to open, and what it is never changes once `study.toml` is written."""
     try:
-        study = Study(directory)
+        study = StudyStore(directory)
     except (TypeError, ValueError) as error:  # TOML, but of other things than a study's
         raise StudyError(f"{directory} cannot be read: {error}") from None
     for name in study.experiments:
@@ -104,7 +104,7 @@ def require_inside(root: Path, path: Path) -> None:
         raise StudyError(f"{path} lies outside of {root}, the folder that this lab shows")
 
 
-def condition(study: Study, name: str) -> Experiment:
+def condition(study: StudyStore, name: str) -> Experiment:
     """Raises MissingError for a condition that the study has not."""
     try:
         return study.experiment(name)
@@ -112,7 +112,7 @@ def condition(study: Study, name: str) -> Experiment:
         raise MissingError(str(error)) from None
 
 
-def require_run(lab: Lab, study: Study, name: str, run: int) -> None:
+def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
     """Raises MissingError where no such run is stored."""
     runs = study.runs(name)
     if run not in runs:
@@ -133,7 +133,7 @@ def summary(lab: Lab, name: str) -> dict[str, Any]:
         return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
 
 
-def _summary(study: Study, name: str) -> dict[str, Any]:
+def _summary(study: StudyStore, name: str) -> dict[str, Any]:
     shown = _shown(study)
     conditions = [
         {
@@ -191,7 +191,7 @@ def can_be_shown(experiment: BaseExperiment) -> bool:
     )
 
 
-def _shown(study: Study) -> str:
+def _shown(study: StudyStore) -> str:
     """The condition that a page begins with: the one that the study's paper shows, if it has one."""
     try:
         return papers.of_study(study.directory, study.paper).about.emergence
@@ -300,7 +300,7 @@ def results_of(lab: Lab, name: str) -> bytes:
     return lab.answers.get(("results", study.directory, written), answer)
 
 
-def _claims_of(study: Study) -> dict[str, Any]:
+def _claims_of(study: StudyStore) -> dict[str, Any]:
     """The claims of a study; none where they are not valid, and the problem."""
     try:
         return {"claims": claims_in(study), "problem": None}

@@ -21,7 +21,7 @@ from baldwinlab.lab.live import new_directory
 from baldwinlab.lab.query import body
 from baldwinlab.lab.sweep_plan import WORKERS, Plan, plan_of
 from baldwinlab.studies.executors.tasks import StoppedError
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.study import missing_runs, run_study
 from baldwinlab.sweeps.design import FILE
 
@@ -29,7 +29,7 @@ from baldwinlab.sweeps.design import FILE
 class LiveSweep:
     """A sweep that lives on a thread of its own from the moment this is made."""
 
-    def __init__(self, plan: Plan, study: Study, name: str) -> None:
+    def __init__(self, plan: Plan, study: StudyStore, name: str) -> None:
         self.plan, self.study, self.name = plan, study, name
         self.state, self.message = (
             "preparing",

@@ -28,7 +28,7 @@ from baldwinlab.multiverse.design import combinations, experiments, factors, one
 from baldwinlab.multiverse.publish import FOLDERS
 from baldwinlab.outputs import is_study
 from baldwinlab.papers import DEFAULT, PaperError, load
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 ENOUGH_RUNS = 8  # 8 against 8 can reach an exact p of 0.00016, and 0.003 when Holm corrects 19 tests; 6 against 6 only 0.041
 
@@ -89,4 +89,4 @@ def multiverse(
         console.info(
             f"{out.parent} is a study of the paper: its report is written again, with the variants"
         )
-        report(Study(out.parent), last=last, force=force)
+        report(StudyStore(out.parent), last=last, force=force)

@@ -10,7 +10,7 @@ from baldwinlab.multiverse.design import by_variant
 from baldwinlab.multiverse.section import lead, section
 from baldwinlab.papers import of_study
 from baldwinlab.report import write_page
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import Progress, open_conditions
 
 FILE = "multiverse.json"  # what came of a multiverse, in its folder
@@ -21,7 +21,7 @@ FOLDERS = (
 
 
 def publish(
-    study: Study,
+    study: StudyStore,
     out: Path,
     last: int,
     progress: Callable[[str, int, str], Progress],

@@ -84,7 +84,7 @@ def final_values(study: xr.Dataset, last: int = 10) -> xr.Dataset:
 
 
 def compare_conditions(study: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a dataset as `open_study` returns it; see `compare_finals`."""
+    """Compare the conditions of a dataset as `open_runs` returns it; see `compare_finals`."""
     return compare_finals(final_values(study, last), of_study(study), last, baseline)
 
 

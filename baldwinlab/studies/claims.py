@@ -10,13 +10,13 @@ from typing import Any, Final
 from baldwinlab.files import RESULTS_FILE, json_of, text_of, write_atomically
 from baldwinlab.netcdf import claimed
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 CLAIMS: Final = "claims.json"
 HEAD: Final = 65536  # bytes of a record among which its checksum stands
 
 
-def write_claims(study: Study, claims: Sequence[Mapping[str, Any]]) -> None:
+def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None:
     """Write the claims of a study, with a checksum and a digest of the runs that decided them. Raises OSError."""
     found = {"records": digest_records(study), "claims": list(claims)}
     text = json.dumps(
@@ -25,7 +25,7 @@ def write_claims(study: Study, claims: Sequence[Mapping[str, Any]]) -> None:
     write_atomically(study.directory / CLAIMS, f"{text}\n".encode())
 
 
-def claims_in(study: Study) -> list[dict[str, Any]]:
+def claims_in(study: StudyStore) -> list[dict[str, Any]]:
     """Read the claims of a study, each with `id` and `verdict` as text.
 
     Returns
@@ -61,7 +61,7 @@ def claims_in(study: Study) -> list[dict[str, Any]]:
     return claims
 
 
-def digest_records(study: Study) -> str:
+def digest_records(study: StudyStore) -> str:
     """Return a hash of the stored records: the condition, run, size and checksum of each."""
     digest = hashlib.sha256(f"{study.seed}\n".encode())
     for name in study.experiments:

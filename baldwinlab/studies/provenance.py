@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.version import __version__
 
 
-def provenance(study: Study) -> dict[str, Any]:
+def provenance(study: StudyStore) -> dict[str, Any]:
     """For the report: seed, changes of the paper's model, versions, platform, agent-steps and seconds of all sessions."""
     sessions = list(study.sessions())
     return {

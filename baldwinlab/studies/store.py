@@ -75,8 +75,8 @@ SESSIONS = "sessions.jsonl"
 SESSION = ("seconds", "compile_seconds", "workers", "agent_steps")  # the numbers that a session has
 
 
-class Study:
-    """An existing study directory. Make one with `create`, open one with `Study(directory)`."""
+class StudyStore:
+    """An existing study directory. Make one with `create`, open one with `StudyStore(directory)`."""
 
     def __init__(self, directory: Path) -> None:
         """Raises StudyError if the directory holds no study that can be read."""
@@ -227,7 +227,7 @@ def create(
     factors: Mapping[str, Factors] = MappingProxyType({}),
     paper: str = "",
     changes: Sequence[str] = (),
-) -> Study:
+) -> StudyStore:
     """Make a study, or open the one that is there if it is the same.
 
     `factors` are those of the conditions by name; a condition without a learner is its own, but for the points of a sweep.
@@ -257,7 +257,7 @@ def create(
             raise StudyError(
                 f"{error.filename or directory} cannot be written: {error.strerror or error}"
             ) from None
-    study = Study(directory)
+    study = StudyStore(directory)
     if not is_new:
         study.require_parts()
         _require_same(study, experiments, seed, paper)
@@ -310,7 +310,9 @@ def _may_lie_in_a_study(entry: Path) -> bool:
     )
 
 
-def _require_same(study: Study, experiments: Sequence[Experiment], seed: int, paper: str) -> None:
+def _require_same(
+    study: StudyStore, experiments: Sequence[Experiment], seed: int, paper: str
+) -> None:
     where = f"{study.directory} holds another study"
     if study.seed != seed:
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")

@@ -21,7 +21,7 @@ from baldwinlab.runs.simulate import live_batch
 from baldwinlab.runs.warm_up import warm_up
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
 from baldwinlab.studies.records import DamagedRecordError, write_record
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.variables import DIMENSIONS, PARENTS, RUN
 
 __all__ = [
@@ -29,7 +29,7 @@ __all__ = [
     "agent_steps_of_run",
     "available_cores",
     "missing_runs",
-    "open_study",
+    "open_runs",
     "plan",
     "run_study",
 ]
@@ -77,7 +77,7 @@ def agent_steps_of_run(experiment: Experiment) -> int:
     return experiment.evolution.generations * experiment.steps * experiment.population.size
 
 
-def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
+def missing_runs(study: StudyStore, runs: int, tell: Callable[[str], None]) -> dict[str, list[int]]:
     """Return the runs that are still to do, by condition.
 
     Every stored record is checked. A damaged one is named and set aside, so that it is one of them,
@@ -103,7 +103,7 @@ def missing_runs(study: Study, runs: int, tell: Callable[[str], None]) -> dict[s
 
 
 def plan(
-    study: Study, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds
+    study: StudyStore, missing: dict[str, list[int]], workers: int, worlds: int = CPU.worlds
 ) -> list[Evolve]:
     """Runs in tasks, the slow ones (those that learn) first, so that no worker is left with one at the end.
 
@@ -122,7 +122,7 @@ def plan(
 
 
 def run_study(
-    study: Study,
+    study: StudyStore,
     missing: dict[str, list[int]],
     workers: int,
     progress: Callable[[str, int], Progress],
@@ -164,7 +164,7 @@ def run_study(
             study.add_session(session)
 
 
-def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
+def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
     """All stored runs of a study, without the genomes, as one dataset with dims (condition, run, generation, agent).
 
     `conditions` picks some of the study's. Where they have different numbers of runs, generations or agents, the gaps are NaN.
@@ -175,16 +175,16 @@ def open_study(directory: str | Path, conditions: Sequence[str] | None = None) -
     Raises StudyError for a condition that the study has not, and (as DamagedRecordError) for a record that is not what was
     written.
     """
-    study = Study(location(directory))
+    study = StudyStore(location(directory))
     return open_conditions(study, list(study.experiments if conditions is None else conditions))
 
 
-def open_conditions(study: Study, names: Sequence[str]) -> xr.Dataset:
-    """As `open_study`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
+def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
+    """As `open_runs`, of a study that is open already: of thousands of conditions, opening it takes seconds."""
     return together(study, names, [_open_condition(study, name) for name in names])
 
 
-def together(study: Study, names: Sequence[str], opened: Sequence[xr.Dataset]) -> xr.Dataset:
+def together(study: StudyStore, names: Sequence[str], opened: Sequence[xr.Dataset]) -> xr.Dataset:
     """What was opened of each of these conditions, (run, generation, agent), as one dataset with what the study says of them."""
     texts = [to_toml(study.experiment(name)) for name in names]
     found = xr.concat(
@@ -206,7 +206,7 @@ def together(study: Study, names: Sequence[str], opened: Sequence[xr.Dataset]) -
     return found.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
 
 
-def _open_condition(study: Study, condition: str) -> xr.Dataset:
+def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     numbers = study.runs(condition)
     if not numbers:
         return no_runs(study.experiments[condition])

@@ -9,7 +9,7 @@ import xarray as xr
 from baldwinlab.factors import Factors
 from baldwinlab.statistics.contrasts import Contrasts, compare_finals, planned_designs
 from baldwinlab.statistics.sample_sizes import describe_too_few
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.sweeps.design import FILE, settings_by_path
 from baldwinlab.sweeps.plan import Sweep, read
 
@@ -29,13 +29,15 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
     return describe_too_few(planned_designs(factors, sweep.runs))
 
 
-def has_comparisons(study: Study) -> bool:
+def has_comparisons(study: StudyStore) -> bool:
     """Whether the report of a stored sweep compares its points."""
     path = study.directory / FILE
     return path.exists() and are_compared(read(path), len(study.experiments))
 
 
-def compare_points(study: Study, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
+def compare_points(
+    study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
+) -> Contrasts:
     """Compare the points in `finals` (condition, run), named by the values of their fields."""
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]
@@ -47,7 +49,7 @@ def compare_points(study: Study, finals: xr.Dataset, last: int, baseline: str = 
     )
 
 
-def name_points(study: Study) -> dict[str, str]:
+def name_points(study: StudyStore) -> dict[str, str]:
     """Name each point of a sweep by the values of its fields, such as `learning.rule = hebb`."""
     settings = settings_by_path(study)
     columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]

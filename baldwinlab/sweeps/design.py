@@ -30,7 +30,7 @@ from baldwinlab.experiment.paths import name_of
 from baldwinlab.factors import SWEEP
 from baldwinlab.files import location
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import open_conditions
 from baldwinlab.sweeps.plan import Range, Sweep, read
 
@@ -184,7 +184,9 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
 
 def require_as_many(directory: Path, points: Sequence[Experiment]) -> None:
     """Raises StudyError if the directory holds a sweep of another number of points, whose names would say nothing of that."""
-    if (directory / FILE).exists() and (there := len(Study(directory).experiments)) != len(points):
+    if (directory / FILE).exists() and (there := len(StudyStore(directory).experiments)) != len(
+        points
+    ):
         raise StudyError(
             f"{directory} holds another sweep: of {there} points, not {len(points)}; choose another --out"
         )
@@ -195,17 +197,17 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
 
     A grid has the dims (each swept field, run, generation, agent); the other designs have (point, run, generation, agent),
     with the fields as coordinates along `point`. Runs that are not stored are NaN. Attributes: `design`, `fields`, `base` (the
-    experiment that was swept), `set` (what was changed in it), `seed`. Raises StudyError as `open_study` does, and for a study
+    experiment that was swept), `set` (what was changed in it), `seed`. Raises StudyError as `open_runs` does, and for a study
     that is no sweep.
     """
     folder = location(directory)
-    study = Study(folder)
+    study = StudyStore(folder)
     if study.kind != SWEEP or not (folder / FILE).exists():
         raise StudyError(f"{folder} is no sweep: it has no {FILE}")
     return labelled(study, open_conditions(study, list(study.experiments)))
 
 
-def labelled(study: Study, data: xr.Dataset) -> xr.Dataset:
+def labelled(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     """What was opened of all points of a sweep, with the fields that were swept instead of the conditions' names."""
     sweep = read(study.directory / FILE)
     points = list(study.experiments.values())
@@ -226,13 +228,13 @@ def labelled(study: Study, data: xr.Dataset) -> xr.Dataset:
     )
 
 
-def settings(study: Study) -> dict[str, list[int | float] | list[str]]:
+def settings(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
     """What each swept field, by its name in words, is at each point of a sweep; nothing where its file is gone."""
     points = list(study.experiments.values())
     return {name_of(field, points[0]): values for field, values in settings_by_path(study).items()}
 
 
-def settings_by_path(study: Study) -> dict[str, list[int | float] | list[str]]:
+def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
     """As `settings`, by the path of each field, such as learning.rate."""
     if not (study.directory / FILE).exists():
         return {}

@@ -9,7 +9,7 @@ from baldwinlab.files import write_atomically
 from baldwinlab.statistics.contrasts import COLUMNS, MEASURES, Contrasts
 from baldwinlab.statistics.tables import to_csv
 from baldwinlab.studies.provenance import provenance
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.sweeps import analysis
 from baldwinlab.sweeps.comparison import compare_points, has_comparisons
 from baldwinlab.sweeps.design import open_sweep
@@ -17,7 +17,7 @@ from baldwinlab.sweeps.section import write_sweep_report
 
 
 def publish(
-    study: Study, out: Path, last: int, tell: Callable[[str], None], baseline: str = ""
+    study: StudyStore, out: Path, last: int, tell: Callable[[str], None], baseline: str = ""
 ) -> Contrasts:
     """Write responses.csv, statistics.csv, the figures and the report of a sweep, and return the comparisons of its points.
 

@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from baldwinlab.api.study import Study
-from baldwinlab.api.study import open as open_study
+from baldwinlab.api.study import Study, open_study
 from baldwinlab.figures.style import series
 from tests.small import small, small_study
 

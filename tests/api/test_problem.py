@@ -26,13 +26,15 @@ def test_genomes_of_a_run_have_the_fitness_that_they_had_in_it() -> None:
         lived = [run["energy"].values[generation] for run in runs]
         genomes = np.concatenate([run["genome"].values[generation] for run in runs])
         for workers in (1, 2):
-            told = bl.problem(EXPERIMENT, seed=4, workers=workers).evaluate(genomes, generation)
+            told = bl.make_problem(EXPERIMENT, seed=4, workers=workers).evaluate(
+                genomes, generation
+            )
             np.testing.assert_array_equal(told.fitness, np.concatenate(lived))
     assert np.concatenate(lived).any(), "somebody ate"
 
 
 def test_founders_are_those_of_the_runs() -> None:
-    problem = bl.problem(EXPERIMENT, seed=4)
+    problem = bl.make_problem(EXPERIMENT, seed=4)
     first = [bl.simulate(EXPERIMENT, seed=4, run=run)["genome"].values[0] for run in range(2)]
     np.testing.assert_array_equal(
         problem.founders(7), np.concatenate(first).reshape(10, problem.length)[:7]
@@ -40,7 +42,7 @@ def test_founders_are_those_of_the_runs() -> None:
 
 
 def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
-    problem = bl.problem(EXPERIMENT.replace(population={"size": 1}), seed=2)
+    problem = bl.make_problem(EXPERIMENT.replace(population={"size": 1}), seed=2)
     genomes = problem.founders(6)
     together = problem.evaluate(genomes)
     changed = genomes.copy()
@@ -52,7 +54,7 @@ def test_who_lives_alone_has_the_same_fitness_whoever_else_is_asked() -> None:
 
 
 def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> None:
-    problem = bl.problem(EXPERIMENT, seed=4)
+    problem = bl.make_problem(EXPERIMENT, seed=4)
     genomes = bl.simulate(EXPERIMENT, seed=4)["genome"].values[0]
     trace = bl.replay(EXPERIMENT, seed=4)
     ended = problem.evaluate(genomes).behaviour
@@ -64,7 +66,7 @@ def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> Non
     assert (np.minimum(moved, size - moved) <= 10).all(), "a step is short"
 
     strings = bl.load("mayley-1996:climbing/smooth").replace(population={"size": 4})
-    climbing = bl.problem(strings, seed=1)
+    climbing = bl.make_problem(strings, seed=1)
     assert climbing.behaviours == ("innate", "learned", "changed")
     told = climbing.evaluate(climbing.founders(8))
     np.testing.assert_allclose(
@@ -83,7 +85,7 @@ def test_behaviour_is_where_a_forager_ends_and_what_other_models_record() -> Non
     ],
 )
 def test_genomes_that_cannot_live_are_refused_in_a_sentence(genomes: np.ndarray, said: str) -> None:
-    problem = bl.problem(EXPERIMENT, seed=4)
+    problem = bl.make_problem(EXPERIMENT, seed=4)
     if genomes.shape[1:] == (1,):
         genomes = np.repeat(genomes, problem.length, axis=1)
     with pytest.raises(RefusedError, match=said):
@@ -91,18 +93,18 @@ def test_genomes_that_cannot_live_are_refused_in_a_sentence(genomes: np.ndarray,
 
 
 def test_what_is_out_of_range_is_refused() -> None:
-    problem = bl.problem(EXPERIMENT)
+    problem = bl.make_problem(EXPERIMENT)
     with pytest.raises(ArgumentError):
         problem.evaluate(problem.founders(5), generation=-1)
     with pytest.raises(ArgumentError):
-        bl.problem(EXPERIMENT, seed=-1)
+        bl.make_problem(EXPERIMENT, seed=-1)
     with pytest.raises(ArgumentError):
-        bl.problem(EXPERIMENT, workers=0)
+        bl.make_problem(EXPERIMENT, workers=0)
 
 
 def test_graphs_that_grow_are_no_free_numbers() -> None:
     with pytest.raises(RefusedError, match="graphs"):
-        bl.problem(bl.load("neat-xor"))
+        bl.make_problem(bl.load("neat-xor"))
 
 
 def test_neat_pythons_network_answers_as_ours_where_its_links_are_in_the_order_of_the_guide() -> (

@@ -59,8 +59,8 @@ def test_the_same_call_again_does_what_is_missing(
 
 
 def test_opened_it_has_its_data_and_any_life_of_it(study: Study) -> None:
-    opened = bl.open(study.directory)
-    xr.testing.assert_identical(opened.data(), bl.open_study(study.directory))
+    opened = bl.open_study(study.directory)
+    xr.testing.assert_identical(opened.data(), bl.open_runs(study.directory))
     assert opened.data(["evo/A"]).sizes["condition"] == 1
     trace = opened.replay("evo+self-taught/A", run=1, generation=2)
     eaten = opened.data().food_eaten.sel(condition="evo+self-taught/A", run=1, generation=2)
@@ -120,15 +120,15 @@ def test_its_report_lies_in_it_or_where_one_says(study: Study, tmp_path: Path) -
 
 def test_a_record_leads_to_its_experiment(study: Study) -> None:
     evo, taught = small("evo/A"), small("evo+self-taught/A")
-    assert bl.experiment_of(bl.simulate(evo, seed=1)) == evo
-    assert bl.experiment_of(study.replay("evo+self-taught/A", run=0, generation=1)) == taught
-    assert bl.experiment_of(study.data(), "evo+self-taught/A") == taught
-    assert bl.experiment_of(study.data().sel(condition="evo/A")) == evo
-    assert bl.experiment_of(study.assay("innate", "evo/A")) == evo
+    assert bl.read_experiment(bl.simulate(evo, seed=1)) == evo
+    assert bl.read_experiment(study.replay("evo+self-taught/A", run=0, generation=1)) == taught
+    assert bl.read_experiment(study.data(), "evo+self-taught/A") == taught
+    assert bl.read_experiment(study.data().sel(condition="evo/A")) == evo
+    assert bl.read_experiment(study.assay("innate", "evo/A")) == evo
     with pytest.raises(BaldwinLabError, match="there are evo/A, evo\\+self-taught/A"):
-        bl.experiment_of(study.data())
+        bl.read_experiment(study.data())
     with pytest.raises(BaldwinLabError, match="carries no experiment"):
-        bl.experiment_of(xr.Dataset())
+        bl.read_experiment(xr.Dataset())
 
 
 def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(
@@ -147,7 +147,7 @@ def test_what_cannot_be_is_refused_in_pythons_words_before_anything_is_written(
     with pytest.raises(BaldwinLabError, match="at least one experiment"):
         bl.run([], out=out)
     with pytest.raises(BaldwinLabError, match="holds no study"):
-        bl.open(out)
+        bl.open_study(out)
     assert not out.exists()
 
 

@@ -28,7 +28,7 @@ def test_a_dict_says_what_a_file_says(tmp_path: Path) -> None:
     assert by_dict.data().sizes["world.food.0.count"] == 2
     assert by_dict.report().exists()
     point = by_dict.data().sel({"world.food.0.count": 50})
-    assert bl.experiment_of(point).world.food[0].count == 50
+    assert bl.read_experiment(point).world.food[0].count == 50
     assert bl.sweep({**FOOD, "runs": 3}, out=tmp_path / "by-dict").runs("point-0001") == [0, 1, 2]
 
 

@@ -14,7 +14,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors
 from baldwinlab.presets import factors, load
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.variables import ASSAYS, LIVES, dataset
 from baldwinlab.variables import NEWBORNS as TWINS
 
@@ -194,7 +194,7 @@ def whole(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
     }
 
 
-def of_study(made: xr.Dataset, study: Study, condition: str) -> xr.Dataset:
+def of_study(made: xr.Dataset, study: StudyStore, condition: str) -> xr.Dataset:
     """An assay made by hand as one of a condition of a study, with as many runs as that has."""
     facts = {
         "experiment": to_toml(study.experiments[condition]),

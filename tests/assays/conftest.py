@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.studies import measured
 
 
 @pytest.fixture(scope="package")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def study(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
     return measured(tmp_path_factory.mktemp("assays") / "study")

@@ -8,7 +8,7 @@ from pathlib import Path
 from baldwinlab.assays import ASSAYS, missing_assays, run_assays
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies.executors import THREADS, Executor
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.small import ignore, silent, small_study
 from tests.worlds import small
 
@@ -39,7 +39,7 @@ def measured(
     runs: int = 3,
     workers: int = 2,
     executor: Executor = THREADS,
-) -> Study:
+) -> StudyStore:
     """A study with its assays, which an executor does."""
     study = small_study(directory, experiments or conditions(), runs)
     run_assays(study, missing_assays(study, names), workers, silent, ignore, executor)

@@ -19,7 +19,7 @@ from baldwinlab.assays.descent import (
     fitter_line,
     phylogeny_lines,
 )
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.exchange.validators import validate
 
 NONE = float("nan")
@@ -69,7 +69,7 @@ def test_many_founders_are_reckoned_in_parts(monkeypatch: pytest.MonkeyPatch) ->
     assert effective_ancestors(parents) == pytest.approx(whole)
 
 
-def test_the_descent_of_a_study_is_that_of_its_runs(study: Study) -> None:
+def test_the_descent_of_a_study_is_that_of_its_runs(study: StudyStore) -> None:
     found = open_assay(study.directory, "descent", "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 1).parents.values
     assert np.array_equal(
@@ -78,19 +78,19 @@ def test_the_descent_of_a_study_is_that_of_its_runs(study: Study) -> None:
     assert found.effective_ancestors.sel(run=1, generation=0) == 6
 
 
-def test_where_nothing_is_inherited_there_is_no_descent(study: Study) -> None:
+def test_where_nothing_is_inherited_there_is_no_descent(study: StudyStore) -> None:
     found = open_assay(study.directory, "descent", "self-taught/A")
     assert found.common_ancestor_age.isnull().all()
     assert found.effective_ancestors.isnull().all()
 
 
-def table(study: Study, condition: str) -> pd.DataFrame:
+def table(study: StudyStore, condition: str) -> pd.DataFrame:
     return pd.read_csv(
         StringIO("\n".join([HEADER, *phylogeny_lines(study.read(condition, 0).parents.values)]))
     )
 
 
-def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: Study) -> None:
+def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: StudyStore) -> None:
     found = table(study, "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 0).parents.values
     assert found.columns.tolist() == ["id", "ancestor_list", "origin_time", "destruction_time"]
@@ -107,7 +107,7 @@ def test_a_phylogeny_has_every_agent_with_its_parents_and_its_time(study: Study)
 
 
 @pytest.mark.nightly
-def test_a_phylogeny_fits_the_alife_standard(study: Study, tmp_path: Path) -> None:
+def test_a_phylogeny_fits_the_alife_standard(study: StudyStore, tmp_path: Path) -> None:
     for condition in ("evo+self-taught/A", "self-taught/A"):
         path = tmp_path / "phylogeny.csv"
         table(study, condition).to_csv(path, index=False)

@@ -15,7 +15,7 @@ from baldwinlab.presets import load
 from baldwinlab.resources import NOTHING
 from baldwinlab.runs.estimate import ENGINE
 from baldwinlab.statistics.sample_sizes import Design
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.studies import conditions
 
 FITTING = {
@@ -24,14 +24,14 @@ FITTING = {
 }
 
 
-def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: Study) -> None:
+def test_the_disk_that_assays_take_is_estimated_within_a_tenth(study: StudyStore) -> None:
     stored = sum(path.stat().st_size for path in (study.directory / "assays").rglob("*.nc"))
     estimated = need(study, FITTING, dict.fromkeys(FITTING, 3), workers=2)
     assert estimated.disk == pytest.approx(stored, rel=0.1)
     assert Planned(study.experiments, study.factors).need(3, workers=2) == estimated
 
 
-def test_the_tests_of_the_questions_are_counted_before_the_runs(study: Study) -> None:
+def test_the_tests_of_the_questions_are_counted_before_the_runs(study: StudyStore) -> None:
     """At most: a question whose quantities are undefined in every run is not tested."""
     planned = Planned(study.experiments, study.factors).designs(3, tuple(ASSAYS))
     found = evaluate(open_assays(study))
@@ -42,11 +42,11 @@ def test_the_tests_of_the_questions_are_counted_before_the_runs(study: Study) ->
     assert set(planned) == {Design(3, 3, "Wilcoxon")}
 
 
-def test_nothing_is_needed_where_nothing_is_missing(study: Study) -> None:
+def test_nothing_is_needed_where_nothing_is_missing(study: StudyStore) -> None:
     assert need(study, dict.fromkeys(FITTING, ()), dict.fromkeys(FITTING, 3), workers=2) == NOTHING
 
 
-def test_memory_grows_with_the_agents_and_with_the_workers(study: Study) -> None:
+def test_memory_grows_with_the_agents_and_with_the_workers(study: StudyStore) -> None:
     def memory(agents: int, workers: int) -> int:
         large = load("evo+self-taught/A").replace(population={"size": agents})
         return (
@@ -61,7 +61,7 @@ def test_memory_grows_with_the_agents_and_with_the_workers(study: Study) -> None
 
 
 def test_too_little_memory_is_told_before_anything_is_lived_again(
-    study: Study, monkeypatch: pytest.MonkeyPatch
+    study: StudyStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.resources.available_memory", lambda: 1000)
     monkeypatch.setattr("baldwinlab.api.bring.missing_assays", lambda study, names: FITTING)

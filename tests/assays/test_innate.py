@@ -12,13 +12,13 @@ from baldwinlab.assays.innate import distances, drifting, generations, layer_nam
 from baldwinlab.presets import load
 from baldwinlab.runs.reevaluate import reevaluate
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.studies import measured
 from tests.small import ignore, silent, small_study
 from tests.worlds import small
 
 
-def test_life_with_learning_on_is_the_life_that_was_lived(study: Study) -> None:
+def test_life_with_learning_on_is_the_life_that_was_lived(study: StudyStore) -> None:
     for condition in ("evo+self-taught/A", "self-taught/A", "evo+self-taught/B"):
         found = open_assay(study.directory, "innate", condition)
         for run in range(3):
@@ -27,7 +27,7 @@ def test_life_with_learning_on_is_the_life_that_was_lived(study: Study) -> None:
             )
 
 
-def test_what_learning_made_of_the_weights_is_how_the_frozen_live(study: Study) -> None:
+def test_what_learning_made_of_the_weights_is_how_the_frozen_live(study: StudyStore) -> None:
     condition = "evo+self-taught/A"
     found, record = (
         open_assay(study.directory, "innate", condition).sel(run=1, generation=2),
@@ -62,7 +62,7 @@ def test_drift_is_a_life_of_its_own_in_the_generations_that_are_chosen_for_it(
     )
 
 
-def test_agents_that_do_not_learn_have_one_kind_of_life(study: Study) -> None:
+def test_agents_that_do_not_learn_have_one_kind_of_life(study: StudyStore) -> None:
     found = open_assay(study.directory, "innate", "evo/A")
     assert np.array_equal(found.energy.sel(run=2, life="off"), study.read("evo/A", 2).energy)
     assert found.energy.sel(life=["on", "frozen", "drift"]).isnull().all()

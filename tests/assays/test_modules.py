@@ -9,12 +9,12 @@ import pytest
 
 from baldwinlab.assays import open_assay
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.studies import measured
 from tests.worlds import small
 
 
-def test_both_evolved_modules_live_as_they_did(study: Study) -> None:
+def test_both_evolved_modules_live_as_they_did(study: StudyStore) -> None:
     for condition in ("evo+self-taught/A", "self-taught/A", "evo+self-taught/B"):
         found = open_assay(study.directory, "modules", condition).energy.sel(modules="both evolved")
         assert np.array_equal(found, [study.read(condition, run).energy[-1] for run in range(3)])
@@ -29,7 +29,7 @@ def test_what_is_not_learned_from_does_not_matter(tmp_path: Path) -> None:
     assert not np.array_equal(evolved, random)
 
 
-def test_agents_with_one_module_have_nothing_to_exchange(study: Study) -> None:
+def test_agents_with_one_module_have_nothing_to_exchange(study: StudyStore) -> None:
     with pytest.raises(
         StudyError,
         match=r"evo/A.nc does not exist: the assay modules is of agents with a reinforcement module",

@@ -17,7 +17,7 @@ from baldwinlab.evolution import Moment, bequeath, draw_genome, next_genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.runs.reevaluate import reevaluate
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.studies import measured
 from tests.small import ignore, silent, small_study
 from tests.worlds import small
@@ -25,12 +25,12 @@ from tests.worlds import small
 LEARNER = "evo+self-taught/A"
 
 
-def neutral(study: Study, condition: str = LEARNER) -> Any:
+def neutral(study: StudyStore, condition: str = LEARNER) -> Any:
     return open_assay(study.directory, "neutral", condition).energy
 
 
 def test_those_that_evolved_are_the_ones_of_the_study_and_of_the_assay_of_what_is_innate(
-    study: Study,
+    study: StudyStore,
 ) -> None:
     for condition in (LEARNER, "evo+self-taught/B", "evo/A"):
         innate = open_assay(study.directory, "innate", condition).energy.sel(life=["off", "on"])
@@ -40,13 +40,13 @@ def test_those_that_evolved_are_the_ones_of_the_study_and_of_the_assay_of_what_i
         )
 
 
-def test_founders_are_their_own_twins_and_their_children_are_not(study: Study) -> None:
+def test_founders_are_their_own_twins_and_their_children_are_not(study: StudyStore) -> None:
     own, twin = (neutral(study).sel(newborns=name) for name in ("evolved", "neutral twin"))
     assert np.array_equal(own.sel(generation=0), twin.sel(generation=0))
     assert not np.array_equal(own.sel(generation=2), twin.sel(generation=2))
 
 
-def test_agents_that_do_not_learn_have_a_twin_that_does_not(study: Study) -> None:
+def test_agents_that_do_not_learn_have_a_twin_that_does_not(study: StudyStore) -> None:
     found = neutral(study, "evo/A")
     assert found.sel(life="on").isnull().all() and found.sel(life="off").notnull().all()
 
@@ -144,4 +144,4 @@ def test_where_selection_builds_nothing_there_is_no_such_assay(
     with pytest.raises(StudyError, match=why):
         open_assay(tmp_path, "neutral", experiment.name)
     with pytest.raises(StudyError, match=why):
-        bl.open(tmp_path).assay("neutral")
+        bl.open_study(tmp_path).assay("neutral")

@@ -11,29 +11,29 @@ from baldwinlab.assays import open_assay
 from baldwinlab.assays.reaction import settings
 from baldwinlab.experiment import Experiment
 from baldwinlab.runs.reevaluate import reevaluate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.worlds import small
 
 
-def energy_in(study: Study, condition: str, field: str, value: str) -> Any:
+def energy_in(study: StudyStore, condition: str, field: str, value: str) -> Any:
     found = open_assay(study.directory, "reaction", condition)
     return found.energy.isel(
         setting=((found.field == field) & (found.value == value)).values
     ).squeeze("setting", drop=True)
 
 
-def last_lives(study: Study, condition: str, experiment: Experiment) -> Any:
+def last_lives(study: StudyStore, condition: str, experiment: Experiment) -> Any:
     genomes = np.stack([study.read(condition, run).genome.values[-1] for run in range(3)])
     return reevaluate(experiment, study.seed, range(3), 2, genomes).energy
 
 
-def test_in_the_setting_in_which_they_evolved_they_live_as_they_did(study: Study) -> None:
+def test_in_the_setting_in_which_they_evolved_they_live_as_they_did(study: StudyStore) -> None:
     for condition in study.experiments:
         stored = [study.read(condition, run).energy[-1] for run in range(3)]
         assert np.array_equal(energy_in(study, condition, "as evolved", ""), stored)
 
 
-def test_on_the_other_map_they_find_its_food(study: Study) -> None:
+def test_on_the_other_map_they_find_its_food(study: StudyStore) -> None:
     condition = "evo+self-taught/A"
     moved = study.experiments[condition].replace(world=study.experiments["evo+self-taught/B"].world)
     assert np.array_equal(
@@ -43,7 +43,7 @@ def test_on_the_other_map_they_find_its_food(study: Study) -> None:
     assert "map" not in found.field.values  # of evo, the study has one map
 
 
-def test_without_learning_only_what_is_innate_is_left(study: Study) -> None:
+def test_without_learning_only_what_is_innate_is_left(study: StudyStore) -> None:
     condition = "evo+self-taught/B"
     innate = (
         open_assay(study.directory, "innate", condition).energy.sel(life="off").isel(generation=-1)
@@ -51,7 +51,7 @@ def test_without_learning_only_what_is_innate_is_left(study: Study) -> None:
     assert np.array_equal(energy_in(study, condition, "learning.rate", "0"), innate)
 
 
-def test_fields_are_changed_one_at_a_time(study: Study) -> None:
+def test_fields_are_changed_one_at_a_time(study: StudyStore) -> None:
     condition = "evo/A"
     near = study.experiments[condition].replace(senses={"visual_radius": 10})
     assert np.array_equal(

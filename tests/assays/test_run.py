@@ -15,7 +15,7 @@ from baldwinlab.assays import ASSAYS, agent_steps, missing_assays, open_assay, r
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld import cpu
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.variables import ASSAYS as DECLARED
 from tests.assays.studies import conditions, measured
 from tests.small import contents, ignore, silent, small_study
@@ -24,11 +24,11 @@ from tests.worlds import small
 NOTHING: dict[str, list[str]] = {experiment.name: [] for experiment in conditions()}
 
 
-def stored(study: Study) -> dict[str, bytes]:
+def stored(study: StudyStore) -> dict[str, bytes]:
     return contents(study.directory / "assays")
 
 
-def test_assays_hold_what_is_declared(study: Study) -> None:
+def test_assays_hold_what_is_declared(study: StudyStore) -> None:
     for name, declared in DECLARED.items():
         found = open_assay(study.directory, name, "evo+self-taught/A")
         assert set(found.data_vars) == set(declared)
@@ -40,7 +40,7 @@ def test_assays_hold_what_is_declared(study: Study) -> None:
         assert {"condition", "seed", "experiment", "baldwinlab"} == set(found.attrs)
 
 
-def test_the_number_of_workers_makes_no_difference(study: Study, tmp_path: Path) -> None:
+def test_the_number_of_workers_makes_no_difference(study: StudyStore, tmp_path: Path) -> None:
     assert stored(measured(tmp_path / "one", workers=1)) == stored(study)
     assert stored(measured(tmp_path / "many", workers=7)) == stored(study)
 
@@ -78,7 +78,7 @@ def test_all_that_is_lived_has_been_compiled_beforehand(
     assert lived == ready
 
 
-def test_what_is_stored_is_not_measured_again(study: Study) -> None:
+def test_what_is_stored_is_not_measured_again(study: StudyStore) -> None:
     assert missing_assays(study, list(ASSAYS)) == NOTHING
     assert agent_steps(study, NOTHING) == 0
 
@@ -119,7 +119,9 @@ def test_an_error_ends_the_work_and_keeps_what_is_stored(
     assert stored(study) == before
 
 
-def test_genomes_that_were_not_kept_give_the_same_results(study: Study, tmp_path: Path) -> None:
+def test_genomes_that_were_not_kept_give_the_same_results(
+    study: StudyStore, tmp_path: Path
+) -> None:
     thinned = [experiment.replace(record={"genome_every": 3}) for experiment in conditions()]
     measured(tmp_path, thinned)
     for name in ASSAYS:
@@ -161,7 +163,7 @@ def test_the_smallest_and_the_strangest_studies_can_be_measured(
 
 
 def test_a_study_without_runs_and_names_that_are_not_there_are_refused(
-    study: Study, tmp_path: Path
+    study: StudyStore, tmp_path: Path
 ) -> None:
     empty = create(tmp_path, [small("evo")], seed=1)
     with pytest.raises(StudyError, match="holds no finished run yet"):

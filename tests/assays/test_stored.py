@@ -18,7 +18,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.factors import Factors
 from baldwinlab.netcdf import opened, sealed
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.assayed import (
     RUNS,
     STEPS,
@@ -220,7 +220,7 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
     own = path.read_bytes()
     numbers = {name: other.pop(name) for name in ("seed", "runs") if name in other}
     shutil.copy(innate_of(tmp_path / "other", small().replace(**other), **numbers), path)
-    study = Study(tmp_path / "own")
+    study = StudyStore(tmp_path / "own")
     again = f"`baldwinlab assay {study.directory} --only innate` measures it again"
     for refused in (lambda: read(study), lambda: open_assay(study.directory, "innate", CONDITION)):
         with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {again}")):
@@ -249,7 +249,7 @@ def test_an_assay_that_does_not_say_where_it_comes_from_is_refused(
         del data.attrs[lacking]
     path.write_bytes(sealed(data))
     with pytest.raises(ValueError, match=re.escape(str(path))):
-        read(Study(tmp_path))
+        read(StudyStore(tmp_path))
 
 
 def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Path) -> None:
@@ -260,7 +260,7 @@ def test_an_assay_of_a_condition_that_the_study_has_not_is_refused(tmp_path: Pat
     with pytest.raises(
         ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"
     ):
-        read(Study(tmp_path))
+        read(StudyStore(tmp_path))
 
 
 def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:

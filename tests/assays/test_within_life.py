@@ -12,7 +12,7 @@ from baldwinlab.assays import open_assay
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.runs.reevaluate import reevaluate
 from baldwinlab.runs.replay import replay
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.studies import measured
 from tests.worlds import small
 
@@ -48,7 +48,7 @@ def test_meals_and_windows_are_those_of_the_trace(tmp_path: Path) -> None:
     assert found.eaten_in_window.sel(window=500).sum() > 0
 
 
-def test_windows_sum_to_what_is_eaten_in_life(study: Study) -> None:
+def test_windows_sum_to_what_is_eaten_in_life(study: StudyStore) -> None:
     for condition in study.experiments:
         found = open_assay(study.directory, "within-life", condition)
         for generation in range(3):
@@ -60,7 +60,9 @@ def test_windows_sum_to_what_is_eaten_in_life(study: Study) -> None:
             )
 
 
-def test_blank_slates_are_drawn_afresh_and_born_where_the_last_generation_was(study: Study) -> None:
+def test_blank_slates_are_drawn_afresh_and_born_where_the_last_generation_was(
+    study: StudyStore,
+) -> None:
     condition = "evo+self-taught/A"
     experiment = study.experiments[condition]
     blank = draw_genome(experiment, Moment(study.seed, 1, 3))

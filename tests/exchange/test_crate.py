@@ -40,7 +40,7 @@ UNKNOWN = {  # what the specifications recommend, and nobody has told
 
 @pytest.fixture
 def copy(mixed: Study, tmp_path: Path) -> Study:
-    return bl.open(shutil.copytree(mixed.directory, tmp_path / "study"))
+    return bl.open_study(shutil.copytree(mixed.directory, tmp_path / "study"))
 
 
 def issues_of(folder: Path, severity: str) -> dict[str, set[str]]:
@@ -145,7 +145,7 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(
             0,
             f"RO-Crate: {copy.directory / 'ro-crate-metadata.json'}\n",
         ), done.err
-    assert bl.open(copy.directory).to_pandas().equals(before)
+    assert bl.open_study(copy.directory).to_pandas().equals(before)
     again = bl.run(
         [copy.experiment(name) for name in copy.conditions], runs=2, seed=5, out=copy.directory
     )
@@ -157,7 +157,7 @@ def test_the_study_is_what_it_was_and_the_crate_is_brought_up_to_date(
 def test_the_paper_that_made_the_study_is_cited(tmp_path: Path) -> None:
     stored = create(tmp_path / "study", [small("evo/A")], seed=5, paper="le-2019")
     stored.write("evo/A", 0, bl.simulate(small("evo/A"), seed=5))
-    study = bl.open(stored.directory)
+    study = bl.open_study(stored.directory)
     study.crate()
     cited = entities(study)[entities(study)["./"]["citation"]["@id"]]
     assert cited["@type"] == "ScholarlyArticle" and cited["name"].startswith(

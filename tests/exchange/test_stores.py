@@ -29,13 +29,13 @@ def test_a_zarr_store_opens_as_the_study_with_units_and_labels(
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # as of types that Zarr's specification does not have
         mixed.to_zarr(tmp_path / "study.zarr")
-    data = bl.open_study(mixed.directory)
+    data = bl.open_runs(mixed.directory)
     opened = xr.open_zarr(tmp_path / "study.zarr", consolidated=False).load()
     xr.testing.assert_equal(opened, data)
     for name in data.variables:
         assert {key: opened[name].attrs[key] for key in data[name].attrs} == data[name].attrs
     assert opened.food_eaten.attrs == {"units": "items", "long_name": "items eaten in life"}
-    assert bl.experiment_of(opened, "guessing") == mixed.experiment("guessing")
+    assert bl.read_experiment(opened, "guessing") == mixed.experiment("guessing")
     assert zarr.open_group(tmp_path / "study.zarr", mode="r").metadata.zarr_format == 3
 
 
@@ -83,7 +83,7 @@ def test_whoever_gives_a_study_away_holds_a_few_of_its_runs_at_a_time(
     monkeypatch.setattr(stored.Study, "read", noting)
     monkeypatch.setattr(stores, "ROWS", 1)
     monkeypatch.setattr(written, "ROWS", 1)
-    study = bl.open(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
+    study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=9).directory)
     getattr(study, way)(tmp_path / "given")
     assert len(held) >= 9 and most <= 3, "all of them, if all were read before the first is written"
 

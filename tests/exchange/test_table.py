@@ -191,7 +191,7 @@ WAYS: list[Callable[[Study, Path], object]] = [
 def test_a_study_without_a_run_and_a_damaged_run_are_named_and_nothing_is_left(
     tmp_path: Path,
 ) -> None:
-    study = bl.open(small_study(tmp_path / "study", [small("evo/A")], runs=2).directory)
+    study = bl.open_study(small_study(tmp_path / "study", [small("evo/A")], runs=2).directory)
     out = tmp_path / "out"
     out.mkdir()
     record = study.directory / "runs" / "evo" / "A" / "0001.nc"

@@ -15,7 +15,7 @@ import baldwinlab as bl
 from baldwinlab.experiment import Experiment, ExperimentError, assign, choices, look_up
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.parts import File, PartError, load_file
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small import small
 
@@ -95,17 +95,17 @@ def test_a_study_is_resumed_with_the_same_file_only(command: Command, table: Pat
             rf"and the experiment was made with a file with {before[:12]}",
             " ".join(done.err.split()),
         )
-    assert Study(Path("study")).runs("evo/A") == [0]
+    assert StudyStore(Path("study")).runs("evo/A") == [0]
     table.unlink()
     done = command(*RUN, "--runs", "2")
     assert (
         done.code == 2
         and f"{FIELD} = 'worth.txt': the file worth.txt cannot be read: No such file" in done.err
     )
-    assert bl.open_study("study").sizes["run"] == 1
+    assert bl.open_runs("study").sizes["run"] == 1
     table.write_bytes(whole)
     assert command(*RUN, "--runs", "2").code == 0
-    assert Study(Path("study")).runs("evo/A") == [0, 1]
+    assert StudyStore(Path("study")).runs("evo/A") == [0, 1]
 
 
 def test_a_stored_experiment_is_not_run_elsewhere_with_another_file(

@@ -90,7 +90,7 @@ def test_a_sweep_over_rules_and_rates_includes_the_condition_without_learning(
 def test_a_stored_experiment_with_an_idle_setting_is_read(tmp_path: Path) -> None:
     experiment: Experiment = bl.load("evo/A").replace(learning={"rate": 0.05}, **nested(SHORT))
     create(tmp_path / "study", [experiment], 0)
-    assert bl.open(tmp_path / "study").experiment("evo/A").learning.rate == 0.05
+    assert bl.open_study(tmp_path / "study").experiment("evo/A").learning.rate == 0.05
 
 
 def nested(fields: dict[str, int]) -> dict[str, dict[str, int]]:

@@ -16,7 +16,7 @@ from baldwinlab.errors import BaldwinLabError
 from baldwinlab.lab import Lab
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.studies import summary
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.study import open_runs
 from tests.assays.studies import measured
 from tests.faults.amount import amount
 from tests.small import small
@@ -61,7 +61,7 @@ def listed(study: Path) -> dict[str, Any]:
 
 def read(study: Path) -> dict[str, xr.Dataset]:
     """All that is read of a study."""
-    found = {"runs": open_study(study)}
+    found = {"runs": open_runs(study)}
     for name in ASSAYS:
         for experiment in CONDITIONS:
             found[f"{name} {experiment.name}"] = open_assay(study, name, experiment.name)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from baldwinlab.netcdf import verify
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.faults.amount import amount
 
 SMALL = (
@@ -124,7 +124,7 @@ def require_sound(folder: Path, whole: dict[str, bytes]) -> None:
     for page in folder.rglob("*.html"):
         assert page.read_text().rstrip().endswith("</html>")
     if (folder / "study/study.toml").exists():
-        study = Study(folder / "study")
+        study = StudyStore(folder / "study")
         for condition in study.experiments:
             for run in study.runs(condition):
                 study.record(condition, run)

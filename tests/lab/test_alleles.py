@@ -9,7 +9,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, LabServer, arrays, data, refusal
 from tests.lab.test_live import wait_until
 
@@ -23,7 +23,7 @@ def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are
     header, found = arrays(strings_server.address, "alleles", **RUN | {"condition": condition})
     assert header["alleles"] == ["0", "?", "1"] and "sets each ? to 0 or 1" in header["about"]
     genomes = (
-        Study(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]
+        StudyStore(strings_server.root / "strings").read("guessing", 1).genome.values[:, :, 0]
     )  # whose seeds are the same
     assert found["share"].shape == (5, 6, 3)
     for allele, value in enumerate((0, 0.5, 1)):
@@ -32,7 +32,7 @@ def test_shares_are_those_of_the_genomes_of_every_generation_also_where_they_are
 
 def test_over_all_loci_they_are_what_the_study_records(strings_server: LabServer) -> None:
     _, found = arrays(strings_server.address, "alleles", **RUN)
-    recorded = bl.open_study(strings_server.root / "strings").sel(condition="guessing", run=1)
+    recorded = bl.open_runs(strings_server.root / "strings").sel(condition="guessing", run=1)
     for allele, name in enumerate(("zeros", "unset", "ones")):
         assert np.allclose(found["share"][:, :, allele].mean(axis=1), recorded[name].mean("agent"))
 
@@ -52,7 +52,7 @@ def test_a_live_run_shows_the_shares_of_any_generation_that_has_lived(
 ) -> None:
     """Whether its genomes are kept or not, they are those of the run that the command line makes."""
     guessing = (
-        Study(strings_server.root / "strings")
+        StudyStore(strings_server.root / "strings")
         .experiment("guessing")
         .replace(record={"genome_every": every})
     )

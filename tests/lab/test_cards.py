@@ -14,7 +14,7 @@ from PIL import Image
 from baldwinlab import papers
 from baldwinlab.papers.paper import CARD, open_paper
 from baldwinlab.studies.claims import write_claims
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from tests.lab.asking import LabServer, ask, data, refusal
 from tests.lab.conftest import serving
 from tests.small import small
@@ -35,7 +35,9 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     root = tmp_path_factory.mktemp("shelf")
     create(root / "mine" / "first", [small("evo/B")], 1, paper="le-2019")
     verdicts = ("holds", "does not hold", "holds", "of an older report")
-    write_claims(Study(root / "mine" / "first"), [{"id": "C", "verdict": one} for one in verdicts])
+    write_claims(
+        StudyStore(root / "mine" / "first"), [{"id": "C", "verdict": one} for one in verdicts]
+    )
     create(root / "tiny", [small("evo/B")], 1, paper="tiny")
     (root / "tiny" / "paper").mkdir()
     (root / "tiny" / "paper" / "paper.toml").write_text(OWN)

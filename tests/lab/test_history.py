@@ -9,7 +9,7 @@ import xarray as xr
 
 from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, SMALL, LabServer, data, refusal
 from tests.small import small
 
@@ -42,7 +42,7 @@ def line_in(record: xr.Dataset, generation: int, agent: int) -> dict[str, Any]:
 def test_the_curve_of_a_run_is_what_its_best_and_its_average_agent_ate(
     lab_server: LabServer,
 ) -> None:
-    eaten = Study(lab_server.root / "small").read(CONDITION, 1).food_eaten.values
+    eaten = StudyStore(lab_server.root / "small").read(CONDITION, 1).food_eaten.values
     found = data(lab_server.address, "run", **RUN)
     assert found["measure"] == "food eaten"
     assert np.array_equal(found["best"], eaten.max(axis=1)) and np.allclose(
@@ -64,7 +64,7 @@ def test_a_run_that_is_not_there_has_no_curve(lab_server: LabServer) -> None:
 def test_the_line_of_ancestors_goes_back_to_the_first_generation_by_the_fitter_parents(
     lab_server: LabServer,
 ) -> None:
-    record = Study(lab_server.root / "small").read(CONDITION, 1)
+    record = StudyStore(lab_server.root / "small").read(CONDITION, 1)
     for generation, agent in ((2, 3), (2, 19), (1, 0), (0, 5)):
         found = data(
             lab_server.address, "ancestors", **SMALL | {"generation": generation}, agent=agent

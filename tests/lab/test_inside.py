@@ -14,7 +14,7 @@ from baldwinlab.models.miniworld.make import make_state
 from baldwinlab.parts.kinds import links
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import SMALL, LabServer, arrays, refusal
 from tests.small import small
 
@@ -24,7 +24,7 @@ def sigmoid(z: np.ndarray) -> np.ndarray:
 
 
 def test_weights_go_from_birth_to_death_and_food_is_what_was_eaten(lab_server: LabServer) -> None:
-    study = Study(lab_server.root / "small")
+    study = StudyStore(lab_server.root / "small")
     trace = replay(study.experiment("evo+self-taught/A"), seed=study.seed, run=1, generation=2)
     for agent in (0, 19):
         header, found = arrays(lab_server.address, "inside", **SMALL, agent=agent)
@@ -90,7 +90,7 @@ def test_an_agent_that_does_not_learn_has_one_module_with_hidden_units(
     assert np.allclose(
         found["activations"][:, 3:13], sigmoid(found["activations"][:, :3] @ first), atol=1e-6
     )
-    study = Study(lab_server.root / "small")
+    study = StudyStore(lab_server.root / "small")
     trace = replay(study.experiment("evo/A"), seed=study.seed, run=1, generation=2)
     assert np.array_equal(found["activations"][:, -3:], trace.output[:, 3])
 
@@ -105,7 +105,7 @@ def test_a_module_that_gates_learning_is_there_but_no_error_of_it(lab_server: La
 
 
 def test_parents_and_children_are_those_of_the_record(lab_server: LabServer) -> None:
-    parents = Study(lab_server.root / "small").read("evo+self-taught/A", 1).parents.values
+    parents = StudyStore(lab_server.root / "small").read("evo+self-taught/A", 1).parents.values
     for agent in range(0, 20, 5):
         for generation in range(3):
             header, _ = arrays(

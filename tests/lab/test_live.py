@@ -24,8 +24,8 @@ from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study import open_runs
 from tests.small import contents, small, small_study
 
 LONG = {"evolution": {"generations": 1000}, "lifetime": {"steps": 50}}
@@ -66,7 +66,7 @@ def test_a_live_run_that_is_kept_is_the_study_that_the_command_line_makes(
     live.keep(run.id, tmp_path, "kept/one")
     asked = small_study(tmp_path / "asked", [small()], runs=3, seed=5)
     assert contents(tmp_path / "kept/one") == contents(asked.directory)
-    assert Study(tmp_path / "kept/one").experiments == asked.experiments
+    assert StudyStore(tmp_path / "kept/one").experiments == asked.experiments
 
 
 @pytest.mark.parametrize("every", [1, 2, 100])
@@ -76,7 +76,7 @@ def test_a_live_run_that_is_stopped_is_kept_with_the_generations_that_it_lived(
     run = stopped(live, small("evo/A").replace(**LONG, record={"genome_every": every}))
     assert run.state == "stopped"
     live.keep(run.id, tmp_path, "short")
-    study = Study(tmp_path / "short")
+    study = StudyStore(tmp_path / "short")
     kept = study.experiment("evo/A")
     assert kept == run.experiment.replace(evolution={"generations": run.lived})
     for number in range(2):
@@ -89,7 +89,7 @@ def test_the_measures_of_a_live_run_are_those_of_the_analysis(
 ) -> None:
     run = ended(live.start(small(), seed=5, runs=runs))
     live.keep(run.id, tmp_path, "kept")
-    study = open_study(tmp_path / "kept").isel(condition=0)
+    study = open_runs(tmp_path / "kept").isel(condition=0)
     measures = run.measures(1, 3)
     assert list(measures) == ["best", "mean", "share"]
     for name, band in measures.items():

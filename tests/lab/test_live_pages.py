@@ -11,7 +11,7 @@ import pytest
 from websockets.sync.client import ClientConnection
 
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, LabServer, data
 from tests.lab.conftest import serving
 from tests.small import small
@@ -88,7 +88,7 @@ def test_a_page_pauses_resumes_and_stops_a_live_run_and_keeps_it(server: LabServ
             assert states == [state]
             lived += len(best)
     assert post(server, f"live/{id}/keep", {"name": "mine"}) == (201, {"study": "mine"})
-    assert Study(server.root / "mine").runs(small().name) == [0, 1]
+    assert StudyStore(server.root / "mine").runs(small().name) == [0, 1]
     with watching(server, id) as session:
         assert hear(session)["kept"] == "mine"
     status, answer = post(server, f"live/{id}/keep", {"name": "mine"})

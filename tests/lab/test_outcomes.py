@@ -13,7 +13,7 @@ from baldwinlab import results
 from baldwinlab.assays.stored import AS_EVOLVED
 from baldwinlab.netcdf import sealed
 from baldwinlab.statistics import fitness
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.study import open_runs
 from tests.assays.assayed import of_study, reaction
 from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
@@ -27,7 +27,7 @@ def test_the_curve_of_every_run_is_what_the_condition_s_mean_is_made_of(
     lab_server: LabServer, measure: str
 ) -> None:
     found = data(lab_server.address, "results/runs", **ONE, measure=measure)
-    values = fitness.MEASURES[measure](open_study(lab_server.root / "small")).sel(
+    values = fitness.MEASURES[measure](open_runs(lab_server.root / "small")).sel(
         condition=ONE["condition"]
     )
     assert list(found) == ["0", "1"]

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 from baldwinlab.experiment import assign
 from baldwinlab.presets import load
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import WINDOWS, LabServer
 from tests.lab.test_page_room import LOW, MEASURE, window
 
@@ -37,7 +37,9 @@ def opened(page: Page, strings_server: LabServer) -> Page:
 
 def expected(server: LabServer, generation: int, run: int = 1) -> npt.NDArray[Any]:
     """The shares [locus, allele] of 0, ? and 1."""
-    genomes = Study(server.root / "strings").read("guessing", run).genome.values[generation, :, 0]
+    genomes = (
+        StudyStore(server.root / "strings").read("guessing", run).genome.values[generation, :, 0]
+    )
     return np.stack([(genomes == value).mean(axis=0) for value in (0, 0.5, 1)], axis=-1)
 
 
@@ -228,7 +230,7 @@ def test_what_is_not_there_is_said_and_something_else_is_shown(
 def test_the_bars_of_a_record_that_is_damaged_go_away(
     browser: Browser, strings_server: LabServer
 ) -> None:
-    record = Study(strings_server.root / "strings").path("sparse", 0)
+    record = StudyStore(strings_server.root / "strings").path("sparse", 0)
     sound = record.read_bytes()
     record.write_bytes(sound[:-40])
     with window(browser, *WINDOWS["desk"]) as page:  # its console tells of the refusal

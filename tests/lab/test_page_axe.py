@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.claims import write_claims
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.axe import barriers
 from tests.lab.asking import SMALL, LabServer, ask
 from tests.lab.conftest import serving
@@ -89,7 +89,8 @@ def test_the_results_tab_has_none_whatever_came_of_claims(
 ) -> None:
     verdicts = ("holds", "undecided", "does not hold", "not evaluated")
     write_claims(
-        Study(lab_server.root / "small"), [CLAIM | {"id": one, "verdict": one} for one in verdicts]
+        StudyStore(lab_server.root / "small"),
+        [CLAIM | {"id": one, "verdict": one} for one in verdicts],
     )
     shaded.goto("/#/results?study=small")
     shaded.get_by_test_id("curves").locator("canvas").wait_for()

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from baldwinlab import results
 from baldwinlab.netcdf import sealed
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.assays.assayed import of_study, reaction
 from tests.axe import barriers
 from tests.lab.asking import SMALL, WINDOWS, LabServer, data
@@ -170,7 +170,7 @@ def test_where_there_are_too_many_runs_for_lines_a_sentence_says_so(
 def assayed(lab_server: LabServer) -> Iterator[None]:
     folder = lab_server.root / "small" / "assays"
     (folder / "reaction" / "evo").mkdir(parents=True)
-    made = of_study(reaction("evo/A", 60), Study(lab_server.root / "small"), "evo/A")
+    made = of_study(reaction("evo/A", 60), StudyStore(lab_server.root / "small"), "evo/A")
     (folder / "reaction" / "evo" / "A.nc").write_bytes(sealed(made))
     yield
     shutil.rmtree(folder)

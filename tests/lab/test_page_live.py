@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
 
 from baldwinlab.presets import load
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import LabServer, data
 
 QUICK = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 4}
@@ -74,7 +74,7 @@ def test_a_live_run_is_started_watched_paused_resumed_stopped_kept_and_opened(
     expect(page.get_by_test_id("results")).to_be_visible()
     assert "study=kept" in page.url
     expect(page.get_by_test_id("curves")).to_contain_text("evo+self-taught/A")
-    study = Study(lab_server.root / "kept/mine")
+    study = StudyStore(lab_server.root / "kept/mine")
     assert study.runs("evo+self-taught/A") == [0, 1]
     generations = study.experiment("evo+self-taught/A").evolution.generations
     asked = load("evo+self-taught/A").replace(lifetime={"steps": 300}, world={"start": {"x": 400}})

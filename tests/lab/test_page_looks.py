@@ -7,7 +7,7 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.axe import barriers
 from tests.lab.asking import WINDOWS, LabServer, arrays
 from tests.lab.test_page_room import MEASURE, window
@@ -62,7 +62,7 @@ def test_the_same_step_is_seen_in_other_generations_and_of_other_agents(
 ) -> None:
     fittest = [
         int(one.argmax())
-        for one in Study(looks_server.root / "looks").read("cells", 1).energy.values
+        for one in StudyStore(looks_server.root / "looks").read("cells", 1).energy.values
     ]
     opened.keyboard.press("Shift+ArrowRight")
     heading, words = opened.get_by_test_id("view-heading"), opened.get_by_test_id("cells-told")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import LabServer
 from tests.lab.conftest import serving
 from tests.library.plain import compile_nothing
@@ -118,7 +118,7 @@ def test_elders_are_named_inside_an_agent_and_no_line_leads_to_them(
     guest: Page, minds: LabServer
 ) -> None:
     guest.goto("/#/world?study=small&condition=heir&run=0&generation=2&agent=3")
-    fitter, other = Study(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
+    fitter, other = StudyStore(minds.root / "small").read("heir", 0).parents.values[2, 3].tolist()
     assert fitter != other
     expect(guest.get_by_test_id("elders")).to_have_text(
         f"Taught by agents {fitter} and {other} of generation 1, who are no longer in the world: "

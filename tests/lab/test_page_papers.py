@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, Route, expect
 from baldwinlab import papers
 from baldwinlab.presets import factors, load
 from baldwinlab.studies.claims import write_claims
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from tests.axe import barriers
 from tests.lab.asking import WINDOWS, LabServer
 from tests.lab.conftest import serving
@@ -33,7 +33,9 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
     create(root / "needle", [guessing], 5, factors=factors(), paper=NAME, changes=changes)
     small_study(root / "needle", [guessing], runs=2)
     verdicts = ("holds", "holds", "does not hold", "undecided")
-    write_claims(Study(root / "needle"), [CLAIM | {"verdict": verdict} for verdict in verdicts])
+    write_claims(
+        StudyStore(root / "needle"), [CLAIM | {"verdict": verdict} for verdict in verdicts]
+    )
     with serving(root) as server:
         yield server
 

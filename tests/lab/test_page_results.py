@@ -16,7 +16,7 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import Factors
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.claims import CLAIMS, write_claims
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from tests.lab.asking import LabServer, data
 from tests.small import small
 
@@ -40,7 +40,7 @@ CLAIM = {
 
 @pytest.fixture
 def claims(lab_server: LabServer) -> Iterator[None]:
-    study = Study(lab_server.root / "small")
+    study = StudyStore(lab_server.root / "small")
     write_claims(study, [CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}])
     yield
     (study.directory / CLAIMS).unlink()
@@ -186,7 +186,7 @@ def test_claims_show_the_verdict_the_effect_and_the_paper_s_figure_and_lead_to_b
 def test_questions_of_a_study_s_own_are_held_against_no_paper(
     page: Page, lab_server: LabServer, claims: None
 ) -> None:
-    write_claims(Study(lab_server.root / "small"), [CLAIM | {"paper": "", "figure": None}])
+    write_claims(StudyStore(lab_server.root / "small"), [CLAIM | {"paper": "", "figure": None}])
     open_results(page)
     shown = page.get_by_test_id("claims")
     expect(shown.get_by_role("heading")).to_have_text("The claims")
@@ -222,7 +222,7 @@ def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: La
     )
     expect(shown.locator("tbody .badge").first).to_have_text("too few runs")
     rows = data(lab_server.address, "results", study="small")["comparison"]["rows"]
-    expected = bl.open(lab_server.root / "small").compare()
+    expected = bl.open_study(lab_server.root / "small").compare()
     assert [row["effect"] for row in rows] == expected["effect"].tolist()
 
 

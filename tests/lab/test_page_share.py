@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.runs.replay import replay
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import SMALL, LabServer, ask
 from tests.lab.conftest import offline
 
@@ -34,7 +34,7 @@ SPY = """async () => {
 
 
 def trace_of(server: LabServer, condition: str) -> xr.Dataset:
-    study = Study(server.root / "small")
+    study = StudyStore(server.root / "small")
     energy = study.read(condition, 1).energy
     return replay(
         study.experiment(condition), seed=study.seed, run=1, generation=2, energy=energy

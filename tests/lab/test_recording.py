@@ -17,14 +17,14 @@ from baldwinlab.lab.lives import Life, Past, Span
 from baldwinlab.models.miniworld.look import as_text
 from baldwinlab.presets import load
 from baldwinlab.runs.replay import replay
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import SMALL, LabServer, arrays, refusal
 from tests.lab.conftest import serving
 from tests.small import small, small_study
 
 
 def trace_of(server: LabServer, condition: str, run: int, generation: int) -> xr.Dataset:
-    study = Study(server.root / "small")
+    study = StudyStore(server.root / "small")
     return replay(
         study.experiment(condition),
         seed=study.seed,
@@ -88,7 +88,7 @@ def test_a_recording_of_a_stored_run_is_its_replay(
     assert header["layer_sizes"] == [3, 10, 3]
     assert header["world"]["food"][0]["x"] == [400, 560]
     assert header["look"] == json.loads(
-        as_text(Study(lab_server.root / "small").experiment(condition))
+        as_text(StudyStore(lab_server.root / "small").experiment(condition))
     )
 
 

@@ -23,7 +23,7 @@ from baldwinlab.extras import installation_command
 from baldwinlab.lab import frames, pages, share
 from baldwinlab.movie import CAPTION, GAP, Scene
 from baldwinlab.runs.replay import replay
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import SMALL, LabServer, ask, data, refusal
 
 MEGABYTE = 1_000_000
@@ -65,7 +65,7 @@ def test_a_shared_page_holds_the_very_bits_of_the_replay_and_opens_at_the_step(
     lab_server: LabServer,
 ) -> None:
     found = replay_in(shared(lab_server, a=LIFE, step=70))
-    study = Study(lab_server.root / "small")
+    study = StudyStore(lab_server.root / "small")
     trace = replay(
         study.experiment("evo+self-taught/A"),
         seed=study.seed,
@@ -170,7 +170,7 @@ def test_the_conditions_that_are_shown_are_shared_as_a_laboratory_in_which_they_
     names = [preset["name"] for preset in json.loads(told[1])["presets"]]
     assert (names, json.loads(told[1])["seed"]) == (
         ["evo+self-taught/A", "evo/A"],
-        Study(lab_server.root / "small").seed,
+        StudyStore(lab_server.root / "small").seed,
     )
 
 

@@ -20,8 +20,8 @@ from baldwinlab.papers.verdicts import claim_records, evaluate
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.statistics import fitness
 from baldwinlab.studies.claims import write_claims
-from baldwinlab.studies.store import Study, create
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.study import open_runs
 from tests.lab.asking import LabServer, data, refusal
 from tests.lab.conftest import serving
 from tests.small import small, small_study
@@ -206,7 +206,7 @@ def test_results_are_kept_beside_the_report_and_used_while_they_fit(
 
 @pytest.mark.parametrize("measure", ["best", "mean", "share"])
 def test_results_are_those_of_the_report(lab_server: LabServer, measure: str) -> None:
-    study = open_study(lab_server.root / "small")
+    study = open_runs(lab_server.root / "small")
     found = data(lab_server.address, "results", study="small")
     assert found["conditions"] == ["evo/A", "evo+self-taught/A"]
     assert found["generation"] == [0, 1, 2]
@@ -266,11 +266,11 @@ def test_claims_are_those_that_the_report_wrote_and_new_ones_are_seen(
     lab_server: LabServer, tmp_path: Path
 ) -> None:
     shutil.copytree(lab_server.root / "small", tmp_path / "it")
-    study = open_study(tmp_path / "it")
+    study = open_runs(tmp_path / "it")
     with serving(tmp_path) as server:
         assert data(server.address, "results", study="it")["claims"] == []
         written = claim_records(evaluate(study))
-        write_claims(Study(tmp_path / "it"), written)
+        write_claims(StudyStore(tmp_path / "it"), written)
         assert data(server.address, "results", study="it")["claims"] == written != []
         (tmp_path / "it" / "claims.json").write_text("[{")
         found = data(server.address, "results", study="it")

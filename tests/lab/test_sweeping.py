@@ -16,7 +16,7 @@ from baldwinlab.lab import sweeping
 from baldwinlab.lab.sweep_plan import plan_of
 from baldwinlab.lab.sweeping import Sweeps
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import CLIENT, data
 from tests.lab.conftest import serving
 from tests.small import contents, small
@@ -61,7 +61,7 @@ def test_a_sweep_is_the_study_that_its_own_file_makes_on_the_command_line(
     (tmp_path / "rates.toml").write_text(plan.toml)
     command = sweep_of_command(tmp_path / "rates.toml", out=tmp_path / "command", workers=1)
     assert contents(tmp_path / "live/rates") == contents(command.directory)
-    assert Study(tmp_path / "live/rates").experiments["point-0001"].learning.rate == 0.1
+    assert StudyStore(tmp_path / "live/rates").experiments["point-0001"].learning.rate == 0.1
     assert (tmp_path / "live/rates/sweep.toml").read_text() == plan.toml
 
 

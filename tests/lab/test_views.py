@@ -9,7 +9,7 @@ from baldwinlab.evolution import Moment
 from baldwinlab.lab import lives
 from baldwinlab.library.models.cells import CellForagers
 from baldwinlab.parts.views import arrays_of
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.lab.asking import LabServer, arrays, data, refusal
 
 LIFE = {"study": "looks", "condition": "cells", "run": 1, "generation": 2, "view": "life"}
@@ -18,7 +18,7 @@ LIFE = {"study": "looks", "condition": "cells", "run": 1, "generation": 2, "view
 def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_asked_for(
     looks_server: LabServer,
 ) -> None:
-    record = Study(looks_server.root / "looks").read("cells", 1)
+    record = StudyStore(looks_server.root / "looks").read("cells", 1)
     fittest = int(record.energy.values[2].argmax())
     header, found = arrays(looks_server.address, "view", **LIFE)
     assert (header["kind"], header["agent"], header["visits"], header["marks"]) == (
@@ -39,7 +39,9 @@ def test_a_life_is_that_of_the_stored_genomes_of_the_fittest_unless_another_is_a
 def test_genomes_that_are_not_kept_are_bred_again(looks_server: LabServer) -> None:
     _, kept = arrays(looks_server.address, "view", **LIFE)
     _, bred = arrays(looks_server.address, "view", **LIFE | {"condition": "sparse"})
-    assert np.isnan(Study(looks_server.root / "looks").read("sparse", 1).genome.values[2]).all()
+    assert np.isnan(
+        StudyStore(looks_server.root / "looks").read("sparse", 1).genome.values[2]
+    ).all()
     assert all((kept[name] == bred[name]).all() for name in kept)
 
 

@@ -13,7 +13,7 @@ import pytest
 from baldwinlab import console, presets
 from baldwinlab.multiverse import command as command_multiverse
 from baldwinlab.multiverse.design import Variant
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.papers.test_papers import folder
 from tests.small import contents, small_paper, small_study
@@ -130,7 +130,7 @@ def test_the_paper_may_be_run_after_its_multiverse_and_its_report_has_the_sectio
     page = (tmp_path / "paper/report.html").read_text()
     assert '<h2 id="every-variant">Every variant</h2>' in page
     assert (tmp_path / "paper/figures/variants.svg").exists()
-    assert list(Study(tmp_path / "paper").experiments) == [
+    assert list(StudyStore(tmp_path / "paper").experiments) == [
         experiment.name for experiment in small_paper()
     ]
 

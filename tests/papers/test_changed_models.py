@@ -9,7 +9,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.gallery.stored import studies
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
 PAPER = """
@@ -72,9 +72,9 @@ def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_te
     assert done.code == 0, done.err
     (study,) = Path("results").iterdir()
     assert study.name == "needle-hinton_nowlan.loci=4-population.size=30"
-    experiments = Study(study).experiments.values()
+    experiments = StudyStore(study).experiments.values()
     assert {(one.of_model.loci, one.population.size) for one in experiments} == {(4, 30)}
-    assert list(Study(study).changes) == CHANGES
+    assert list(StudyStore(study).changes) == CHANGES
     assert heading(study) == "On needles: a changed model"
     assert NOTE in (study / "report.html").read_text()
     claims = json.loads((study / "claims.json").read_text("utf-8"))["claims"]
@@ -92,7 +92,7 @@ def test_a_changed_model_is_marked_in_the_study_its_report_its_claims_and_the_te
 def test_the_model_of_the_paper_is_not_marked(command: Command, paper: str) -> None:
     done = command("reproduce", paper, "--set", "hinton_nowlan.loci=5", "--out", "same")
     assert done.code == 0 and "changed model" not in done.out
-    assert Study(Path("same")).changes == ()
+    assert StudyStore(Path("same")).changes == ()
     assert heading(Path("same")) == "On needles: a reproduction"
     assert "changes" not in json.loads(Path("same/claims.json").read_text("utf-8"))["claims"][0]
 
@@ -119,7 +119,7 @@ def test_python_changes_a_model_and_shorter_runs_change_it_too(paper: str, tmp_p
     study = bl.reproduce(
         paper, runs=1, generations=2, set={"population": {"size": 10}}, out=tmp_path / "short"
     )
-    assert Study(study.directory).changes == ("evolution.generations=2", "population.size=10")
+    assert StudyStore(study.directory).changes == ("evolution.generations=2", "population.size=10")
 
 
 @pytest.mark.parametrize(
@@ -155,4 +155,4 @@ def test_a_study_whose_changes_are_no_texts_is_refused(paper: str, tmp_path: Pat
         bl.StudyError,
         match=r"study\.toml cannot be read: changes = 3 must be a list of assignments",
     ):
-        Study(study.directory)
+        StudyStore(study.directory)

@@ -19,7 +19,7 @@ from baldwinlab.papers.paper import KINDS, check
 from baldwinlab.papers.words import Assay, Inference
 from baldwinlab.statistics.fitness import MEASURES
 from baldwinlab.statistics.rules import RULES
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.variables import ASSAYS
 from tests.commands import Command
 
@@ -447,7 +447,7 @@ def test_a_user_s_paper_is_brought_from_its_folder_to_a_report_that_outlives_it(
     done = command("reproduce", "./tiny")
     assert done.code == 0, done.err
     out = tmp_path / "results/tiny"
-    assert Study(out).paper == "tiny" and Study(out).runs("taught/near") == [0, 1]
+    assert StudyStore(out).paper == "tiny" and StudyStore(out).runs("taught/near") == [0, 1]
     records = json.loads((out / "claims.json").read_text())["claims"]
     assert [(record["id"], record["publication"], record["verdict"]) for record in records][1][
         :2

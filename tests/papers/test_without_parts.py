@@ -141,7 +141,7 @@ def test_with_the_part_nothing_is_missing(
 
 
 def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Path) -> None:
-    study = bl.open(results / "strings")
+    study = bl.open_study(results / "strings")
     assert study.data().sizes["condition"] == 2
     assert study.assay("innate").sizes["run"] == 2
     assert len(study.to_pandas()) == 2 * 2 * 3 * 30

@@ -18,7 +18,7 @@ from baldwinlab.presets import load
 from baldwinlab.runs import estimate
 from baldwinlab.runs.replay import replay
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.study import open_runs
 from baldwinlab.variables import of_record
 from tests.small import small, small_study
 
@@ -165,7 +165,7 @@ def test_a_run_as_it_is_given_and_all_runs_as_tables_are_estimated_by_their_vari
     assert estimate.whole_bytes(experiment) == sum(
         each.nbytes for each in simulate(experiment).data_vars.values()
     )
-    tables = open_study(small_study(tmp_path / "study", [experiment], runs=2).directory)
+    tables = open_runs(small_study(tmp_path / "study", [experiment], runs=2).directory)
     held = sum(each.nbytes for each in tables.drop_vars("experiment").data_vars.values())
     needed = estimate.of_tables(
         [(experiment, 2)]

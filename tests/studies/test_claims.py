@@ -12,7 +12,7 @@ import pytest
 
 from baldwinlab.studies.claims import CLAIMS, claims_in, write_claims
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.small import small, small_study
 
 WRITTEN: list[dict[str, Any]] = [
@@ -22,18 +22,18 @@ WRITTEN: list[dict[str, Any]] = [
 
 
 @pytest.fixture
-def study(tmp_path: Path) -> Study:
+def study(tmp_path: Path) -> StudyStore:
     return small_study(tmp_path / "study", [small("evo/A")], runs=2)
 
 
-def test_claims_come_back_as_they_were_written(study: Study) -> None:
+def test_claims_come_back_as_they_were_written(study: StudyStore) -> None:
     assert claims_in(study) == []
     write_claims(study, WRITTEN)
     assert claims_in(study) == WRITTEN
 
 
 @pytest.mark.parametrize("change", ["verdict", "effect", "claim added", "records"])
-def test_a_change_by_hand_is_refused(study: Study, change: str) -> None:
+def test_a_change_by_hand_is_refused(study: StudyStore, change: str) -> None:
     write_claims(study, WRITTEN)
     path = study.directory / CLAIMS
     found = json.loads(path.read_text())
@@ -54,7 +54,7 @@ def test_a_change_by_hand_is_refused(study: Study, change: str) -> None:
         claims_in(study)
 
 
-def test_claims_of_other_runs_are_refused(study: Study, tmp_path: Path) -> None:
+def test_claims_of_other_runs_are_refused(study: StudyStore, tmp_path: Path) -> None:
     write_claims(study, WRITTEN)
     grown = small_study(study.directory, [small("evo/A")], runs=3)
     with pytest.raises(
@@ -71,7 +71,7 @@ def test_claims_of_other_runs_are_refused(study: Study, tmp_path: Path) -> None:
 
 
 def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them_again(
-    study: Study,
+    study: StudyStore,
 ) -> None:
     (study.directory / CLAIMS).write_text(json.dumps(WRITTEN))
     with pytest.raises(
@@ -82,13 +82,13 @@ def test_claims_of_an_older_version_are_refused_with_the_command_that_makes_them
 
 
 @pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
-def test_json_of_another_kind_is_refused(study: Study, content: Any) -> None:
+def test_json_of_another_kind_is_refused(study: StudyStore, content: Any) -> None:
     (study.directory / CLAIMS).write_text(json.dumps(content))
     with pytest.raises(StudyError, match="is not what a report has written"):
         claims_in(study)
 
 
-def test_huge_claims_are_refused_before_they_are_read(study: Study) -> None:
+def test_huge_claims_are_refused_before_they_are_read(study: StudyStore) -> None:
     (study.directory / CLAIMS).touch()
     os.truncate(study.directory / CLAIMS, 20 * 10**9)
     with pytest.raises(

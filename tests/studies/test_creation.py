@@ -14,7 +14,7 @@ from baldwinlab.parts import Source
 from baldwinlab.studies import trust
 from baldwinlab.studies.facts import sealed
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from tests.small import small
 
 ROUNDS = range(30)
@@ -63,7 +63,7 @@ def outcomes(folder: Path, name: str) -> tuple[str, str]:
 
 def test_of_two_processes_with_different_seeds_one_is_refused(race: Path) -> None:
     for number in ROUNDS:
-        winner = Study(race / f"seeds{number}").seed
+        winner = StudyStore(race / f"seeds{number}").seed
         ended = outcomes(race, f"seeds{number}")
         assert ended[winner - 1] == "created"
         assert f"holds another study: its seed is {winner}, not {3 - winner}" in ended[2 - winner]
@@ -71,7 +71,7 @@ def test_of_two_processes_with_different_seeds_one_is_refused(race: Path) -> Non
 
 def test_of_two_processes_with_different_experiments_one_is_refused(race: Path) -> None:
     for number in ROUNDS:
-        rate = Study(race / f"experiments{number}").experiments[CONDITION].learning.rate
+        rate = StudyStore(race / f"experiments{number}").experiments[CONDITION].learning.rate
         ended = outcomes(race, f"experiments{number}")
         assert ended[rate == 0.2] == "created"
         assert "another study" in ended[rate != 0.2]
@@ -108,4 +108,4 @@ def test_a_name_that_stands_twice_in_a_study_is_refused(tmp_path: Path) -> None:
     above = path.read_text().split("# SHA-256")[0]
     path.write_text(sealed(above.replace('["evo/A"]', '["evo/A", "evo/A"]')))
     with pytest.raises(StudyError, match="conditions: a name stands there twice"):
-        Study(tmp_path)
+        StudyStore(tmp_path)

@@ -24,7 +24,7 @@ from baldwinlab.files import location
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, cluster
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.study import missing_runs, plan
 from tests.assays.studies import conditions, measured
 from tests.small import contents, ignore, silent, small, small_study
@@ -52,7 +52,7 @@ def longer(name: str) -> Experiment:
 
 
 def amounts(
-    executor: Executor, study: Study, runs: int, workers: int = 2
+    executor: Executor, study: StudyStore, runs: int, workers: int = 2
 ) -> Generator[int, None, None]:
     return executor.do(study, plan(study, missing_runs(study, runs, ignore), workers), workers, CPU)
 
@@ -311,7 +311,7 @@ def test_the_same_command_runs_on_a_cluster(
     assert command(monkeypatch, capsys, tmp_path, *words, *far)[0] == 0
     assert command(monkeypatch, capsys, tmp_path, *words, "--out", "threads")[0] == 0
     assert contents(tmp_path / "dask") == contents(tmp_path / "threads") != {}
-    (session,) = Study(tmp_path / "dask").sessions()
+    (session,) = StudyStore(tmp_path / "dask").sessions()
     assert (session["executor"], session["workers"]) == ("dask", 2)
     assert (
         command(

@@ -11,17 +11,17 @@ from baldwinlab.factors import Factors
 from baldwinlab.presets import load
 from baldwinlab.publish import publish
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study, create
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.study import open_runs
 from tests.small import as_older, ignore, small, small_study
 
 PAPER = ["evo/A", "evo+self-taught/A", "evo/B"]
 
 
-def older(directory: Path, names: list[str]) -> Study:
+def older(directory: Path, names: list[str]) -> StudyStore:
     """A study of these conditions as format 1 had it: without kind and factors."""
     study = small_study(directory, [small().replace(name=name) for name in names], runs=1)
-    return Study(as_older(study.directory, names))
+    return StudyStore(as_older(study.directory, names))
 
 
 def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -> None:
@@ -33,10 +33,10 @@ def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -
         "multiverse",
         factors,
     )
-    study = Study(tmp_path)
+    study = StudyStore(tmp_path)
     assert study.kind == "multiverse"
     assert study.factors == factors | {"three": Factors("three")}
-    found = open_study(tmp_path)
+    found = open_runs(tmp_path)
     assert found["learner"].values.tolist() == ["evo", "evo", "three"]
     assert found.sel(condition="two")["map"] == "B"
     assert found["variant"].values.tolist() == ["rank", "", ""]
@@ -44,7 +44,7 @@ def test_factors_are_written_down_and_come_back_as_coordinates(tmp_path: Path) -
 
 def test_a_factor_that_no_condition_has_is_no_coordinate(tmp_path: Path) -> None:
     create(tmp_path, [load("evo/A").replace(name="mine")], 1)
-    assert {"learner", "map", "variant"} & set(open_study(tmp_path).coords) == {"learner"}
+    assert {"learner", "map", "variant"} & set(open_runs(tmp_path).coords) == {"learner"}
 
 
 def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_names_of_any_kind_are_written_as_toml(tmp_path: Path) -> None:
         factors={"1/2/3": Factors('"é\\', "x y")},
     )
     assert list(tomllib.loads((tmp_path / "study.toml").read_text())["factors"]) == names
-    assert Study(tmp_path).factors["1/2/3"] == Factors('"é\\', "x y")
+    assert StudyStore(tmp_path).factors["1/2/3"] == Factors('"é\\', "x y")
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_what_is_no_factor_is_refused_in_a_sentence(
     path = tmp_path / "study.toml"
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(StudyError, match=f"study.toml cannot be read: {message}"):
-        Study(tmp_path)
+        StudyStore(tmp_path)
 
 
 def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -
     text = path.read_text().partition("# SHA-256")[0]
     assert 'variant = "rank"' in text
     path.write_text(text.replace("variant =", "reading =").replace("format = 3", "format = 2"))
-    assert Study(tmp_path).factors == factors
+    assert StudyStore(tmp_path).factors == factors
 
 
 def test_a_study_of_the_older_format_reports_its_maps_and_learners_as_before(
@@ -119,7 +119,7 @@ def test_a_multiverse_of_the_older_format_is_one(tmp_path: Path) -> None:
 def test_a_sweep_of_the_older_format_is_one(tmp_path: Path) -> None:
     older(tmp_path, ["point-0000"])
     (tmp_path / "sweep.toml").touch()
-    assert Study(tmp_path).kind == "sweep"
+    assert StudyStore(tmp_path).kind == "sweep"
 
 
 def test_conditions_of_ones_own_that_look_like_variants_are_no_multiverse(tmp_path: Path) -> None:

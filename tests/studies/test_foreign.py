@@ -15,7 +15,7 @@ import baldwinlab as bl
 from baldwinlab import cli
 from baldwinlab.experiment import choices
 from baldwinlab.parts import PartError, load_file
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from tests.small import contents
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
@@ -56,7 +56,7 @@ def refused(*words: str | Path) -> int:
 
 def test_a_study_keeps_name_source_and_hash_of_every_part(study: Path) -> None:
     text = FILE.read_bytes()
-    stored = Study(study).parts
+    stored = StudyStore(study).parts
     assert [(part.kind, part.name) for part in stored] == [
         ("model", "bit-strings"),
         ("variation", "one-point"),
@@ -66,10 +66,10 @@ def test_a_study_keeps_name_source_and_hash_of_every_part(study: Path) -> None:
 
 
 def test_readers_need_no_part(study: Path) -> None:
-    data = bl.open_study(study)
+    data = bl.open_runs(study)
     assert data.energy.sizes == {"condition": 1, "run": 2, "generation": 6, "agent": 40}
     assert "food_eaten" not in data and data.unknown.notnull().all()
-    found = bl.open(study)
+    found = bl.open_study(study)
     assert found.experiment("bit-strings").to_dict()["bit_strings"] == {
         "loci": 6,
         "guesses": 50,
@@ -93,7 +93,7 @@ def test_who_lives_lives_is_asked_for_the_part(
         in _words(capsys)
     )
     with pytest.raises(PartError, match="is not here"):
-        bl.open(study).replay("bit-strings", run=0, generation=1)
+        bl.open_study(study).replay("bit-strings", run=0, generation=1)
 
 
 def test_another_part_of_that_name_is_refused(
@@ -115,7 +115,7 @@ def test_another_part_of_that_name_is_refused(
         assert f"(SHA-256 {there}...) is another than the one given here ({here}...)" in said
     assert contents(study) == before
     assert (
-        bl.open_study(study).energy.notnull().all()
+        bl.open_runs(study).energy.notnull().all()
     )  # to read it, it does not matter which is here
 
 
@@ -133,21 +133,23 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(
 ) -> None:
     load_file(FILE)
     innate = (
-        bl.open(study).assay("innate", "bit-strings").energy.mean(("run", "generation", "agent"))
+        bl.open_study(study)
+        .assay("innate", "bit-strings")
+        .energy.mean(("run", "generation", "agent"))
     )
     assert innate.sel(life="on") > innate.sel(life="off") >= 1
     assert innate.sel(life="frozen") >= innate.sel(
         life="on"
     )  # born with what it learned, an agent need not guess
     assert innate.sel(life="drift").isnull()  # which is of networks that teach themselves
-    assert bl.open(study).assay("descent", "bit-strings").effective_ancestors.notnull().all()
+    assert bl.open_study(study).assay("descent", "bit-strings").effective_ancestors.notnull().all()
     with pytest.raises(
         bl.StudyError,
         match="the assay reaction is of foragers and what they eat, so the model bit-strings has none",
     ):
-        bl.open(study).assay("reaction")
+        bl.open_study(study).assay("reaction")
     neutral = (
-        bl.open(study)
+        bl.open_study(study)
         .assay("neutral", "bit-strings")
         .energy.mean(("run", "generation", "agent"))
         .sel(life="on")
@@ -157,9 +159,9 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(
     )  # selection has built what is learned from
     forget()
     assert (
-        bl.open(study).assay("innate", "bit-strings").energy.size
+        bl.open_study(study).assay("innate", "bit-strings").energy.size
     )  # what is stored is read without the part
-    report = bl.open(study).report().read_text()
+    report = bl.open_study(study).report().read_text()
     assert "the average agent gains" in report and "eats" not in report
     assert (
         "Did selection build what is innate?" in report
@@ -170,7 +172,7 @@ def test_innate_and_learned_are_assayed_through_the_models_switches(
 def test_nothing_that_lies_in_a_study_is_executed(study: Path) -> None:
     for path in (study / "parts").iterdir():
         path.write_text("raise SystemExit('executed')")
-    bl.open(study).report()
+    bl.open_study(study).report()
     load_file(FILE)
     bl.run("bit-strings", runs=3, out=study, set=SMALL)
 
@@ -214,7 +216,7 @@ def test_the_command_line_runs_a_model_of_ones_own(tmp_path: Path) -> None:
         [sys.executable, "-m", "baldwinlab", *words], capture_output=True, text=True, env=os.environ
     )
     assert done.returncode == 0, done.stderr
-    assert bl.open(tmp_path / "out").data().energy.sizes["generation"] == 3
+    assert bl.open_study(tmp_path / "out").data().energy.sizes["generation"] == 3
 
 
 def _words(capsys: pytest.CaptureFixture[str]) -> str:

@@ -10,7 +10,7 @@ import pytest
 from baldwinlab.errors import RefusedError
 from baldwinlab.files import SESSIONS_FILE, append_line, write_atomically
 from baldwinlab.runs.simulate import simulate
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from tests.commands import Command
 from tests.small import contents, small, small_study
 
@@ -124,7 +124,7 @@ def test_a_study_that_is_reached_through_a_link_is_written_to(tmp_path: Path) ->
     assert len(contents(tmp_path / "disk" / "study")) == 1
     assert len(list(study.sessions())) == 1
     (tmp_path / "mine").symlink_to(tmp_path / "disk" / "study")
-    again = Study(tmp_path / "mine")
+    again = StudyStore(tmp_path / "mine")
     again.write("evo/A", 1, simulate(small("evo/A"), seed=5, run=1))
     append_line(again.directory / "sessions.jsonl", "{}", SESSIONS_FILE)
     assert len(contents(tmp_path / "disk" / "study")) == 2

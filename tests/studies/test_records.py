@@ -18,8 +18,8 @@ from baldwinlab.netcdf import opened, sealed
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.records import DamagedRecordError, StudyError, encode, write_record
-from baldwinlab.studies.store import Study, create
-from baldwinlab.studies.study import missing_runs, open_study, run_study
+from baldwinlab.studies.store import StudyStore, create
+from baldwinlab.studies.study import missing_runs, open_runs, run_study
 from baldwinlab.variables import whole as all_of
 from tests.small import as_older, contents, ignore, silent, small, small_study
 
@@ -51,10 +51,10 @@ def test_what_a_record_says_of_itself_is_read_without_its_arrays(tmp_path: Path)
         study.attributes("evo/A", 9)
 
 
-Replace = Callable[[Study], Path]
+Replace = Callable[[StudyStore], Path]
 
 
-def _swapped(study: Study) -> Path:
+def _swapped(study: StudyStore) -> Path:
     one, other = study.path("evo/A", 1), study.path("evo+self-taught/A", 1)
     aside = one.with_suffix(".aside")
     one.rename(aside)
@@ -63,12 +63,12 @@ def _swapped(study: Study) -> Path:
     return one
 
 
-def _of_another_run(study: Study) -> Path:
+def _of_another_run(study: StudyStore) -> Path:
     return Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 1)))
 
 
 def _of_another(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replace:
-    def put(study: Study) -> Path:
+    def put(study: StudyStore) -> Path:
         experiment = small("evo/A").replace(
             evolution={"generations": generations, "mutation_rate": rate}
         )
@@ -106,7 +106,7 @@ def test_a_record_in_another_s_place_is_named_set_aside_and_computed_again(
     sound = contents(tmp_path)
     path = replace(study)
     with pytest.raises(DamagedRecordError, match=f"{path} is damaged: {why}"):
-        open_study(tmp_path)
+        open_runs(tmp_path)
     with pytest.raises(DamagedRecordError, match=why):
         study.read("evo/A", 1)
     with pytest.raises(DamagedRecordError, match=why):
@@ -124,7 +124,7 @@ def test_a_netcdf_file_of_somebody_else_with_a_checksum_is_named(tmp_path: Path)
         encode(simulate(small("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition")
     )
     with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged"):
-        open_study(tmp_path)
+        open_runs(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["1.nc", "00001.nc", "99999999999.nc", "mine.nc", "2147483648.nc"])
@@ -132,7 +132,7 @@ def test_a_file_that_could_be_taken_for_a_record_is_named(tmp_path: Path, name: 
     study = small_study(tmp_path)
     stranger = Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 0).with_name(name)))
     with pytest.raises(StudyError, match=f"{stranger} has no name of a record"):
-        open_study(tmp_path)
+        open_runs(tmp_path)
 
 
 @pytest.mark.parametrize("kind", ["a folder", "a dangling link"])
@@ -155,7 +155,7 @@ def test_an_experiment_that_was_edited_later_is_told_at_once(tmp_path: Path) -> 
         StudyError,
         match=r"experiment\.toml cannot be read: it has been changed since the study was made",
     ):
-        Study(study.directory)
+        StudyStore(study.directory)
 
 
 def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path: Path) -> None:
@@ -166,7 +166,7 @@ def test_an_edited_experiment_of_an_older_study_is_told_by_its_records(tmp_path:
         DamagedRecordError,
         match="the experiment that it was made with is not that of evo/A in this study",
     ):
-        open_study(study.directory)
+        open_runs(study.directory)
 
 
 @pytest.mark.parametrize("way", ["study.toml deleted", "folder moved", "folder removed"])

@@ -18,7 +18,7 @@ from baldwinlab.papers import load as load_paper
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.presets import load
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study import missing_runs
 from baldwinlab.sweeps.plan import read as read_sweep
 from tests.small import ignore, small, small_study
@@ -46,15 +46,15 @@ READ = """
 import os, resource, sys
 from pathlib import Path
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.studies.store import Study
-from baldwinlab.studies.study import open_study
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study import open_runs
 resource.setrlimit(resource.RLIMIT_DATA, (2 * 10**9, 2 * 10**9))
 place = Path(sys.argv[1])
 for name in sys.argv[2:]:
     size = (place / name).stat().st_size
     os.truncate(place / name, 20 * 10**9)
     try:
-        list(Study(place).sessions()), open_study(place)
+        list(StudyStore(place).sessions()), open_runs(place)
     except BaldwinLabError as error:
         print(error)
     os.truncate(place / name, size)
@@ -132,7 +132,7 @@ def test_a_line_of_sessions_with_other_bytes_than_text_is_passed_over(
     (session,) = study.sessions()
     path = tmp_path / "sessions.jsonl"
     path.write_bytes(line + b"\n" + path.read_bytes() + line)
-    assert list(Study(tmp_path).sessions()) == [session]
+    assert list(StudyStore(tmp_path).sessions()) == [session]
 
 
 def test_sessions_that_are_no_file_are_named(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from baldwinlab.presets import load
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from tests.small import as_older, small
 
 
@@ -70,7 +70,7 @@ def test_a_directory_that_is_no_study_is_refused_with_the_reason(
     if content is not None:
         (tmp_path / "study.toml").write_text(content)
     with pytest.raises(StudyError, match=message):
-        Study(tmp_path)
+        StudyStore(tmp_path)
 
 
 def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
@@ -79,7 +79,7 @@ def test_a_study_whose_experiment_was_broken_says_which(tmp_path: Path) -> None:
     with pytest.raises(
         StudyError, match=r"experiment\.toml cannot be read: .*nonsense: there is no such field"
     ):
-        Study(tmp_path)
+        StudyStore(tmp_path)
 
 
 def test_a_record_that_is_not_there_or_damaged_is_named(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_what_is_no_file_of_the_study_s_own_is_refused_and_never_waited_for(
     else:
         path.mkdir()
     with pytest.raises(StudyError, match=f"{path.name} cannot be read: it is"):
-        Study(tmp_path / "study")
+        StudyStore(tmp_path / "study")
 
 
 def test_sessions_of_another_kind_are_passed_over(tmp_path: Path) -> None:

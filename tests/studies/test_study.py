@@ -21,7 +21,7 @@ from baldwinlab.statistics import fitness
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.store import create
-from baldwinlab.studies.study import missing_runs, open_study, plan, run_study
+from baldwinlab.studies.study import missing_runs, open_runs, plan, run_study
 from tests.small import contents, ignore, silent, small, small_study
 
 
@@ -105,7 +105,7 @@ def test_a_damaged_record_is_named_set_aside_and_computed_again(tmp_path: Path) 
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
-        open_study(tmp_path)
+        open_runs(tmp_path)
     told: list[str] = []
     missing = missing_runs(study, 3, told.append)
     assert missing == {"evo/A": [1], "evo+self-taught/A": []}
@@ -131,7 +131,7 @@ def test_a_damaged_record_beyond_the_runs_that_are_asked_for_is_named_and_set_as
     )
     assert not foreign.exists()
     assert foreign.with_name("0007.nc.damaged").exists()
-    open_study(tmp_path)
+    open_runs(tmp_path)
 
 
 def test_an_error_in_one_run_ends_the_study_and_is_raised(
@@ -151,7 +151,7 @@ def test_an_error_in_one_run_ends_the_study_and_is_raised(
 
 def test_a_study_opens_as_one_labelled_dataset(tmp_path: Path) -> None:
     study = small_study(tmp_path)
-    found = open_study(tmp_path)
+    found = open_runs(tmp_path)
     assert dict(found.food_eaten.sizes) == {"condition": 2, "run": 3, "generation": 3, "agent": 20}
     assert found.food_eaten.dtype == np.int32
     for condition in study.experiments:
@@ -165,14 +165,14 @@ def test_a_study_opens_as_one_labelled_dataset(tmp_path: Path) -> None:
 def test_runs_that_are_not_there_yet_are_gaps(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     study.path("evo/A", 1).unlink()
-    found = open_study(tmp_path)
+    found = open_runs(tmp_path)
     assert found.food_eaten.sel(condition="evo/A", run=1).isnull().all()
     assert found.food_eaten.sel(condition="evo/A", run=2).notnull().all()
 
 
 def test_a_study_without_any_run_opens_empty(tmp_path: Path) -> None:
     create(tmp_path, [small("evo/A"), small("evo/B")], seed=1)
-    assert dict(open_study(tmp_path).food_eaten.sizes) == {
+    assert dict(open_runs(tmp_path).food_eaten.sizes) == {
         "condition": 2,
         "run": 0,
         "generation": 3,
@@ -184,7 +184,7 @@ def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) ->
     pytest.importorskip("upath")
     far = small_study(location("memory://tests/study"), runs=2)
     near = small_study(tmp_path, runs=2)
-    xr.testing.assert_identical(open_study("memory://tests/study"), open_study(tmp_path))
+    xr.testing.assert_identical(open_runs("memory://tests/study"), open_runs(tmp_path))
     for condition in near.experiments:
         assert far.path(condition, 1).read_bytes() == near.path(condition, 1).read_bytes()
     path = far.path("evo/A", 1)
@@ -194,7 +194,7 @@ def test_a_study_in_an_object_store_is_what_it_is_in_a_folder(tmp_path: Path) ->
     assert "memory://tests/study/runs/evo/A/0001.nc is damaged" in told[0]
     assert path.with_name("0001.nc.damaged").exists()
     small_study(location("memory://tests/study"), runs=2)
-    xr.testing.assert_identical(open_study(far.directory), open_study(tmp_path))
+    xr.testing.assert_identical(open_runs(far.directory), open_runs(tmp_path))
     assert len(list(far.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
         create(location("memory://tests/study"), [small("evo/A")], seed=5)
@@ -211,7 +211,7 @@ def test_a_session_is_noted_with_what_it_did(tmp_path: Path) -> None:
 def test_opened_variables_and_their_labels_say_their_units_and_what_they_mean(
     tmp_path: Path,
 ) -> None:
-    data = open_study(small_study(tmp_path / "study", runs=1).directory)
+    data = open_runs(small_study(tmp_path / "study", runs=1).directory)
     assert {name: data[name].attrs["units"] for name in ("food_eaten", "energy", "parents")} == {
         "food_eaten": "items",
         "energy": "energy",

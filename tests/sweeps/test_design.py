@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab import open_study, open_sweep, sweep
+from baldwinlab import open_runs, open_sweep, sweep
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.factors import SWEEP
 from baldwinlab.runs.simulate import simulate
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study, create
+from baldwinlab.studies.store import StudyStore, create
 from baldwinlab.studies.study import missing_runs, run_study
 from baldwinlab.sweeps.design import FILE, experiments
 from baldwinlab.sweeps.plan import Sweep, read
@@ -51,7 +51,7 @@ def read_text(text: str, folder: Path) -> Sweep:
     return read(path)
 
 
-def made(text: str, folder: Path, runs: int) -> Study:
+def made(text: str, folder: Path, runs: int) -> StudyStore:
     """A sweep in `folder`/made, brought to so many runs."""
     plan = read_text(text, folder)
     study = create(folder / "made", experiments(plan, folder / "sweep-file.toml"), plan.seed, SWEEP)
@@ -61,11 +61,13 @@ def made(text: str, folder: Path, runs: int) -> Study:
 
 
 @pytest.fixture(scope="module")
-def grid(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def grid(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
     return made(GRID, tmp_path_factory.mktemp("grid"), runs=2)
 
 
-def test_a_grid_has_every_combination_and_opens_with_its_fields_as_dimensions(grid: Study) -> None:
+def test_a_grid_has_every_combination_and_opens_with_its_fields_as_dimensions(
+    grid: StudyStore,
+) -> None:
     data = open_sweep(grid.directory)
     assert list(data.food_eaten.sizes.items()) == [
         ("world.food.0.count", 2), ("evolution.mutation_rate", 3), ("run", 2), ("generation", 2), ("agent", 4)
@@ -75,7 +77,7 @@ def test_a_grid_has_every_combination_and_opens_with_its_fields_as_dimensions(gr
     assert (data.attrs["design"], data.attrs["base"], data.attrs["seed"]) == ("grid", "evo/A", 0)
 
 
-def test_where_there_is_no_food_nobody_eats_and_elsewhere_somebody_does(grid: Study) -> None:
+def test_where_there_is_no_food_nobody_eats_and_elsewhere_somebody_does(grid: StudyStore) -> None:
     eaten = open_sweep(grid.directory).food_eaten.sum(
         ["run", "generation", "agent", "evolution.mutation_rate"]
     )
@@ -83,7 +85,7 @@ def test_where_there_is_no_food_nobody_eats_and_elsewhere_somebody_does(grid: St
     assert eaten.sel({"world.food.0.count": 50}) > 0
 
 
-def test_each_cell_of_a_grid_holds_the_runs_of_its_experiment(grid: Study) -> None:
+def test_each_cell_of_a_grid_holds_the_runs_of_its_experiment(grid: StudyStore) -> None:
     data = open_sweep(grid.directory)
     for experiment in grid.experiments.values():
         place: dict[str, float] = {"world.food.0.count": experiment.world.food[0].count}
@@ -94,7 +96,7 @@ def test_each_cell_of_a_grid_holds_the_runs_of_its_experiment(grid: Study) -> No
 
 
 def test_runs_that_are_not_stored_are_nan_and_the_rest_of_a_sweep_is_made_later_to_the_same_bits(
-    grid: Study, tmp_path: Path
+    grid: StudyStore, tmp_path: Path
 ) -> None:
     part = made(GRID, tmp_path, runs=1)
     part.path("point-0003", 0).unlink()
@@ -107,8 +109,8 @@ def test_runs_that_are_not_stored_are_nan_and_the_rest_of_a_sweep_is_made_later_
     xr.testing.assert_identical(open_sweep(part.directory), open_sweep(grid.directory))
 
 
-def test_a_sweep_is_a_study(grid: Study) -> None:
-    study = open_study(grid.directory)
+def test_a_sweep_is_a_study(grid: StudyStore) -> None:
+    study = open_runs(grid.directory)
     assert study["condition"].values.tolist() == [f"point-{number:04d}" for number in range(6)]
 
 
@@ -231,7 +233,7 @@ def test_a_fault_that_many_points_share_is_named_once_and_every_other_beside_it(
     ],
 )
 def test_a_directory_with_another_sweep_is_refused_and_left_as_it_is(
-    text: str, sentence: str, grid: Study, tmp_path: Path
+    text: str, sentence: str, grid: StudyStore, tmp_path: Path
 ) -> None:
     before = {path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()}
     path = tmp_path / "other.toml"

@@ -30,7 +30,7 @@ from baldwinlab.outputs import is_study
 from baldwinlab.parts.foreign import Source, load_text, sources_of
 from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError, Task
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 PATIENCE: Final = 10  # seconds to wait for a scheduler, also for one that was lost
 EVENTS_A_SECOND: Final = 100  # from all tasks together
@@ -55,7 +55,12 @@ class Order(NamedTuple):
 
 
 def on_dask(
-    address: str, study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+    address: str,
+    study: StudyStore,
+    tasks: Sequence[Task],
+    workers: int,
+    backend: Backend,
+    done: Done,
 ) -> Generator[int, None, None]:
     """Do the tasks on a Dask cluster, with the workers it has. See `Executor`."""
     with _connect(address) as client:
@@ -63,7 +68,7 @@ def on_dask(
 
 
 def on_slurm(
-    jobs: int, study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+    jobs: int, study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Do the tasks on workers that are so many Slurm jobs, as Dask's configuration describes a job. See `Executor`."""
     with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
@@ -112,7 +117,7 @@ def _connect(address: str) -> Client:
 
 
 def _do_all(
-    client: Client, study: Study, tasks: Sequence[Task], backend: Backend, done: Done
+    client: Client, study: StudyStore, tasks: Sequence[Task], backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Submit the tasks and yield the agent-steps done: what workers tell, and when a task has ended, the rest of it.
 
@@ -144,7 +149,7 @@ def _do_all(
         client.cancel(list(futures.values()))
 
 
-def _orders(study: Study, tasks: Sequence[Task], backend: Backend, topic: str) -> list[bytes]:
+def _orders(study: StudyStore, tasks: Sequence[Task], backend: Backend, topic: str) -> list[bytes]:
     """The tasks as they are sent."""
     directory = str(study.directory.absolute() if is_local(study.directory) else study.directory)
     sources = sources_of(experiment for task in tasks for experiment in task.experiments)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 from baldwinlab.errors import BaldwinLabError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backend import Backend
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 class Task(Protocol):
@@ -33,7 +33,7 @@ class Task(Protocol):
 Done = Callable[[Any, Any], None]
 """Called with a task that has ended, and what it returned."""
 
-Work = Callable[[Study, Sequence[Task], int, Backend, Done], Generator[int, None, None]]
+Work = Callable[[StudyStore, Sequence[Task], int, Backend, Done], Generator[int, None, None]]
 """An executor's way: see `Executor.do`."""
 
 
@@ -50,7 +50,7 @@ class Executor(NamedTuple):
 
     def do(
         self,
-        study: Study,
+        study: StudyStore,
         tasks: Sequence[Task],
         workers: int,
         backend: Backend,

@@ -11,11 +11,11 @@ from typing import Any, Final
 from baldwinlab.models.miniworld.backend import Backend
 from baldwinlab.runs.warm_up import available_cores
 from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Task
-from baldwinlab.studies.store import Study
+from baldwinlab.studies.store import StudyStore
 
 
 def threads(
-    study: Study, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
+    study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
     """Do the tasks on so many threads. See `Executor`."""
     stop = threading.Event()

@@ -202,7 +202,7 @@ def test_a_study_of_it_runs_resumes_and_is_reported(command: Command) -> None:
     assert command(*given, "--runs", "1").code == 0
     assert command(*given, "--runs", "2").code == 0
     assert command("report", "xor").code == 0
-    assert bl.open("xor").runs("neat-xor") == [0, 1]
+    assert bl.open_study("xor").runs("neat-xor") == [0, 1]
 
 
 @pytest.mark.nightly
