@@ -143,7 +143,7 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
 
 
 def _require_whole(path: Path) -> None:
-    """ffmpeg writes a movie's index last, and nobody hears where it cannot. Raises OSError where that is not there."""
+    """Raise OSError if the movie has no index, which ffmpeg writes last and without reporting failure."""
     if b"moov" not in path.read_bytes():
         number = errno.ENOSPC if shutil.disk_usage(path.parent).free < 2**20 else errno.EIO
         raise OSError(number, os.strerror(number), str(path))

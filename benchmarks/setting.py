@@ -30,7 +30,10 @@ class Contender(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """The standard variant of docs/explanation/model.md with one food region and one hidden layer; units as in `baldwinlab.experiment`."""
+    """The standard variant with one food region and one hidden layer.
+
+    Units are those of `baldwinlab.experiment`; the model is in docs/explanation/model.md.
+    """
 
     name: str  # of the experiment
     width: float

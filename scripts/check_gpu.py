@@ -1,4 +1,4 @@
-"""On a machine with an NVIDIA GPU: are its lives the CPU's, to the bit, and how fast are they?
+"""Compare the results and the speed of an NVIDIA GPU with those of the CPU.
 
     python scripts/check_gpu.py [--quick]
 

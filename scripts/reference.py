@@ -167,7 +167,8 @@ Of `replay`.
 
 {table_of_variables(variables.TRACE)}"""
     for assay, measured in variables.ASSAYS.items():
-        text += f"\n## The assay {assay}\n\nOf `open_assay`; see [assays](../docs/explanation/assays.md).\n\n{table_of_variables(measured)}"
+        text += f"\n## The assay {assay}\n\nOf `open_assay`; see [assays](../docs/explanation/assays.md).\n\n"
+        text += table_of_variables(measured)
     return text
 
 

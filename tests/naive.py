@@ -1,7 +1,8 @@
 """The paper's model in plain Python: one agent after another, one number after another.
 
-This is the oracle of the tests. It is written from docs/explanation/model.md and knows nothing of the engine: it computes in float64,
-with math.exp and atan2, and draws from Python's own random numbers, so that a misreading in the engine has no echo here.
+This is the oracle of the tests. It follows docs/explanation/model.md and shares no code with the engine.
+It computes in float64, with math.exp and atan2, and uses the random numbers of Python.
+A wrong interpretation in the engine is therefore not repeated here.
 Section names are those of the paper.
 """
 

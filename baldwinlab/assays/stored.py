@@ -212,7 +212,7 @@ def distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def share(part: xr.DataArray, whole: xr.DataArray) -> xr.DataArray:
-    """part / whole, undefined (NaN) where the whole is 0."""
+    """Return part / whole, or NaN where the whole is 0."""
     return part / whole.where(whole > 0)
 
 

@@ -35,9 +35,7 @@ def export(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Write a live laboratory, one HTML file in which evolution runs in the reader's own browser, to the same bits; or a study's
-    results for other people's tools: a Zarr store, a table as Parquet, or as CSV.
-    """
+    """Write a live laboratory as one HTML file, or the results of a study as Parquet, CSV or Zarr."""
     if out.suffix != ".html":
         if part or assignments or seed is not None:
             raise RefusedError(

@@ -102,7 +102,7 @@ def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -
 
 
 def deal_teachers(experiment: BaseExperiment, genome: Genome, moment: Moment) -> Genome:
-    """A control: what if the reinforcement module were not inherited together with the action module, or not at all?"""
+    """Apply the control `learning.teacher` to the reinforcement modules of a new generation."""
     if not isinstance(experiment, Experiment) or "reinforcement" not in experiment.modules:
         return genome
     return TEACHERS[experiment.learning.teacher](genome, moment)

@@ -79,8 +79,10 @@ def _groups(table: Table) -> Iterator[list[Block]]:
 
 
 def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
-    """A header, then the rows; what a condition's model does not record is empty. Beside it, PATH-metadata.json has the types,
-    units and meanings of the columns. Raises as `write_parquet` does.
+    """Write a table as CSV, with a header.
+
+    A cell is empty if the model of a condition does not record the variable. The file PATH-metadata.json contains
+    the types, units and meanings of the columns. Raises as `write_parquet` does.
 
     Source: "Metadata Vocabulary for Tabular Data", W3C Recommendation, 17 December 2015.
     """

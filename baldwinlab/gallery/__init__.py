@@ -1,2 +1,1 @@
-"""The papers beside each other: of all whose studies are stored, what came of their claims, and whether it is the Baldwin
-effect."""
+"""The gallery: the verdicts of all papers whose studies are stored, and whether each has a Baldwin effect."""

@@ -1,5 +1,4 @@
-"""Binary senses beside the sight of food: of the items of patches, of other agents, of what one did, of being stopped, and of
-where one heads.
+"""Binary senses in addition to the sight of food: patches, other agents, the last action, touch and the heading.
 
 Sources of the ideas; the readings here are ours. What an agent did a step ago as an input: S. Nolfi, J. L. Elman and D. Parisi,
 "Learning and evolution in neural networks", Adaptive Behavior 3 (1994), whose networks are told their last motor action. Bumpers

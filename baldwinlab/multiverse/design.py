@@ -1,9 +1,9 @@
 """Every variant of the paper, as one study: which experiments make it up.
 
-A paper leaves choices open; Le's, eight: R1 to R8 (docs/explanation/model.md). Each variant among its presets makes one of them otherwise
-than the standard variant, and says at the head of its description which. A multiverse takes them one at a time, or in all
-combinations. It is a study whose conditions are VARIANT/CONDITION/MAP, such as `contact-5/evo/A`, or
-`contact-5+rank/evo/A` where two choices are made at once.
+A paper leaves choices open. Le (2019) leaves eight, R1 to R8 (docs/explanation/model.md).
+Each variant among its presets changes one choice, and its description starts with the number of the choice.
+A multiverse contains one variant at a time, or all combinations. It is a study with the conditions VARIANT/CONDITION/MAP,
+such as `contact-5/evo/A`, or `contact-5+rank/evo/A` for a combination of two.
 
 Source of the idea: S. Steegen, F. Tuerlinckx, A. Gelman and W. Vanpaemel, Increasing Transparency Through a Multiverse
 Analysis, Perspectives on Psychological Science 11 (2016).

@@ -51,8 +51,9 @@ def foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:
 
 
 def shares(study: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
-    """What generations are made of: the shares that the models of all conditions tell of, (condition, run, generation), with what
-    they mean as `long_name`; none where they are not the same, and of MiniWorld.
+    """Return the shares that the models of all conditions declare, as (condition, run, generation).
+
+    `long_name` is the meaning of a share. The dataset is empty if the conditions declare different shares, and for MiniWorld.
     """
     found = [model.all_shares() for model in _other_models(conditions)]
     meanings = [{name: share.meaning for name, share in each.items()} for each in found]

@@ -40,7 +40,7 @@ class Contrast(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """higher or lower where the difference is significant; else undecided, or too few runs."""
+        """Higher or lower where the difference is significant; else undecided, or too few runs."""
         found = {1: "higher", -1: "lower"}.get(direction(self.numbers, self.p_holm))
         return found or (TOO_FEW if self.smallest_p_holm >= SIGNIFICANT else UNDECIDED)
 

@@ -1,7 +1,8 @@
 """The standard variant in NumPy, float32: one operation for all agents of all worlds, and for all items that they may see.
 
-Source: docs/explanation/model.md. An agent is a lane, in the last dimension of every array of the networks. Agents far from the food are
-left out of the agents x items arrays, and networks that do not learn are looked up by the eight possible inputs.
+Source: docs/explanation/model.md. An agent is a lane: the last dimension of every array of the networks.
+The agents x items arrays contain only agents near food.
+Networks that do not learn are tables of the eight possible inputs.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The standard variant in plain Python, with nothing but the standard library: one world, one agent after another.
 
-Source: docs/explanation/model.md. Faster than the tests' oracle, which it is checked against: bearings are compared as slopes, agents far
-from the food do not look at it, and networks that do not learn are looked up by the eight possible inputs.
+Source: docs/explanation/model.md. It is faster than the oracle of the tests, which verifies it:
+bearings are compared as slopes, agents far from food do not compute bearings,
+and networks that do not learn are tables of the eight possible inputs.
 """
 
 from __future__ import annotations

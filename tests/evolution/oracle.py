@@ -48,7 +48,7 @@ def breed(
 
 
 def deal_teachers(experiment: Experiment, genome: Genome, moment: Moment) -> Genome:
-    """A control: what if the reinforcement module were not inherited together with the action module, or not at all?"""
+    """Apply the control `learning.teacher` to the reinforcement modules of a new generation."""
     taught = len(experiment.modules) > 1
     if taught and experiment.learning.teacher == "shuffled":
         order = np.argsort(moment.uniforms(rng.TEACHER, (len(genome), 1))[:, 0, 0], kind="stable")

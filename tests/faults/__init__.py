@@ -1,1 +1,4 @@
-"""What is done to the laboratory to break it: docs/explanation/reproducibility.md. `make faults` does all of it, `make test` a sample."""
+"""Tests with killed processes, damaged files, odd inputs and floods: see docs/explanation/reproducibility.md.
+
+`make faults` runs all of them, `make test` a sample.
+"""

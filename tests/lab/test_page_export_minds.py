@@ -1,5 +1,4 @@
-"""What a live laboratory does with parts of the library: links of a network that grew, from whom each learns, births in mid-life;
-all are Python's."""
+"""Tests of an exported laboratory with built-in parts: links of evolved networks, teachers, and births during life."""
 
 from __future__ import annotations
 

@@ -32,8 +32,10 @@ PLACEBO = survival([1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 12, 15, 1
 
 
 def test_weeks_in_remission_are_compared_as_in_textbooks() -> None:
-    """E. J. Freireich et al., Blood 21 (1963), 6-mercaptopurine in leukaemia; D. G. Kleinbaum and M. Klein, Survival Analysis:
-    chi-square 16.79 with one degree of freedom; medians 23 and 8 weeks; the mean of the placebo 182 / 21 weeks.
+    """Compare with Kleinbaum and Klein, Survival Analysis, on 6-mercaptopurine in leukemia.
+
+    Chi-square 16.79 with one degree of freedom, medians of 23 and 8 weeks, mean of the placebo 182 / 21 weeks.
+    Data: E. J. Freireich et al., Blood 21 (1963).
     """
     found = compare_survival(DRUG, PLACEBO)
     assert found.p == pytest.approx(stats.chi2.sf(16.79, 1), rel=2e-3)
@@ -124,8 +126,9 @@ def test_where_nobody_dies_or_all_at_once_nothing_is_told() -> None:
 
 
 def test_the_interval_is_about_that_of_the_variance_in_closed_form() -> None:
-    """Of a restricted mean, the sum over deaths of (area after it)^2 dying / (at risk (at risk - dying)); Klein and Moeschberger,
-    Survival Analysis (1997), section 4.5.
+    """Compare with the variance of a restricted mean: Klein and Moeschberger, Survival Analysis (1997), section 4.5.
+
+    It is the sum over deaths of (area after it)^2 dying / (at risk (at risk - dying)).
     """
 
     def variance(sample: Survival, until: float) -> float:

@@ -124,7 +124,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
 
 @compiled
 def exponential(x: float) -> float:
-    """e to the power x, for |x| to 300, within 1e-13 of itself."""
+    """E to the power x, for |x| to 300, within 1e-13 of itself."""
     return power_of_ten(x * LOG10_E)
 
 

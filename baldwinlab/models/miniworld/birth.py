@@ -1,5 +1,4 @@
-"""Birth: all of a generation's at the beginning of a life, or one agent's in its midst, where a world feature lets others live
-in the place of who has died."""
+"""Birth: of a generation at the start of a lifetime, or of one agent during it, if a world feature replaces the dead."""
 
 from __future__ import annotations
 

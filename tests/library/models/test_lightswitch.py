@@ -34,7 +34,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 def genomes(of: LightSwitch, agents: int = 40) -> npt.NDArray[np.float32]:
-    """[run, agent, module, bit]"""
+    """Return random genomes as [run, agent, module, bit]."""
     return np.random.default_rng(3).integers(0, 2, (1, agents, 1, of.weights())).astype(np.float32)
 
 
