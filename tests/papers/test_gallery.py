@@ -66,11 +66,23 @@ def test_populations_that_are_followed_for_a_million_steps_have_the_verdicts_of_
     }
 
 
+SECTIONS = [
+    "## Question",
+    "## Model",
+    "## Reproduction",
+    "## Results",
+    "## Not reproduced",
+    "## Deviations and open choices",
+    "## References",
+]
+
+
 @pytest.mark.parametrize("name", papers.built_in())
-def test_every_paper_has_a_page_with_its_command_and_its_findings(name: str) -> None:
+def test_the_page_of_a_paper_has_its_command_and_the_sections_of_all_pages(name: str) -> None:
     page = (papers.load(name).folder / "README.md").read_text()
-    if name != papers.DEFAULT:
-        assert f"baldwinlab reproduce {name}" in page and "## Findings" in page
+    assert f"baldwinlab reproduce {name}" in page
+    headings = [line for line in page.splitlines() if line.startswith("## ")]
+    assert [heading for heading in headings if heading in SECTIONS] == SECTIONS
 
 
 SOON = ("mayley-1996", "stanley-miikkulainen-2002")  # of a kind each: somebody learns, and nobody
