@@ -207,7 +207,7 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
             batch.begin(0, genomes)
             batch.eaten_in_life()  # waits until it is done
             began = time.perf_counter()
-            batch.live(0, steps)
+            batch.simulate(0, steps)
             batch.eaten_in_life()
             seconds += time.perf_counter() - began
         least = min(least, seconds)

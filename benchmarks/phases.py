@@ -22,11 +22,11 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.items import eat
-from baldwinlab.models.miniworld.make import phases_of
+from baldwinlab.models.miniworld.make import hooks_of
 from baldwinlab.models.miniworld.recall import think
 from baldwinlab.models.miniworld.senses import broad_phase, perceive, wake
 from baldwinlab.models.miniworld.world import travel
-from baldwinlab.parts.kinds import decide, learn
+from baldwinlab.parts.kinds import choose_action, learn
 from baldwinlab.presets import load
 
 ROUNDS, REPETITIONS = 2000, 9
@@ -65,7 +65,7 @@ def _act(model: Any, state: Any, rounds: int) -> None:
     model, state = by_reference(model), by_reference(state)
     for _ in range(rounds):
         for first in range(0, state.places.shape[1], WIDTH):
-            decide(state.body, model, state, bundle(first))
+            choose_action(state.body, model, state, bundle(first))
         for first in range(0, state.places.shape[1], WIDTH):
             travel(state.features, model, state, bundle(first))
 
@@ -112,7 +112,7 @@ PHASES = (
 
 def nanoseconds(phase: Phase, batch: Batch, agents: int) -> float:
     """The median over repetitions, an agent-step."""
-    run = kept(phase.run, phases_of(batch.state))
+    run = kept(phase.run, hooks_of(batch.state))
     run(batch.model, batch.state, 1)
     times = []
     for _ in range(REPETITIONS):
@@ -140,7 +140,7 @@ def lived(experiment: Experiment) -> Batch:
     batch.begin(
         0, np.stack([draw_genome(experiment, Moment(0, run, 0)) for run in range(CPU.worlds)])
     )
-    batch.live(0, 50)
+    batch.simulate(0, 50)
     return batch
 
 

@@ -101,7 +101,7 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
         batch.begin(
             0, np.stack([draw_genome(experiment, Moment(0, world, 0)) for world in range(worlds)])
         )
-        batch.live(0, step[0])
+        batch.simulate(0, step[0])
 
     def live_on() -> float:
         lived, piece, began = (
@@ -112,7 +112,7 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
         with ThreadPoolExecutor(threads) as pool:
             while time.perf_counter() - began < FILL:
                 first, step[0] = step[0], step[0] + piece
-                list(pool.map(lambda batch: batch.live(first, first + piece), batches))  # noqa: B023
+                list(pool.map(lambda batch: batch.simulate(first, first + piece), batches))  # noqa: B023
                 lived += piece
                 piece *= 2
         return (

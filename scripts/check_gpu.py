@@ -73,7 +73,7 @@ def differences(experiment: Experiment, worlds: int) -> list[str]:
     ]
     for batch in batches:
         batch.begin(3, genomes(experiment, worlds))
-        batch.live(0, experiment.lifetime.steps)
+        batch.simulate(0, experiment.lifetime.steps)
     one, other = (
         named_arrays(batch.state, worlds, experiment.population.size) for batch in batches
     )
@@ -91,7 +91,7 @@ def speed(experiment: Experiment, worlds: int) -> float:
     for generation in range(4):  # the first may compile
         began = time.perf_counter()
         batch.begin(generation, made)
-        batch.live(0, experiment.lifetime.steps)
+        batch.simulate(0, experiment.lifetime.steps)
         batch.eaten_in_life()
         seconds.append(time.perf_counter() - began)
     return worlds * experiment.population.size * experiment.lifetime.steps / min(seconds[1:])

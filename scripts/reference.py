@@ -19,7 +19,7 @@ from baldwinlab.papers.claims import OF_ALL, RULES
 from baldwinlab.papers.paper import CARD, KINDS, Paper
 from baldwinlab.papers.words import Assay, Figure
 from baldwinlab.parts import evolution, kinds
-from baldwinlab.parts.kinds import Part, phase_names
+from baldwinlab.parts.kinds import Part, hook_names
 from scripts.described import (
     capital,
     fields_of,
@@ -240,8 +240,8 @@ Source: {paper.about.citation}
 
 
 def kinds_of_part() -> str:
-    """The kinds of part, what each declares, its phases; and what else a file with a part may use."""
-    text = f"""# Kinds of part and their phases
+    """The kinds of part, what each declares, its hooks; and what else a file with a part may use."""
+    text = f"""# Kinds of part and their hooks
 
 What a part of one's own may be and do. [Changing the model](../docs/changing-the-model.md) teaches it, and each example is a page
 beside this one.
@@ -258,15 +258,15 @@ beside this one.
     order = ["", *choices.BUILT_IN]  # a part is of no kind
     for each, kind in sorted(of_part.items(), key=lambda item: order.index(item[1].kind)):
         text += f"\n## {each}\n\n{prose(kind.__doc__)}\n\n```py\n{_declared(kind)}\n```\n"
-        for phase in phase_names(kind) if kind is not Part else ():
-            text += f"\n### {each}.{phase}\n\n{function(getattr(kind, phase), phase)}"
+        for hook in hook_names(kind) if kind is not Part else ():
+            text += f"\n### {each}.{hook}\n\n{function(getattr(kind, hook), hook)}"
     text += "\n## What else a file may use\n\nAll other names of `baldwinlab.parts`.\n"
     others = sorted(set(parts.__all__) - set(of_part), key=_caseless)
     return text + "".join("\n" + name(each, getattr(parts, each), "###") for each in others)
 
 
 def _declared(kind: type[Part]) -> str:
-    """What a kind declares, as it is written, without its docstring, its phases, and how Python makes a class of it."""
+    """What a kind declares, as it is written, without its docstring, its hooks, and how Python makes a class of it."""
     source = inspect.getsource(kind).replace(f'    """{kind.__doc__}"""\n\n', "", 1)
     source = re.sub(
         r"^(    @classmethod\n)?    def __\w+__.*\n(        .*\n|\n)*",

@@ -151,11 +151,11 @@ class Problem:
         """What became of these worlds, and how their lives went."""
         if isinstance(self.experiment, Experiment):
             batch = born(self.experiment, self.seed, runs, generation, genomes)
-            batch.live(0, self.experiment.lifetime.steps)
+            batch.simulate(0, self.experiment.lifetime.steps)
             return lives_in(self.experiment, batch, genomes), batch.state.places[
                 :, : len(runs) * genomes.shape[1]
             ].T.astype(float)
-        lives = living(self.experiment, self.seed, runs).live(generation, genomes)
+        lives = living(self.experiment, self.seed, runs).simulate(generation, genomes)
         told = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviours]
         return lives, np.stack(told, axis=1) if told else np.empty(
             (len(runs) * genomes.shape[1], 0)

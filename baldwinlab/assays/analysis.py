@@ -261,7 +261,7 @@ def _rival(name: str, experiments: Mapping[str, Experiment]) -> str:
 def _without_learner(own: BaseExperiment, other: BaseExperiment) -> bool:
     """Whether `other` is `own` with nothing learned in life."""
     try:
-        return bool(own.without_learner().to_dict() | {"name": other.name} == other.to_dict())
+        return bool(own.without_learning().to_dict() | {"name": other.name} == other.to_dict())
     except ExperimentError:  # its model is not here
         table = key_of(own.model)
         one, two = own.to_dict(), other.to_dict()

@@ -64,12 +64,12 @@ def _learned(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
     """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of one generation of agents that learn."""
-    genomes, without = sample.genomes(generation), sample.experiment.without_learner()
+    genomes, without = sample.genomes(generation), sample.experiment.without_learning()
     learned = sample.live_as_evolved(generation, genomes)
     energy[LIVES.index("on")] = learned.energy
-    energy[LIVES.index("off")] = sample.live(without, generation, genomes).energy
+    energy[LIVES.index("off")] = sample.simulate(without, generation, genomes).energy
     if generation in drifting(sample.experiment):
-        energy[LIVES.index("drift")] = sample.live(
+        energy[LIVES.index("drift")] = sample.simulate(
             with_drift(sample.experiment), generation, genomes
         ).energy
     if not learned.told:
@@ -77,20 +77,24 @@ def _learned(
     count = learned.weights.shape[-1]
     frozen = genomes.copy()
     frozen[:, :, 0, :count] = learned.weights
-    energy[LIVES.index("frozen")] = sample.live(without, generation, frozen).energy
+    energy[LIVES.index("frozen")] = sample.simulate(without, generation, frozen).energy
     distance[:] = distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
 
 
 def generations(experiment: BaseExperiment) -> list[int]:
     """The generations that are lived again: where nothing is inherited, a few stand for all."""
-    most = FEW_GENERATIONS if experiment.part("evolution.inheritance").afresh else MOST_GENERATIONS
+    most = (
+        FEW_GENERATIONS
+        if experiment.part("evolution.inheritance").resamples_genomes
+        else MOST_GENERATIONS
+    )
     return _thinned(range(experiment.evolution.generations), most)
 
 
 def drifting(experiment: BaseExperiment) -> list[int]:
     """Those of them that are lived with drift, too; none where it would be void, as it follows how far self-teaching goes."""
     if not isinstance(experiment, Experiment) or (
-        experiment.learns and not experiment.part("learning.rule").drift_fits
+        experiment.learns and not experiment.part("learning.rule").supports_drift_control
     ):
         return []
     return _thinned(generations(experiment), FEW_GENERATIONS)

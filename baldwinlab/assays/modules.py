@@ -39,6 +39,6 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     ]
     found = [
         sample.live_as_evolved(last, evolved),
-        *(sample.live(sample.experiment, last, genomes) for genomes in crossed),
+        *(sample.simulate(sample.experiment, last, genomes) for genomes in crossed),
     ]
     return {"energy": np.stack([lives.energy for lives in found], axis=1)}

@@ -46,7 +46,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     for generation in range(experiment.evolution.generations):
         learned = None
         if experiment.learns and (generation in compared or _inherits_learned(experiment)):
-            learned = sample.live(experiment, generation, twins)
+            learned = sample.simulate(experiment, generation, twins)
         if generation in compared:
             _compare(sample, generation, twins, learned, energy[generation - compared[0]])
         twins = _next_twins(sample, twin, generation, twins, learned)
@@ -58,15 +58,15 @@ def _compare(
 ) -> None:
     """Fill `energy` [newborns, life, run, agent] of one generation; `learned` is what became of twins that learn."""
     own, other = energy
-    without = sample.experiment.without_learner()
-    other[OFF] = sample.live(without, generation, twins).energy
+    without = sample.experiment.without_learning()
+    other[OFF] = sample.simulate(without, generation, twins).energy
     if (
         learned is None
     ):  # agents that do not learn have one kind of life, and the study has lived it
         own[OFF] = sample.energy(generation)
         return
     own[ON], other[ON] = sample.energy(generation), learned.energy
-    own[OFF] = sample.live(without, generation, sample.genomes(generation)).energy
+    own[OFF] = sample.simulate(without, generation, sample.genomes(generation)).energy
 
 
 def _next_twins(

@@ -44,7 +44,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     genomes = sample.genomes(last)
     _, *others = settings(sample.experiment, sample.elsewhere)
     found = [sample.live_as_evolved(last, genomes)]
-    found += [sample.live(setting.experiment, last, genomes) for setting in others]
+    found += [sample.simulate(setting.experiment, last, genomes) for setting in others]
     return {"energy": np.stack([lives.energy for lives in found], axis=1)}
 
 

@@ -176,7 +176,7 @@ def _ways_of_living(
     ):
         yield experiment
         if experiment.learns:
-            yield experiment.without_learner()
+            yield experiment.without_learning()
             if "innate" in missing[experiment.name] and innate.drifting(experiment):
                 yield innate.with_drift(experiment)
         if "neutral" in missing[experiment.name]:

@@ -61,7 +61,7 @@ class Sample:
     def energy(self, generation: int) -> Energy:
         return np.stack([record.energy.values[generation] for record in self.records])
 
-    def live(self, experiment: Experiment, generation: int, genomes: Genome) -> Lives:
+    def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Lives:
         """Lives of these genomes in the worlds of that generation, under the circumstances of `experiment`."""
         lives = reevaluate(experiment, self.seed, self.runs, generation, genomes)
         self.tell()
@@ -69,7 +69,7 @@ class Sample:
 
     def live_as_evolved(self, generation: int, genomes: Genome) -> Lives:
         """Lives as they were in the study. Raises StudyError where they are not what is stored."""
-        lives = self.live(self.experiment, generation, genomes)
+        lives = self.simulate(self.experiment, generation, genomes)
         for run, found, stored in zip(
             self.runs, lives.energy, self.energy(generation), strict=True
         ):

@@ -1,4 +1,4 @@
-"""The oracles of parts that breed, against their phases: plain lists in and out."""
+"""The oracles of parts that breed, against their hooks: plain lists in and out."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.check.findings import FailsError
+from baldwinlab.check.signatures import oracle_key
 from baldwinlab.check.subject import Subject, breeding_arguments, values_of
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import kept
@@ -16,7 +17,7 @@ from baldwinlab.evolution.fitness import evaluate_all
 from baldwinlab.evolution.inheritance import pass_all_on
 from baldwinlab.evolution.selection import draw_parents
 from baldwinlab.parts.evolution import ITSELF, breeding_part
-from baldwinlab.parts.kinds import own_phases
+from baldwinlab.parts.kinds import overridden_hooks
 
 ROUNDS: Final = 200
 AGENTS, GENERATIONS = 30, 40  # of populations that parts look at as a whole
@@ -117,14 +118,14 @@ def compare_variation(subject: Subject, part: Any) -> None:
 
 
 def compare_inheritance(subject: Subject, part: Any) -> None:
-    """oracle(part, born, learned) -> what is inherited, [weight]; of a part that has `teach`, that and the teacher."""
+    """oracle(part, born, learned) -> what is inherited, [weight]; of a part that has `assign_teachers`, that and the teacher."""
     _, code = breeding_part(subject.experiment, "inheritance")
     for number, values, of, plain in _rounds(subject, part):
         genome = np.stack([of["born"], of["taught"]])[None]
         inherited = genome.copy()
         kept(pass_all_on, code)(values, genome, of["learned"][None].copy(), inherited)
         expected = part.oracle(values, plain["born"], plain["learned"])
-        if "teach" not in own_phases(part):
+        if "assign_teachers" not in overridden_hooks(part):
             expected = (expected, plain["taught"])
         _require_close(inherited[0], expected, f"in round {number}, what is inherited")
 
@@ -149,18 +150,15 @@ def _require_close(found: Any, expected: Any, what: str) -> None:
 
 
 def compare_breeding(subject: Subject, part: Any) -> None:
-    """By what the part's oracle is asked, which follows from the phases that are its own."""
-    own = own_phases(part)
-    ORACLES_THAT_BREED["pair" if "pair" in own else "vary_all" if "vary_all" in own else part.kind](
-        subject, part
-    )
+    """By what the part's oracle is asked, which follows from the hooks that are its own."""
+    ORACLES_THAT_BREED[oracle_key(part)](subject, part)
 
 
 ORACLES_THAT_BREED: Final[dict[str, Callable[[Subject, Any], None]]] = {
     "selection": compare_selection,
-    "pair": compare_pairs,
+    "select_with_genomes": compare_pairs,
     "variation": compare_variation,
-    "vary_all": compare_children,
+    "vary_population": compare_children,
     "inheritance": compare_inheritance,
     "fitness": compare_fitness,
 }

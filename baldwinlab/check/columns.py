@@ -1,4 +1,4 @@
-"""Nobody looks at others from a phase per agent: tried, with garbage in the columns of all others."""
+"""No per-agent hook reads other agents: tried, with garbage in the columns of all others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from baldwinlab.check.subject import Subject, is_of_miniworld, values_of
 from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.parts.kinds import own_phases
+from baldwinlab.parts.kinds import overridden_hooks
 from baldwinlab.parts.own_column import PER_AGENT
 
 AGENT: Final = 2
@@ -23,16 +23,19 @@ Owned = tuple[str, str, npt.NDArray[Any]]  # an array's name and owner
 
 
 def nobody_looks_at_others(subject: Subject) -> str:
-    phases = [
-        (part, name) for part in subject.parts for name in own_phases(part) if name in PER_AGENT
+    hooks = [
+        (part, name)
+        for part in subject.parts
+        for name in overridden_hooks(part)
+        if name in PER_AGENT
     ]
-    if not is_of_miniworld(subject.experiment) or not phases:
-        return "it has no phase per agent"
+    if not is_of_miniworld(subject.experiment) or not hooks:
+        return "it has no hook per agent"
     experiment = subject.experiment
     batch = Batch(experiment, subject.seed, [0])
     batch.begin(0, draw_genome(experiment, Moment(subject.seed, 0, 0))[None])
-    batch.live(0, STEPS)
-    for part, name in phases:
+    batch.simulate(0, STEPS)
+    for part, name in hooks:
         for garbage in (np.nan, None):
             _try(subject, batch, part, name, garbage)
     return ""
@@ -66,7 +69,7 @@ def _try(subject: Subject, batch: Batch, part: Any, name: str, garbage: float | 
 
 
 def _call(experiment: Any, batch: Batch, state: Any, part: Any, name: str) -> Any:
-    """Call a phase, as the plain Python that it is, for one agent."""
+    """Call a hook, as the plain Python that it is, for one agent."""
     numbers = {
         "world": 0,
         "agent": AGENT,

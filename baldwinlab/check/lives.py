@@ -39,7 +39,7 @@ def lived(
         batch.begin(0, np.stack([draw_genome(experiment, Moment(seed, run, 0)) for run in runs]))
         pieces = [0, *cuts, experiment.lifetime.steps]
         for first, last in pairwise(pieces):
-            batch.live(first, last)
+            batch.simulate(first, last)
         for each in (batch.eaten_in_life(), batch.weights(), batch.items()):
             for world, digest in enumerate(found):
                 digest.update(np.ascontiguousarray(each[world]).tobytes())

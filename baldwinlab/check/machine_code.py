@@ -1,4 +1,4 @@
-"""What a phase has been compiled to: no float64 in what agents do, and no call of the mathematical library anywhere."""
+"""What a hook has been compiled to: no float64 in what agents do, and no call of the mathematical library anywhere."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from baldwinlab.engine.numba_internals.dispatchers import (
 )
 from baldwinlab.engine.refusals import refusal
 from baldwinlab.models.miniworld.make import make_model, make_state
-from baldwinlab.parts.kinds import Part, own_phases
+from baldwinlab.parts.kinds import Part, overridden_hooks
 
 DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 DOUBLE: Final = re.compile(
@@ -39,10 +39,10 @@ RANDOM: Final = re.compile(RANDOM_SYMBOLS)
 
 
 def arithmetic_is_portable(subject: Subject) -> str:
-    phases = [(part, name) for part in subject.parts for name in own_phases(part)]
-    if not phases:
-        return "it has no phases of its own"
-    for part, name in phases:
+    hooks = [(part, name) for part in subject.parts for name in overridden_hooks(part)]
+    if not hooks:
+        return "it has no hooks of its own"
+    for part, name in hooks:
         code = _code(subject, part, name)
         where = f"{part.__name__}.{name}"
         for symbol in DECLARED.findall(code):
@@ -54,7 +54,7 @@ def arithmetic_is_portable(subject: Subject) -> str:
                 raise FailsError(
                     f"{where} calls {symbol}, which has other bits elsewhere; use baldwinlab.engine.arithmetic"
                 )
-        breeds = part.kind in BREEDS or getattr(part, "bears", False)
+        breeds = part.kind in BREEDS or getattr(part, "allows_births", False)
         if not breeds and DOUBLE.search(code):
             raise FailsError(f"{where} calculates in float64: {_reason_of_float64(code)}")
     return ""
@@ -67,7 +67,7 @@ def _reason_of_float64(code: str) -> str:
 
 
 def _code(subject: Subject, part: type[Part], name: str) -> str:
-    """The compiled code of a phase by itself, for a single lane."""
+    """The compiled code of a hook by itself, for a single lane."""
     function: Any = getattr(part, name)
     compiled = numba.njit(**UNWRAPPED, **OPTIONS)(function)
     known = _types(subject, part)
@@ -79,7 +79,7 @@ def _code(subject: Subject, part: type[Part], name: str) -> str:
 
 
 def _types(subject: Subject, part: type[Part]) -> dict[str, Any]:
-    """The types of phases' arguments, by name."""
+    """The types of hooks' arguments, by name."""
     if part.kind in BREEDS:
         arguments = breeding_arguments(
             np.random.default_rng(0), len(subject.experiment.modules)

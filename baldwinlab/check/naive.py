@@ -48,7 +48,7 @@ class Agent:
     step: int = 0
     own: dict[str, Any] = field(
         default_factory=dict
-    )  # the part's arrays as `hatch` made them, and what the oracle makes of them
+    )  # the part's arrays as `init_agent` made them, and what the oracle makes of them
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A part's oracle, in plain Python, against its compiled phases, step by step on random small worlds."""
+"""A part's oracle, in plain Python, against its compiled hooks, step by step on random small worlds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from baldwinlab.evolution import Moment, draw_genome
 from baldwinlab.models.miniworld.cpu import Batch
 from baldwinlab.models.miniworld.make import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.parts.kinds import own_phases
+from baldwinlab.parts.kinds import overridden_hooks
 
 CLOSE: Final = 1e-5  # float32 against float64, of weights and outputs of about 1
 NEAR: Final = 1e-3  # and of places, units of length
@@ -90,7 +90,7 @@ def steps_of(subject: Subject, part: Any) -> Iterator[Step]:
     ]
     for number in range(experiment.lifetime.steps):
         before = _seen(experiment, batch)
-        batch.live(number, number + 1)
+        batch.simulate(number, number + 1)
         after = _seen(experiment, batch)
         items = before.pop("items")
         after.pop("items")
@@ -214,7 +214,7 @@ def _compare_sense(subject: Subject, part: Any) -> str:
                 ),  # type: ignore[misc]
                 found,
                 where,
-                _all_close if part.real else _all_alike,
+                _all_close if part.is_continuous else _all_alike,
             )
             remembering = deepcopy(agent)
             part.oracle(values, remembering, step.items, naive)
@@ -249,13 +249,17 @@ def _require_same(
 
 
 def _compare_feature(subject: Subject, part: Any) -> str:
-    """The oracle answers, of a place and of a way from it, what each of the feature's own phases does: {"stops": True}."""
+    """The oracle answers, of a place and of a way from it, what each of the feature's own hooks does: {"blocks_movement": True}."""
     experiment, random, values = (
         subject.experiment,
         np.random.default_rng(subject.seed),
         values_of(subject.experiment, part),
     )
-    phases = [name for name in own_phases(part) if name in ("forbids", "hides", "stops")]
+    hooks = [
+        name
+        for name in overridden_hooks(part)
+        if name in ("blocks_placement", "blocks_sight", "blocks_movement")
+    ]
     model = Batch(experiment, subject.seed, [0]).model
     low, high = _around(experiment)
     true = 0
@@ -266,9 +270,9 @@ def _compare_feature(subject: Subject, part: Any) -> str:
         with np.errstate(all="ignore"):
             found = {
                 name: bool(
-                    getattr(part, name)(values, model, *place[: 4 if name == "hides" else 2])
+                    getattr(part, name)(values, model, *place[: 4 if name == "blocks_sight" else 2])
                 )
-                for name in phases
+                for name in hooks
             }
         true += any(found.values())
         _require_same(
@@ -283,7 +287,9 @@ def _compare_feature(subject: Subject, part: Any) -> str:
 
 def _around(experiment: Any) -> tuple[list[float], list[float]]:
     """Where something of the features is drawn, and around it; else the map."""
-    marks = [mark for feature in experiment.parts("world.features") for mark in feature.marks()]
+    marks = [
+        mark for feature in experiment.parts("world.features") for mark in feature.map_shapes()
+    ]
     if not marks:
         return [0.0, 0.0], [experiment.world.width, experiment.world.height]
     low = [min(mark[axis][0] for mark in marks) - 40.0 for axis in ("x", "y")]

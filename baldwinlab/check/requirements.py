@@ -26,7 +26,7 @@ from baldwinlab.check.signatures import require_oracle_signature, unverified_hoo
 from baldwinlab.check.speed import speed
 from baldwinlab.check.subject import Subject, label, subjects
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.parts.kinds import Part, own_phases
+from baldwinlab.parts.kinds import Part, overridden_hooks
 
 Requirement = tuple[str, Callable[[Subject], str]]
 DECLARED: Final[Mapping[str, Requirement]] = {
@@ -37,7 +37,7 @@ DECLARED: Final[Mapping[str, Requirement]] = {
 COMPILED: Final[Mapping[str, Requirement]] = {
     "compiles": ("it compiles", it_compiles),
     "arithmetic": ("arithmetic stays float32 and away from libm", arithmetic_is_portable),
-    "others": ("nobody looks at others from a phase per agent", nobody_looks_at_others),
+    "others": ("no per-agent hook reads other agents", nobody_looks_at_others),
     "again": ("the same bits a second time, under both updates", a_second_time),
     "bundle": ("the same bits alone and in a bundle", alone_and_in_a_bundle),
     "batch": ("the same bits in any batch, under both updates", in_any_batch),
@@ -100,7 +100,7 @@ def _named(requirement: Callable[[Subject], str], subject: Subject, sentence: st
 
 
 def _with_hooks(part: type[Part]) -> str:
-    hooks = own_phases(part)
+    hooks = overridden_hooks(part)
     return f"{label(part)} ({', '.join(hooks)})" if hooks else label(part)
 
 

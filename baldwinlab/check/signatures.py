@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 from baldwinlab.check.findings import FailsError
 from baldwinlab.check.subject import Subject, label
-from baldwinlab.parts.kinds import Part, own_phases
+from baldwinlab.parts.kinds import Part, overridden_hooks
 
 PACKAGE: Final = "baldwinlab."
 
@@ -24,26 +24,26 @@ class Oracle(NamedTuple):
 PARENTS: Final = "it returns two parents of each child"
 ORACLES: Final = {
     "learning rule": Oracle(
-        "part, agents, agent, naive", "it changes agent.action_module", ("meet", "learn")
+        "part, agents, agent, naive", "it changes agent.action_module", ("observe_others", "learn")
     ),
     "network": Oracle("part, agent, naive", "it returns the outputs", ("forward",)),
-    "body": Oracle("part, agent, naive", "it changes agent", ("decide", "move")),
+    "body": Oracle("part, agent, naive", "it changes agent", ("choose_action", "move")),
     "sense": Oracle(
-        "part, agent, items, naive", "it returns the inputs", ("sense", "measure", "survey")
+        "part, agent, items, naive", "it returns the inputs", ("sense", "measure", "prepare_senses")
     ),
     "world feature": Oracle(
-        "part, x, y, dx, dy", "it returns a result by hook", ("forbids", "hides", "stops")
+        "part, x, y, dx, dy", "it returns a result by hook", ("blocks_placement", "blocks_sight", "blocks_movement")
     ),
     "selection": Oracle("part, fitness, uniforms", PARENTS, ("select",)),
-    "pair": Oracle("part, genome, fitness, uniforms", PARENTS, ("select", "pair")),
+    "select_with_genomes": Oracle("part, genome, fitness, uniforms", PARENTS, ("select", "select_with_genomes")),
     "variation": Oracle("part, fitter, other, draws, gate", "it returns the child", ("vary",)),
-    "vary_all": Oracle(
-        "part, genome, fitness, parents, draws", "it returns all children", ("vary", "vary_all")
+    "vary_population": Oracle(
+        "part, genome, fitness, parents, draws", "it returns all children", ("vary", "vary_population")
     ),
     "inheritance": Oracle(
         "part, born, learned",
-        "it returns what is inherited (with `teach`: and the teacher)",
-        ("pass_on", "teach"),
+        "it returns what is inherited (with `assign_teachers`: and the teacher)",
+        ("inherit", "assign_teachers"),
     ),
     "fitness": Oracle("part, energy, cost", "it returns the fitness of each agent", ("evaluate",)),
 }  # fmt: skip
@@ -51,7 +51,14 @@ ORACLES: Final = {
 
 def oracle_key(part: type[Part]) -> str:
     """Return the key of a part in `ORACLES`. A hook that sees a whole population has its own."""
-    return next((hook for hook in ("pair", "vary_all") if hook in own_phases(part)), part.kind)
+    return next(
+        (
+            hook
+            for hook in ("select_with_genomes", "vary_population")
+            if hook in overridden_hooks(part)
+        ),
+        part.kind,
+    )
 
 
 def require_oracle_signature(subject: Subject) -> str:
@@ -83,16 +90,16 @@ def verified_hooks(part: type[Part]) -> list[str]:
     contract = ORACLES.get(oracle_key(part))
     if contract is None or not hasattr(part, "oracle"):
         return []
-    return [hook for hook in own_phases(part) if hook in contract.verifies]
+    return [hook for hook in overridden_hooks(part) if hook in contract.verifies]
 
 
 def unverified_hooks(part: type[Part]) -> Iterator[tuple[str, str]]:
     """Yield each hook of a part that no oracle verifies, and the reason."""
     if part.kind == "model":
-        yield "live", "check compares no oracle of a model"
+        yield "simulate", "check compares no oracle of a model"
     has_oracle = hasattr(part, "oracle")
     reason = "its oracle does not cover this hook" if has_oracle else "it has no oracle"
-    for hook in own_phases(part):
+    for hook in overridden_hooks(part):
         if hook not in verified_hooks(part) and not _is_of_package(part, hook):
             yield hook, reason
 

@@ -24,7 +24,7 @@ def speed(subject: Subject) -> str:
     part = subject.parts[-1]
     beside = BESIDE.get(part.kind) or next(iter(BUILT_IN[part.kind]), None)
     of_kind = f"the built-in {part.kind} {beside!r}" if beside else "a world without it"
-    usual = {} if "network.hidden" in part.needs else {"network": {"hidden": [10]}}
+    usual = {} if "network.hidden" in part.required_settings else {"network": {"hidden": [10]}}
     longer = subject.experiment.replace(
         population={"size": 20}, lifetime={"steps": 500 if part.kind in BREEDS else 3000}, **usual
     )
@@ -43,7 +43,7 @@ def speed(subject: Subject) -> str:
 
 def _without(part: type[Part]) -> list[str]:
     """What the part needs, as it would be without the part; who learns still does not."""
-    usual = {path: look_up(load("evo/A"), path)[0] for path in part.needs}
+    usual = {path: look_up(load("evo/A"), path)[0] for path in part.required_settings}
     return [
         f"{path}={list(value) if isinstance(value, tuple) else value}"
         for path, value in usual.items()

@@ -66,7 +66,7 @@ def subjects(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[Subject]
     for model in models:  # what breeds beside a model is made for its genomes
         bred = [each for kind in BREEDS for each in of_kind.pop(kind, [])]
         evolution = {"generations": 2} | {part.kind: part.name for part in bred}
-        fields = {key_of(model.name): dict(model.checked_with)} if model.checked_with else {}
+        fields = {key_of(model.name): dict(model.check_settings)} if model.check_settings else {}
         yield Subject(
             (model, *bred),
             validate({"model": model.name, **OF_ALL, "evolution": evolution, **fields}),
@@ -89,7 +89,9 @@ def _experiment(parts: tuple[type[Part], ...]) -> Any:
     many = {kind: [part.name for part in parts if part.kind == kind] for kind in MANY}
     senses = list(dict.fromkeys(["food", *many["sense"]]))
     chosen = [f"senses.kinds={senses}", f"world.features={many['world feature']}"]
-    chosen += [f"{path}={setting}" for part in parts for path, setting in part.needs.items()]
+    chosen += [
+        f"{path}={setting}" for part in parts for path, setting in part.required_settings.items()
+    ]
     return assign(
         experiment,
         chosen + [f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in MANY],
@@ -101,7 +103,7 @@ def is_of_miniworld(experiment: BaseExperiment) -> bool:
 
 
 def values_of(experiment: Any, part: type[Part], state: Any = None) -> Any:
-    """What the phases of a part get as `part`, in a state if one is given."""
+    """What the hooks of a part get as `part`, in a state if one is given."""
     if part.kind in BREEDS:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
@@ -110,7 +112,7 @@ def values_of(experiment: Any, part: type[Part], state: Any = None) -> Any:
 
 
 def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, Any]:
-    """What phases that breed get, by name."""
+    """What breeding hooks get, by name."""
     agents, weights = 5, 8
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     return {

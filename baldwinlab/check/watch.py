@@ -20,14 +20,14 @@ import numpy.typing as npt
 from baldwinlab.check.subject import label
 from baldwinlab.engine import poison
 from baldwinlab.errors import BaldwinLabError
-from baldwinlab.parts.kinds import Part, own_phases
+from baldwinlab.parts.kinds import Part, overridden_hooks
 
 AXES: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
 OUTPUTS: Final = {  # arrays that a hook fills, by the hook; see `_outputs` for the others
     "vary": "child",
-    "vary_all": "children",
+    "vary_population": "children",
     "select": "parents",
-    "pair": "parents",
+    "select_with_genomes": "parents",
     "evaluate": "fitness",
 }
 
@@ -58,7 +58,7 @@ class Watch:
         self._calls: list[_Call] = []
         self._named: dict[tuple[int, str], tuple[Any, Any]] = {}  # named tuples by address and name
         for part in parts:
-            for hook in own_phases(part):
+            for hook in overridden_hooks(part):
                 setattr(part, hook, staticmethod(self._watched(part, hook)))
 
     def _watched(self, part: type[Part], hook: str) -> Callable[..., Any]:
@@ -189,7 +189,7 @@ def _outputs(part: Any, hook: str, given: Mapping[str, Any]) -> dict[str, npt.ND
         lane, first = given["world"] * given["model"].agents + given["agent"], given["first"]
         rows = slice(first, first + len(part.inputs))
         return {"state.activations": np.asarray(given["state"].activations)[rows, lane]}
-    if hook == "pass_on":  # a genome may have further genes, behind those of the action module
+    if hook == "inherit":  # a genome may have further genes, behind those of the action module
         return {"inherited": np.asarray(given["inherited"])[: given["learned"].size]}
     if hook not in OUTPUTS:
         return {}

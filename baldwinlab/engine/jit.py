@@ -68,9 +68,9 @@ def kept(
     with_these: tuple[Callable[..., Any], ...] = (),
     short_loops: bool = False,
 ) -> Callable[..., Any]:
-    """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these phases of parts.
+    """As `compiled`, and kept for the next start: `function` as it is now, with all it calls, and with these hooks of parts.
 
-    Where it has short loops, these are not unrolled. To call it raises PartError, with one sentence, where a foreign phase cannot
+    Where it has short loops, these are not unrolled. To call it raises PartError, with one sentence, where a foreign hook cannot
     be compiled.
     """
     with _ONE_AT_A_TIME:

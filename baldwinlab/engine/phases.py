@@ -1,7 +1,7 @@
 """Phases: functions that every part of a kind has, chosen by the part's type when the step is compiled.
 
-In compiled code a part is a NamedTuple whose class has the attribute `part`: the class that holds its phases as static methods.
-A phase is called with the part first, as `learn(rule, model, state, step, lane)`; Numba compiles the part's own function in its
+In compiled code a part is a NamedTuple whose class has the attribute `part`: the class that holds its hooks as static methods.
+A hook is called with the part first, as `learn(rule, model, state, step, lane)`; Numba compiles the part's own function in its
 place, so that a step has neither branch nor indirection. In plain Python, and in the simulator of a GPU, the same call looks
 the function up.
 """
@@ -17,12 +17,12 @@ from baldwinlab.engine.numba_internals.lowering import named_tuple_class
 
 
 def part_class(kind: Any) -> Any:
-    """Return the class with the phases of a part, by Numba's type of the part."""
+    """Return the class with the hooks of a part, by Numba's type of the part."""
     return named_tuple_class(kind).part
 
 
-def phase(default: Callable[..., Any]) -> Any:
-    """A phase, named and documented by the function, which is also what parts do that have none of their own."""
+def hook(default: Callable[..., Any]) -> Any:
+    """A hook, named and documented by the function, which is also what parts do that have none of their own."""
 
     @wraps(default)
     def generic(part: Any, *others: Any) -> Any:
@@ -38,7 +38,7 @@ def phase(default: Callable[..., Any]) -> Any:
 def for_each(
     of_one: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]
 ) -> Callable[..., Any]:
-    """A phase of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` if there are none."""
+    """A hook of several parts in a tuple, one after the other: what it gives for each, joined; `nothing` if there are none."""
 
     def generic(parts: Any, *others: Any) -> Any:
         found = nothing
@@ -61,12 +61,12 @@ def _nothing(one: None, other: None) -> None:
     return None
 
 
-def one_after_another(of_one: Callable[..., None]) -> Callable[..., None]:
-    """A phase of several parts in a tuple that gives nothing."""
+def for_each_part(of_one: Callable[..., None]) -> Callable[..., None]:
+    """A hook of several parts in a tuple that gives nothing."""
     return for_each(of_one, None, _nothing)
 
 
-def if_any(
+def select_by_type(
     some: Callable[..., Any],
     none: Callable[..., Any],
     that: Callable[[Any], bool] = lambda holder: True,
@@ -83,8 +83,8 @@ def if_any(
     return register(generic, choose)
 
 
-def functions_of(holder: type) -> tuple[Callable[..., Any], ...]:
-    """The static methods of a class and of those it derives from: the phases of a part."""
+def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
+    """The static methods of a class and of those it derives from: the hooks of a part."""
     names = {
         name: None
         for each in holder.__mro__
@@ -111,7 +111,7 @@ class Array(NamedTuple):
 
 
 def per_agent(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """An array [row, lane] that belongs to agents: a phase per agent reaches only the column of its own."""
+    """An array [row, lane] that belongs to agents: a per-agent hook reaches only the column of its own."""
     return Array("agent", rows or (1,), dtype, fill)
 
 

@@ -24,11 +24,11 @@ NUMBER: Final = re.compile(r"float64|int\d|uint\d|Literal\[int\]|bool")
 COMPARED: Final = "< <= > >="
 
 
-def refusal(error: Exception, phases: Iterable[Callable[..., Any]]) -> PartError | None:
-    """The sentence on a fault of Numba's that one of the foreign `phases` makes; None where none of them does."""
+def refusal(error: Exception, hooks: Iterable[Callable[..., Any]]) -> PartError | None:
+    """The sentence on a fault of Numba's that one of the foreign `hooks` makes; None where none of them does."""
     foreign = [
         each
-        for each in phases
+        for each in hooks
         if isinstance(each, FunctionType) and OURS not in Path(each.__code__.co_filename).parents
     ]
     text = BEGINS.split(re.sub(r"\x1b\[[0-9;]*m", "", str(error)))[
@@ -36,10 +36,10 @@ def refusal(error: Exception, phases: Iterable[Callable[..., Any]]) -> PartError
     ]  # what is innermost comes last
     reason = _translate(" ".join(ENDS.split(text)[0].split()))[:LONGEST]
     named = [(Path(file).name, int(line)) for file, line in PLACE.findall(text)]
-    for phase in foreign:
+    for hook in foreign:
         file, lines = (
-            phase.__code__.co_filename,
-            [line for _, _, line in phase.__code__.co_lines() if line],
+            hook.__code__.co_filename,
+            [line for _, _, line in hook.__code__.co_lines() if line],
         )
         within = [
             line
@@ -47,11 +47,11 @@ def refusal(error: Exception, phases: Iterable[Callable[..., Any]]) -> PartError
             if name == Path(file).name and min(lines) <= line <= max(lines)
         ]
         unknown = re.search(r"name '(\w+)' is not defined", text)
-        if within or (unknown and unknown[1] in phase.__code__.co_names):
+        if within or (unknown and unknown[1] in hook.__code__.co_names):
             line = within[0] if within else min(lines)
-            return PartError(f"{phase.__qualname__} cannot be compiled ({file}:{line}): {reason}")
+            return PartError(f"{hook.__qualname__} cannot be compiled ({file}:{line}): {reason}")
     helpers = {each.__code__.co_filename for each in foreign}
-    for name, line in named:  # in a function that a phase calls
+    for name, line in named:  # in a function that a hook calls
         for file in helpers:
             if Path(file).name == name:
                 return PartError(f"{file}:{line} cannot be compiled: {reason}")
@@ -99,7 +99,10 @@ def _sentence_on_array(name: str, types: str) -> str:
     if re.match(r"array\([^)]*\), bundle", types):
         return f"the row comes before the lane; write {name}(array, row, lane{', value' * (name == 'put')})"
     if not types.startswith("array(float32"):
-        return f"{name} reaches float32 arrays alone in a hook per agent; use a hook per world, such as meet, for integers"
+        return (
+            f"{name} reaches float32 arrays alone in a hook per agent; use a hook per world, such as "
+            "observe_others, for integers"
+        )
     return "put stores float32; write np.float32(0.5) for 0.5, and choose(mask, a, b) for a mask"
 
 

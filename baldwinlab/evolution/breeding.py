@@ -14,7 +14,7 @@ from baldwinlab.evolution.inheritance import deal_teachers
 from baldwinlab.evolution.moment import Fitness, Genome, Moment, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_all
+from baldwinlab.parts.evolution import ITSELF, breeding_part, vary_population
 
 
 def next_genome(
@@ -23,7 +23,7 @@ def next_genome(
     """Genomes and parents of the generation at `moment`, from the one before it, which has lived."""
     if not np.isfinite(genome).all():  # cheaper than to find out who may have changed them
         require_finite(experiment, moment.before(), genome, *_makers_in_life(experiment))
-    if experiment.part("evolution.inheritance").afresh:
+    if experiment.part("evolution.inheritance").resamples_genomes:
         return draw_genome(experiment, moment), np.full((len(genome), 2), -1, np.int32)
     return breed(experiment, genome, fitness, moment)
 
@@ -65,7 +65,7 @@ def breed_children(
     children: Genome,
 ) -> None:
     """Fill `children` from the genomes of their `parents`; `draws` [module and weight, 4] is scratch."""
-    vary_all(variation, moment, genome, fitness, parents, draws, children)
+    vary_population(variation, moment, genome, fitness, parents, draws, children)
     for child in range(parents.shape[0]):
         if parents[child, 1] == ITSELF:
             parents[child, 1] = parents[child, 0]

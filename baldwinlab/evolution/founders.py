@@ -37,7 +37,7 @@ def draw_genome(experiment: BaseExperiment, moment: Moment) -> Genome:
     for module, purpose in enumerate(purposes(experiment)):
         draw_normal(moment, purpose, genome, module)
     variation = breeding_part(experiment, "variation")[0]
-    type(variation).part.found(variation, genome)
+    type(variation).part.init_founders(variation, genome)
     require_finite(experiment, moment, genome, "evolution.variation")
     return genome
 

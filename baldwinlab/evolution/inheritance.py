@@ -14,7 +14,7 @@ from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
 from baldwinlab.evolution.moment import Genome, Moment, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.evolution import Inheritance, breeding_part, pass_on, teach
+from baldwinlab.parts.evolution import Inheritance, assign_teachers, breeding_part, inherit
 
 Weights = npt.NDArray[np.float32]  # [weight], of the action module
 
@@ -33,7 +33,7 @@ class Darwinian(Inheritance, name="darwinian"):
         return experiment.evolution.lamarckian_share > 0
 
     @staticmethod
-    def pass_on(part: Any, born: Weights, learned: Weights, inherited: Weights) -> None:
+    def inherit(part: Any, born: Weights, learned: Weights, inherited: Weights) -> None:
         for weight in range(learned.size):
             kept = (1.0 - part.share) * np.float64(born[weight])
             inherited[weight] = np.float32(
@@ -48,7 +48,7 @@ class Darwinian(Inheritance, name="darwinian"):
 class NoInheritance(Inheritance, name="none"):
     """Nothing: all weights are drawn afresh every generation."""
 
-    afresh: ClassVar[bool] = True
+    resamples_genomes: ClassVar[bool] = True
 
     def wants_learned(self, experiment: BaseExperiment) -> bool:
         return False
@@ -96,9 +96,9 @@ def trace_back(origin: Parents, parents: Parents) -> None:
 def pass_all_on(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
     """Fill the action modules of `inherited`, agent by agent, and the reinforcement modules where there are any."""
     for agent in range(learned.shape[0]):
-        pass_on(part, genome[agent, 0], learned[agent], inherited[agent, 0])
+        inherit(part, genome[agent, 0], learned[agent], inherited[agent, 0])
         if genome.shape[1] > 1:
-            teach(part, genome[agent, 0], learned[agent], inherited[agent, 1])
+            assign_teachers(part, genome[agent, 0], learned[agent], inherited[agent, 1])
 
 
 def deal_teachers(experiment: BaseExperiment, genome: Genome, moment: Moment) -> Genome:
@@ -150,7 +150,8 @@ def elders_teach(experiment: Experiment) -> bool:
     """Whether reinforcement modules are made of what the generation before had learned."""
     return (
         "reinforcement" in experiment.modules
-        and type(experiment.part("evolution.inheritance")).teach is not teach.default
+        and type(experiment.part("evolution.inheritance")).assign_teachers
+        is not assign_teachers.default
     )
 
 

@@ -19,7 +19,14 @@ from baldwinlab.engine.jit import compiled, entry, kept
 from baldwinlab.evolution.moment import Fitness, Genome, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.evolution import ITSELF, Selection, breeding_part, keep, keep_first, pair
+from baldwinlab.parts.evolution import (
+    ITSELF,
+    Selection,
+    breeding_part,
+    keep_first,
+    mark_survivors,
+    select_with_genomes,
+)
 
 
 def select(
@@ -65,8 +72,8 @@ def draw_parents(
     parents: Parents,
 ) -> None:
     """Fill `parents` by a scheme, the fitter one first, and let the elite live on in the place of the first children."""
-    pair(scheme, genome, fitness, uniforms, shares, order, parents)
-    keep(scheme, elite, fitness, uniforms, parents)
+    select_with_genomes(scheme, genome, fitness, uniforms, shares, order, parents)
+    mark_survivors(scheme, elite, fitness, uniforms, parents)
     for child in range(parents.shape[0]):
         first, second = parents[child, 0], parents[child, 1]
         if second >= 0 and fitness[second] > fitness[first]:
@@ -217,7 +224,9 @@ class Neutral(Selection, name="neutral"):
                 parents[child, parent] = _any_of(fitness.size, uniforms[child, 0, parent])
 
     @staticmethod
-    def keep(part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents) -> None:
+    def mark_survivors(
+        part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents
+    ) -> None:
         keep_first(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)  # anybody lives on, too
 
     @staticmethod

@@ -183,9 +183,9 @@ class BaseExperiment(Fields):
         """Entries of each module in a genome."""
         return self.weight_count
 
-    def without_learner(self) -> Self:
+    def without_learning(self) -> Self:
         """The first switch: the same with nothing learned in life, so that what is gained is innate."""
-        return self.replace(**{key_of(self.model): self.of_model.without_learner()})
+        return self.replace(**{key_of(self.model): self.of_model.without_learning()})
 
     def neutral_twin(self) -> Self:
         """The second switch: the same births, with parents at random.

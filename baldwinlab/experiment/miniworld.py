@@ -244,7 +244,7 @@ class Experiment(BaseExperiment):
 
     @property
     def births_in_life(self) -> bool:
-        return any(feature.bears for feature in self.parts("world.features"))
+        return any(feature.allows_births for feature in self.parts("world.features"))
 
     @property
     def learning_steps(self) -> int:
@@ -252,7 +252,7 @@ class Experiment(BaseExperiment):
         stops = self.learning.steps
         return self.steps if stops is None else min(stops, self.steps)
 
-    def without_learner(self) -> Self:
+    def without_learning(self) -> Self:
         return self.replace(learning={"rule": "none"})
 
     @property
@@ -268,7 +268,7 @@ class Experiment(BaseExperiment):
     @property
     def real_valued(self) -> bool:
         """Whether any input is a number between 0 and 1, and not just one of them."""
-        return any(sense.real for sense in self.parts("senses.kinds"))
+        return any(sense.is_continuous for sense in self.parts("senses.kinds"))
 
     @property
     def actions(self) -> tuple[str, ...]:

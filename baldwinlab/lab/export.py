@@ -294,4 +294,4 @@ def _look(experiment: Experiment) -> dict[str, Any]:
         start | around | {"width": side, "height": side},
         *seen["marks"][regions + 1 :],
     ]
-    return seen | {"remembers": not experiment.part("network.kind").memoryless}
+    return seen | {"remembers": not experiment.part("network.kind").is_memoryless}

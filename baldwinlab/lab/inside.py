@@ -60,7 +60,7 @@ def look_inside(life: Life, part: Span, agent: int) -> bytes:
     batch = born(experiment, seed, [run], generation, past.genome[None])
     arrays = _follow(experiment, batch, part, agent)
     few = len(experiment.inputs) <= MOST_INPUTS and not experiment.real_valued
-    if few and experiment.part("network.kind").memoryless:
+    if few and experiment.part("network.kind").is_memoryless:
         arrays["responses"] = _responses(experiment, batch, arrays["weights"])
     _ask_modules(experiment, batch, past.genome[agent, :, : experiment.weight_count], arrays)
     if (linked := _links(batch, arrays["weights"][0])).size:

@@ -86,7 +86,7 @@ def _arrays(life: Life, part: Span) -> dict[str, npt.NDArray[Any]]:
         "action": Series("action", done, agents, _small(len(look(experiment).actions))),
         "eaten_in_life": Series("eaten_in_life", done, agents, np.uint32),
     }
-    if experiment.part("learning.rule").learns_from:
+    if experiment.part("learning.rule").teacher_array:
         notes["teacher"] = Series("teacher", done, agents, _small(experiment.population.size))
     follow(batch, [moves, *notes.values()])
     arrays = {name: note.values for name, note in notes.items()} | {

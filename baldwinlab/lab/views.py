@@ -13,7 +13,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, frames, lives, studies
 from baldwinlab.lab.query import Query, number, text
 from baldwinlab.lab.turns import InTurn
-from baldwinlab.parts.views import Cells, Matrix, Seen, View, arrays_of
+from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
 from baldwinlab.runs.reevaluate import stored_genome
 from baldwinlab.suggestions import did_you_mean
 
@@ -82,7 +82,7 @@ def _declared(experiment: BaseExperiment, name: str) -> View:
     return declared[name]
 
 
-def _packed(found: Seen, header: dict[str, Any]) -> bytes:
+def _packed(found: ViewData, header: dict[str, Any]) -> bytes:
     arrays = arrays_of(found)
     size = sum(array.nbytes for array in arrays.values())
     if size > lives.MOST_BYTES:
@@ -90,14 +90,14 @@ def _packed(found: Seen, header: dict[str, Any]) -> bytes:
             f"this view has {size:,} bytes, more than one answer may hold; that is {lives.MOST_BYTES:,}"
         )
     of_kind: dict[str, Any]
-    if isinstance(found, Matrix):
+    if isinstance(found, MatrixView):
         of_kind = {
             "kind": "matrix",
             "rows": list(found.rows),
             "columns": list(found.columns),
             "value": found.value,
         }
-    elif isinstance(found, Cells):
+    elif isinstance(found, GridView):
         of_kind = {"kind": "cells", "marks": dict(found.marks), "visits": found.visits}
     else:
         of_kind = {

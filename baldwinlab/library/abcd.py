@@ -26,7 +26,7 @@ from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Value, clamp, get, put
-from baldwinlab.engine.phases import Array, per_agent, phase
+from baldwinlab.engine.phases import Array, hook, per_agent
 from baldwinlab.library.naive import synapses
 from baldwinlab.library.plasticity import LAYERS
 from baldwinlab.models.miniworld.state import Model, State
@@ -43,7 +43,7 @@ def _gate(state: State, lane: Lane) -> Value:
     return TWO * get(state.targets, 0, lane) - ONE
 
 
-@phase
+@hook
 def speed(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
     """How fast a weight changes between units that are at x and y."""
 
@@ -145,7 +145,7 @@ class _Inherited(LearningRule):
     }
 
     @staticmethod
-    def inherit(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:
+    def load_genes(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:
         weights = state.weights.shape[0]
         first = genes.shape[0] - 4 * weights
         for weight in range(weights):

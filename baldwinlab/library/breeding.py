@@ -329,7 +329,7 @@ class GenePool(Variation, name="gene-pool"):
     }
 
     @staticmethod
-    def vary_all(
+    def vary_population(
         part: Any,
         moment: Moment,
         genome: Genome,

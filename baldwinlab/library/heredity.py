@@ -7,8 +7,8 @@ is not in its action module: that is inherited as ever.
 
 Readings of ours: whatever variation makes of two parents' modules, it makes of teachers too, so a child's teacher is mixed of
 both and remembered with the errors of mutation (with `evolution.variation = "copy"`, it is one parent's alone). The first
-generation has elders of N(0, 1). With `learning.teacher = "shuffled"` it is the elders of somebody else who teach. Without
-a reinforcement module there is nobody to teach, and this is `darwinian`.
+generation has elders of N(0, 1). With `learning.teacher = "shuffled"` it is the elders of another agent that teach. Without
+a reinforcement module no agent is taught, and the scheme equals `darwinian`.
 
 Source: N. Le, "Organic selection and social heredity: the original Baldwin effect revisited", ALIFE 2019 (its numbers are not
 known to us); the idea: J. M. Baldwin, "A new factor in evolution", American Naturalist 30 (1896).
@@ -28,7 +28,7 @@ class SocialHeredity(Darwinian, name="social-heredity"):
         return "reinforcement" in experiment.modules or super().wants_learned(experiment)
 
     @staticmethod
-    def teach(part: Any, born: Weights, learned: Weights, taught: Weights) -> None:
+    def assign_teachers(part: Any, born: Weights, learned: Weights, taught: Weights) -> None:
         for weight in range(learned.size):
             taught[weight] = learned[weight]
 

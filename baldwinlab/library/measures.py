@@ -23,7 +23,7 @@ from pydantic import Field
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Value, any_of, bundle, get, lanes_in_bundle, square_root
-from baldwinlab.engine.phases import Array, per_agent, phase
+from baldwinlab.engine.phases import Array, hook, per_agent
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.models.miniworld.items import cells_within, image, slots_in_row
 from baldwinlab.models.miniworld.make import item_kinds, item_regions, kind_number
@@ -37,7 +37,7 @@ RAYS, BETWEEN_RAYS = 5, 3  # headings from one ray to the next, of 9 degrees eac
 DEGREES = tuple((ray - RAYS // 2) * BETWEEN_RAYS * 360 // HEADING_COUNT for ray in range(RAYS))
 
 
-@phase
+@hook
 def notice(
     part: Any,
     model: Model,
@@ -98,7 +98,7 @@ class _OfItems(Sense):
 
     of: str = Field(FOOD, description="the kind of items that it tells of")
     only_items: ClassVar[bool] = True
-    real: ClassVar[bool] = True
+    is_continuous: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Any]] = {
         "number": lambda part, experiment: kind_number(part.of)(part, experiment)
     }
@@ -257,7 +257,7 @@ class Energy(Sense, name="energy"):
     half: float = Field(10.0, gt=0, le=1_000_000, description="energy at which the input is 1/2")
     inputs: ClassVar[tuple[str, ...]] = ("own energy",)
     sectors: ClassVar[tuple[None, ...]] = (None,)
-    real: ClassVar[bool] = True
+    is_continuous: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Any]] = {
         "energies": lambda part, experiment: np.array(
             [region.energy for region in item_regions(experiment)], np.float32

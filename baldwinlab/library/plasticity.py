@@ -95,7 +95,7 @@ class _Strengths(LearningRule):
             )
 
     @staticmethod
-    def hatch(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
         """Signs stay as they are born, and strengths are at most 1."""
         lane = world * model.agents + agent
         for weight in range(state.weights.shape[0]):

@@ -141,7 +141,7 @@ class _Foretelling(LearningRule):
 
     def check(self, experiment: Any) -> None:
         rule = f"learning.rule = {self.name!r}"
-        if not experiment.part("network.kind").memoryless:
+        if not experiment.part("network.kind").is_memoryless:
             raise ValueError(
                 f"{rule} asks the network again what it would have predicted: it must have no memory"
             )
@@ -157,7 +157,7 @@ class _Foretelling(LearningRule):
             )
 
     @staticmethod
-    def inherit(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:
+    def load_genes(part: Any, model: Model, state: State, genes: Any, lane: Lane) -> None:
         for weight in range(state.weights.shape[0]):
             put(part.predictor, weight, lane, get(genes, weight, lane))
 
@@ -187,7 +187,7 @@ class RandomPrediction(_Foretelling, name="random-prediction"):
             )
 
     @staticmethod
-    def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
         """Toss: the bits of a random word, the highest first; the same whenever they are asked for."""
         for agent in range(model.agents):
             words = philox(

@@ -28,7 +28,7 @@ ONE = np.float32(1)
 class _Recurrent(Network):
     """What both networks share: units behind the inputs that remember the first hidden layer."""
 
-    memoryless: ClassVar[bool] = False
+    is_memoryless: ClassVar[bool] = False
 
     def memory(
         self, inputs: int, hidden: tuple[int, ...], actions: int

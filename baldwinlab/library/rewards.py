@@ -89,13 +89,13 @@ class _Reinforced(LearningRule):
     arrays: ClassVar[Mapping[str, Array]] = MEMORY
 
     def check(self, experiment: Any) -> None:
-        if not experiment.part("network.kind").memoryless:
+        if not experiment.part("network.kind").is_memoryless:
             raise ValueError(
                 f"learning.rule = {self.name!r} asks the network again what it answered: it must have no memory"
             )
 
     @staticmethod
-    def hatch(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
         """A newborn has done nothing yet."""
         lane = world * model.agents + agent
         part.worth[0, lane] = ZERO
@@ -135,8 +135,8 @@ class Reward(_Reinforced, name="reward"):
     }
 
     @staticmethod
-    def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
-        """Add up the energy that each has gained in life: integers, which only a phase per world may read."""
+    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
+        """Add up the energy that each has gained in life: integers, which only a per-world hook may read."""
         for lane in range(world * model.agents, (world + 1) * model.agents):
             gained = ZERO
             for region in range(part.energies.size):

@@ -52,7 +52,7 @@ class Neighbours(Sense, name="neighbours"):
     }  # x and y of each, for all to see
 
     @staticmethod
-    def survey(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         for agent in range(model.agents):
             for axis in range(2):
                 part.places[world, axis, agent] = state.places[axis, world * model.agents + agent]

@@ -95,19 +95,19 @@ class Imitation(LearningRule, name="imitation"):
         "whom": per_agent(1, dtype="int32"),
         "distance": per_agent(1),  # to the nearest so far
     }
-    learns_from: ClassVar[str] = "whom"
+    teacher_array: ClassVar[str] = "whom"
     derived: ClassVar[Mapping[str, Any]] = {
         "of_nearest": lambda part, experiment: part.whom == "nearest"
     }
 
     def check(self, experiment: Any) -> None:
-        if not experiment.part("network.kind").memoryless:
+        if not experiment.part("network.kind").is_memoryless:
             raise ValueError(
                 "learning.rule = 'imitation' asks another's network with one's own inputs: it must have no memory"
             )
 
     @staticmethod
-    def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
         first, end = world * model.agents, (world + 1) * model.agents
         if part.of_nearest:
             _name_nearest(part, model, state, first, end)
@@ -193,7 +193,7 @@ class RandomTargets(LearningRule, name="random-targets"):
             )
 
     @staticmethod
-    def meet(part: Any, model: Model, state: State, world: int, step: int) -> None:
+    def observe_others(part: Any, model: Model, state: State, world: int, step: int) -> None:
         """Draw: a number for each action, the same whenever it is asked."""
         for agent in range(model.agents):
             words = philox(

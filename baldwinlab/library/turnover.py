@@ -24,7 +24,7 @@ from baldwinlab.evolution.selection import first_above, is_neutral
 from baldwinlab.models.miniworld.birth import succeed
 from baldwinlab.models.miniworld.make import item_regions
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
-from baldwinlab.parts.evolution import breeding_part, copy_genome, vary, vary_all
+from baldwinlab.parts.evolution import breeding_part, copy_genome, vary, vary_population
 
 ZERO = np.float32(0)
 
@@ -139,7 +139,7 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         le=100_000_000,
         description="age at which an agent dies, whatever it has left, steps",
     )
-    bears: ClassVar[bool] = True
+    allows_births: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
         "since": per_world(
             "agents", dtype="int32"
@@ -161,14 +161,17 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     }
 
     def check(self, experiment: Any) -> None:
-        if type(experiment.part("evolution.variation")).vary_all is not vary_all.default:
+        if (
+            type(experiment.part("evolution.variation")).vary_population
+            is not vary_population.default
+        ):
             raise ValueError(
                 f"world.features: births-and-deaths needs a variation that makes one child by itself, and "
                 f"{experiment.evolution.variation!r} does not"
             )
 
     @staticmethod
-    def build(part: Any, model: Any, state: Any, world: int) -> None:
+    def init_world(part: Any, model: Any, state: Any, world: int) -> None:
         """The first newborns begin as if in the midst of lives that they had lived before: or all would die together."""
         part.births[world, 0] = 0
         for agent in range(model.agents):
@@ -180,7 +183,7 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
             part.begun[world, agent] = unit(words[1]) * part.reserve + part.upkeep * np.float32(age)
 
     @staticmethod
-    def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         shared_out = False
         for agent in range(model.agents):
             if _is_due(part, model, state, world, agent, step):

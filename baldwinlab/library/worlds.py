@@ -144,7 +144,7 @@ class Walls(WorldFeature, name="walls"):
                 if left <= box[0] and box[1] <= right and upper <= box[2] and box[3] <= lower:
                     raise ValueError(f"{path} leaves no room in {name}, which lies inside of it")
 
-    def marks(self) -> tuple[dict[str, Any], ...]:
+    def map_shapes(self) -> tuple[dict[str, Any], ...]:
         return tuple(
             {
                 "shape": "rectangle",
@@ -157,15 +157,15 @@ class Walls(WorldFeature, name="walls"):
         )
 
     @staticmethod
-    def forbids(part: Any, model: Any, x: Any, y: Any) -> Any:
+    def blocks_placement(part: Any, model: Any, x: Any, y: Any) -> Any:
         return _inside(part.edges, part.count, x, y)
 
     @staticmethod
-    def stops(part: Any, model: Any, x: Any, y: Any) -> Any:
+    def blocks_movement(part: Any, model: Any, x: Any, y: Any) -> Any:
         return _inside(part.edges, part.count, x, y)
 
     @staticmethod
-    def hides(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+    def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
         found = dx * ZERO > ONE
         for wall in range(part.edges.shape[0]):
             found = found | _in_the_way(part.edges, wall, x, y, dx, dy)
@@ -186,7 +186,11 @@ class Walls(WorldFeature, name="walls"):
             left <= x <= right and upper <= y <= lower
             for left, right, upper, lower in walls[: part.count]
         )
-        return {"forbids": inside, "stops": inside, "hides": any(meets(*wall) for wall in walls)}
+        return {
+            "blocks_placement": inside,
+            "blocks_movement": inside,
+            "blocks_sight": any(meets(*wall) for wall in walls),
+        }
 
 
 class Patches(WorldFeature, name="patches"):
@@ -247,7 +251,7 @@ class DriftingFood(WorldFeature, name="drifting-food"):
                     )
 
     @staticmethod
-    def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         """An item that comes to where nothing can grow, as in a wall, appears elsewhere in its region."""
         for region in range(model.regions.shape[0]):
             left, width, upper, height = (
@@ -288,12 +292,12 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
             )
 
     @staticmethod
-    def build(part: Any, model: Any, state: Any, world: int) -> None:
+    def init_world(part: Any, model: Any, state: Any, world: int) -> None:
         for item in range(state.item_x.shape[1]):
             part.due[world, item] = -1
 
     @staticmethod
-    def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         """What was eaten in this step has its next place already: that is kept, for when it is due."""
         for region in range(model.regions.shape[0]):
             changed = False
@@ -327,7 +331,7 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
     )
 
     @staticmethod
-    def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         """Make ready for the next step. Nothing can be put away before a life's first step, as nothing has grown then."""
         food = 0
         for region in range(model.regions.shape[0]):

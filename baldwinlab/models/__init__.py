@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.models import Lives
+from baldwinlab.parts.models import LifeResults
 
 
 class Living(Protocol):
     """Several runs of one experiment that live side by side, a generation at a time. A run's bits do not depend on the others."""
 
-    def live(self, generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
         """The lives of a generation; `genomes` is [run, agent, module, weight]."""
         ...
 
@@ -26,8 +26,8 @@ class _OfModel:
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
         self._model, self._seed, self._runs = experiment.of_model, seed, runs
 
-    def live(self, generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
-        lives: Lives = self._model.live(self._seed, self._runs, generation, genomes)
+    def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
+        lives: LifeResults = self._model.simulate(self._seed, self._runs, generation, genomes)
         return lives
 
 

@@ -2,10 +2,12 @@
 
     from baldwinlab.parts import Field, LearningRule, get, put
 
-A part is a class derived from its kind, with a name; `kinds`, `evolution` and `models` say which phases each kind has, and
+A part is a class derived from its kind, with a name; `kinds`, `evolution` and `models` say which hooks each kind has, and
 docs/changing-the-model.md lists them, each with its example. Importing a file with a part makes the part known; so does
 `load_file`, and so does an entry point of the group `baldwinlab.parts`.
 """
+
+from typing import Any
 
 from pydantic import Field
 
@@ -29,8 +31,9 @@ from baldwinlab.parts.kinds import (
     backward,
     forward,
 )
-from baldwinlab.parts.models import Lives, Measure, Model
-from baldwinlab.parts.views import Cells, Matrix, View, Walk
+from baldwinlab.parts.models import LifeResults, Measure, Model
+from baldwinlab.parts.renamed import renamed_class
+from baldwinlab.parts.views import GridView, MatrixView, PathView, View
 from baldwinlab.variables import OF_AGENT, Variable
 
 __all__ = [
@@ -38,28 +41,28 @@ __all__ = [
     "LIFE",
     "OF_AGENT",
     "Body",
-    "Cells",
     "Field",
     "Fields",
     "File",
     "Fitness",
+    "GridView",
     "Inheritance",
     "ItemRegion",
     "LearningRule",
-    "Lives",
-    "Matrix",
+    "LifeResults",
+    "MatrixView",
     "Measure",
     "Model",
     "Network",
     "Part",
     "PartError",
+    "PathView",
     "Selection",
     "Sense",
     "Source",
     "Variable",
     "Variation",
     "View",
-    "Walk",
     "WorldFeature",
     "any_of",
     "backward",
@@ -79,3 +82,7 @@ __all__ = [
     "uniforms",
     "unit",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    raise renamed_class(__name__, name)

@@ -1,7 +1,7 @@
-"""The kinds of part that breed: selection, variation, inheritance and fitness, and the phases of each.
+"""The kinds of part that breed: selection, variation, inheritance and fitness, and the hooks of each.
 
 They see a whole population at once, on the processor, in float64 where nothing else is said. Genomes are float32
-[agent, module, weight]; uniform numbers come in as arrays, so a phase draws none of its own.
+[agent, module, weight]; uniform numbers come in as arrays, so a hook draws none of its own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import phase
+from baldwinlab.engine.phases import hook
 from baldwinlab.parts.kinds import Part, compiled_values
 
 Numbers = npt.NDArray[np.float64]
@@ -25,7 +25,7 @@ ITSELF: Final = (
 )  # in the place of a second parent: the child is its first parent, which lives on unchanged
 
 
-@phase
+@hook
 def select(
     part: Any, fitness: Numbers, uniforms: Numbers, shares: Numbers, order: Any, parents: Any
 ) -> None:
@@ -35,8 +35,8 @@ def select(
     """
 
 
-@phase
-def pair(
+@hook
+def select_with_genomes(
     part: Any,
     genome: Any,
     fitness: Numbers,
@@ -49,19 +49,21 @@ def pair(
     select(part, fitness, uniforms, shares, order, parents)
 
 
-@phase
-def keep(part: Any, count: int, fitness: Numbers, uniforms: Numbers, parents: Any) -> None:
+@hook
+def mark_survivors(
+    part: Any, count: int, fitness: Numbers, uniforms: Numbers, parents: Any
+) -> None:
     """Let the `count` fittest live on, as the first children: of equals anybody."""
     keep_first(count, fitness, uniforms[:, 1, 3], parents)
 
 
-@phase
+@hook
 def vary(part: Any, fitter: Any, other: Any, draws: Numbers, gate: float, child: Any) -> None:
     """Fill one `child` [module, weight] from its parents'. `draws` is [module and weight, 4] in (0, 1), and `gate` one number."""
 
 
-@phase
-def vary_all(
+@hook
+def vary_population(
     part: Any,
     moment: Any,
     genome: Any,
@@ -86,25 +88,25 @@ def vary_all(
         )
 
 
-@phase
-def found(part: Any, genome: Any) -> None:
+@hook
+def init_founders(part: Any, genome: Any) -> None:
     """Make `genome` [agent, module, weight], all of it drawn from N(0, 1), the founders' genomes: as it is."""
 
 
-@phase
-def pass_on(part: Any, born: Any, learned: Any, inherited: Any) -> None:
+@hook
+def inherit(part: Any, born: Any, learned: Any, inherited: Any) -> None:
     """Fill the action module that an agent's children inherit, [weight], from what it was born with and what it had learned."""
 
 
-@phase
-def teach(part: Any, born: Any, learned: Any, taught: Any) -> None:
+@hook
+def assign_teachers(part: Any, born: Any, learned: Any, taught: Any) -> None:
     """Change the reinforcement module that an agent's children are born with, `taught` [weight], its own until then.
 
     `born` and `learned` are the agent's action module, at birth and at death.
     """
 
 
-@phase
+@hook
 def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> None:
     """Fill `fitness` [agent] from the energy that agents gained in life, and what learning cost them."""
 
@@ -149,17 +151,17 @@ class Selection(Part):
     )
 
     select: ClassVar[Any] = staticmethod(select.default)
-    pair: ClassVar[Any] = staticmethod(pair.default)
-    keep: ClassVar[Any] = staticmethod(keep.default)
+    select_with_genomes: ClassVar[Any] = staticmethod(select_with_genomes.default)
+    mark_survivors: ClassVar[Any] = staticmethod(mark_survivors.default)
 
     @classmethod
     def mixing_settings(cls, experiment: Any) -> list[str]:
         """Return the settings of an experiment that mix the groups which this selection keeps apart."""
         evolution, variation = experiment.evolution, experiment.part("evolution.variation")
-        varies_alone = type(variation).vary_all is vary_all.default
+        varies_alone = type(variation).vary_population is vary_population.default
         mixing = {
             f"evolution.elite = {evolution.elite}": evolution.elite > 0
-            and cls.keep is keep.default,
+            and cls.mark_survivors is mark_survivors.default,
             f"evolution.variation = {evolution.variation!r}": not varies_alone,
             "learning.teacher = 'shuffled'": getattr(
                 getattr(experiment, "learning", None), "teacher", ""
@@ -180,23 +182,23 @@ class Variation(Part):
         "mutation_size",
     )  # of `evolution`, that it heeds
 
-    found: ClassVar[Any] = staticmethod(found.default)
+    init_founders: ClassVar[Any] = staticmethod(init_founders.default)
     vary: ClassVar[Any] = staticmethod(vary.default)
-    vary_all: ClassVar[Any] = staticmethod(vary_all.default)
+    vary_population: ClassVar[Any] = staticmethod(vary_population.default)
 
 
 class Inheritance(Part):
     """What of a life is passed on."""
 
     kind: ClassVar[str] = "inheritance"
-    afresh: ClassVar[bool] = False  # nothing: every generation begins with fresh genomes
+    resamples_genomes: ClassVar[bool] = False  # nothing: every generation begins with fresh genomes
 
     def wants_learned(self, experiment: Any) -> bool:
         """Whether it matters what weights an agent dies with."""
         return True
 
-    pass_on: ClassVar[Any] = staticmethod(pass_on.default)
-    teach: ClassVar[Any] = staticmethod(teach.default)
+    inherit: ClassVar[Any] = staticmethod(inherit.default)
+    assign_teachers: ClassVar[Any] = staticmethod(assign_teachers.default)
 
 
 class Fitness(Part):
@@ -209,9 +211,9 @@ class Fitness(Part):
 
 @lru_cache(maxsize=64)
 def breeding_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[..., Any], ...]]:
-    """The part that `evolution.FIELD` chooses, as its phases get it; and what is compiled in with it: its type and its phase."""
+    """The part that `evolution.FIELD` chooses, as its hooks get it; and what is compiled in with it: its type and its hook."""
     part = experiment.part(f"evolution.{field}")
-    return compiled_values(part, experiment, _no_arrays), (part.Compiled, *type(part).phases())
+    return compiled_values(part, experiment, _no_arrays), (part.Compiled, *type(part).hooks())
 
 
 def _no_arrays(array: Any) -> Any:

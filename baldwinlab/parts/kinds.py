@@ -1,7 +1,7 @@
-"""The kinds of part, and the phases of each: what a part of that kind may do, when, and with what.
+"""The kinds of part, and the hooks of each: what a part of that kind may do, when, and with what.
 
 A part is a class derived from one of these kinds, with a name: `class Social(LearningRule, name="social")`. Its annotations are
-fields of the experiment; `arrays` declares what it works on; its static methods are its phases. A phase that it has not is
+fields of the experiment; `arrays` declares what it works on; its static methods are its hooks. A hook that it has not is
 the one written here. Phases take the part first: in compiled code that is a NamedTuple of its numeric fields, of what is
 `derived` and of its arrays. Their arguments are named as here. What the others are:
 
@@ -10,7 +10,8 @@ the one written here. Phases take the part first: in compiled code that is a Nam
     lane    an agent's column in arrays [row, lane], or a bundle of sixteen; only `get` and `put` reach it
     world, agent   numbers; the agent's lane is world * model.agents + agent
 
-A phase *per agent* must look at no other agent. A phase *per world* sees all of them: `survey`, `meet`, `build`, `advance`.
+A *per-agent* hook must not read other agents. A *per-world* hook may read all of them: `prepare_senses`,
+`observe_others`, `init_world`, `end_step`.
 """
 
 from __future__ import annotations
@@ -23,19 +24,31 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.lanes import Lane, Mask, Value, choose, get, put
-from baldwinlab.engine.phases import Array, phase
+from baldwinlab.engine.phases import Array, hook
 from baldwinlab.experiment import choices
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.own_column import require_own_column
+from baldwinlab.parts.renamed import refuse_old_names
 
 ZERO, ONE = np.float32(0), np.float32(1)
 
 
-class Part(Fields):
+_FieldsMeta: Any = type(Fields)
+
+
+class _PartMeta(_FieldsMeta):  # type: ignore[misc]
+    """Check the names in a part's class before pydantic does."""
+
+    def __new__(mcs, class_name: str, bases: Any, namespace: Any, /, **options: Any) -> Any:
+        refuse_old_names(class_name, bases, namespace)
+        return super().__new__(mcs, class_name, bases, namespace, **options)
+
+
+class Part(Fields, metaclass=_PartMeta):
     """A piece of a model. Its fields are the experiment's; `name` is what chooses it.
 
     arrays   by name, declared with `per_agent` or `per_world`; rows are numbers or "weights", "units", "inputs", "actions"
-    derived  by name, a function of (part, experiment) whose number or array the phases need
+    derived  by name, a function of (part, experiment) whose number or array the hooks need
     needs    settings, by dotted path, without which it can be in no experiment: what `baldwinlab check` tries it with
     """
 
@@ -43,8 +56,8 @@ class Part(Fields):
     name: ClassVar[str] = ""
     arrays: ClassVar[Mapping[str, Array]] = {}
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
-    needs: ClassVar[Mapping[str, Any]] = {}
-    Compiled: ClassVar[type]  # the NamedTuple that its phases get
+    required_settings: ClassVar[Mapping[str, Any]] = {}
+    Compiled: ClassVar[type]  # the NamedTuple that its hooks get
 
     def __init_subclass__(cls, name: str = "", **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -65,27 +78,29 @@ class Part(Fields):
         setattr(made, "part", cls)  # noqa: B010  (it is the class of a tuple, of which mypy knows all attributes)
         cls.Compiled = made
         if not built_in:
-            require_own_column({each: getattr(cls, each) for each in own_phases(cls)}, cls.arrays)
+            require_own_column(
+                {each: getattr(cls, each) for each in overridden_hooks(cls)}, cls.arrays
+            )
             choices.add(cls.kind, name, cls)
 
     @classmethod
-    def phases(cls) -> tuple[Callable[..., Any], ...]:
-        """The functions of its phases, its own or the kind's."""
-        return tuple(getattr(cls, each) for each in phase_names(cls))
+    def hooks(cls) -> tuple[Callable[..., Any], ...]:
+        """The functions of its hooks, its own or the kind's."""
+        return tuple(getattr(cls, each) for each in hook_names(cls))
 
     def check(self, experiment: Any) -> None:
         """Raises ValueError, with a sentence, where the part cannot be in that experiment."""
 
 
-def phase_names(kind: type[Part]) -> list[str]:
-    """The names of the phases that parts of a kind have."""
+def hook_names(kind: type[Part]) -> list[str]:
+    """The names of the hooks that parts of a kind have."""
     base = next(each for each in kind.__mro__ if Part in each.__bases__)
     return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
 
 
-def own_phases(part: type[Part]) -> list[str]:
-    """The names of the phases that a part does not leave to its kind."""
-    return [name for name in phase_names(part) if getattr(part, name) is not _of_kind(part, name)]
+def overridden_hooks(part: type[Part]) -> list[str]:
+    """The names of the hooks that a part does not leave to its kind."""
+    return [name for name in hook_names(part) if getattr(part, name) is not _of_kind(part, name)]
 
 
 def numeric_fields(part: type[Part]) -> list[str]:
@@ -96,7 +111,7 @@ def numeric_fields(part: type[Part]) -> list[str]:
 
 
 def _require_signatures(part: type[Part]) -> None:
-    for name in phase_names(part):
+    for name in hook_names(part):
         wanted = [*inspect.signature(_of_kind(part, name)).parameters]
         given = vars(part).get(name)
         if given is not None and not isinstance(given, staticmethod):
@@ -114,24 +129,24 @@ def _of_kind(part: type[Part], name: str) -> Callable[..., Any]:
     return getattr(base, name)  # type: ignore[no-any-return]
 
 
-@phase
+@hook
 def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
     """Per agent: which of the part's inputs are 1, as bits, the first input's the lowest."""
     return 0
 
 
-@phase
+@hook
 def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-    """Per agent, of a sense that is `real`: its inputs, each in [0, 1], into state.activations from the row `first` on."""
+    """Per agent, of a sense that is `is_continuous`: its inputs, each in [0, 1], into state.activations from the row `first` on."""
 
 
-@phase
-def survey(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+@hook
+def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Per world, before anybody senses: what a sense needs of others. It may write what is the agents'."""
 
 
-@phase
-def decide(part: Any, model: Any, state: Any, lane: Lane) -> None:
+@hook
+def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Per agent: the action, into state.action: unless the body says otherwise, the largest output, a tie going to the first."""
     rows, actions = state.activations.shape[0], state.targets.shape[0]
     best, action = get(state.activations, rows - actions, lane), ZERO
@@ -147,24 +162,24 @@ def decide(part: Any, model: Any, state: Any, lane: Lane) -> None:
         best = choose(output > best, output, best)
 
 
-@phase
+@hook
 def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Per agent: do the action: turn, and change place."""
 
 
-@phase
+@hook
 def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
     """Per agent: fill `activations` [unit, lane] from its first rows, the inputs, to its last, the outputs."""
 
 
-@phase
+@hook
 def backward(
     part: Any, rate: Value, weights: Any, activations: Any, errors: Any, targets: Any, lane: Lane
 ) -> None:
     """Per agent: change `weights` so that the outputs move towards `targets`. `errors` [unit, lane] is scratch."""
 
 
-@phase
+@hook
 def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
     """Per agent, of a network that is no layers, for whoever draws: fill `found`, and say how many links there are.
 
@@ -173,54 +188,54 @@ def links(part: Any, weights: Any, units: int, lane: int, found: Any) -> int:
     return 0
 
 
-@phase
-def inherit(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> None:
-    """Per agent, at birth and before `hatch`: keep what life needs of the genome's modules beside the action module.
+@hook
+def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> None:
+    """Per agent, at birth and before `init_agent`: keep what life needs of the genome's modules beside the action module.
 
     Their weights are in `genes` [module and weight, lane], one module after another.
     """
 
 
-@phase
-def hatch(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
+@hook
+def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     """Per agent, at birth: make the part's arrays ready. The weights are there already."""
 
 
-@phase
-def meet(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+@hook
+def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Per world, when all have acted and before anybody learns: what needs a look at others. It may write what is the agents'."""
 
 
-@phase
+@hook
 def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     """Per agent: change state.weights."""
 
 
-@phase
-def build(part: Any, model: Any, state: Any, world: int) -> None:
+@hook
+def init_world(part: Any, model: Any, state: Any, world: int) -> None:
     """Per world, at its beginning: make the part's arrays ready. Nobody is born yet, nothing has grown."""
 
 
-@phase
-def forbids(part: Any, model: Any, x: np.float32, y: np.float32) -> bool:
+@hook
+def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> bool:
     """Per agent: whether nobody can be born, and nothing grow, at a place."""
     return False
 
 
-@phase
-def hides(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value, dy: Value) -> Mask:
+@hook
+def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value, dy: Value) -> Mask:
     """Per agent: whether what is at (x + dx, y + dy) cannot be seen from (x, y)."""
     return dx * ZERO > ONE  # false, for each item
 
 
-@phase
-def stops(part: Any, model: Any, x: Value, y: Value) -> Mask:
+@hook
+def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
     """Per agent: whether nobody can step to (x, y): who would stays where it is."""
     return x * ZERO > ONE
 
 
-@phase
-def advance(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+@hook
+def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Per world, at the end of a step: what changes in the world by itself."""
 
 
@@ -236,13 +251,13 @@ class Sense(Part):
     only_items: ClassVar[bool] = (
         False  # tells of items alone, so it need not be asked where none are near
     )
-    real: ClassVar[bool] = (
+    is_continuous: ClassVar[bool] = (
         False  # whether its inputs are what `measure` writes, and not the bits that `sense` gives
     )
 
     sense: ClassVar[Any] = staticmethod(sense.default)
     measure: ClassVar[Any] = staticmethod(measure.default)
-    survey: ClassVar[Any] = staticmethod(survey.default)
+    prepare_senses: ClassVar[Any] = staticmethod(prepare_senses.default)
 
 
 class Body(Part):
@@ -255,7 +270,7 @@ class Body(Part):
         True  # does one of its actions in a step, and not something of all of them
     )
 
-    decide: ClassVar[Any] = staticmethod(decide.default)
+    choose_action: ClassVar[Any] = staticmethod(choose_action.default)
     move: ClassVar[Any] = staticmethod(move.default)
 
 
@@ -263,7 +278,7 @@ class Network(Part):
     """What turns inputs into outputs: layers of units, whose activations and weights are numbered from the inputs on."""
 
     kind: ClassVar[str] = "network"
-    memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
+    is_memoryless: ClassVar[bool] = True  # whether the outputs follow from the inputs alone
     infinite_genes: ClassVar[
         tuple[int, ...]
     ] = ()  # by number in a module: those that may be infinite; no others may
@@ -292,20 +307,20 @@ class LearningRule(Part):
     )  # in a genome, each of as many weights; the networks among them are
     # "action", the first, and "reinforcement", the second where there is one, whose answer is then in state.targets
     learns: ClassVar[bool] = True
-    drift_fits: ClassVar[bool] = (
+    supports_drift_control: ClassVar[bool] = (
         False  # whether it goes as far as self-teaching, so that drift, which does, is a control for it
     )
     answers: ClassVar[
         tuple[str, ...]
     ] = ()  # what the reinforcement module says, where that is not how to act: "gate", say
-    learns_from: ClassVar[str] = (
+    teacher_array: ClassVar[str] = (
         ""  # the array of its own, of whole numbers, that holds from which agent each learns; itself: nobody
     )
     color: ClassVar[str] = "blue"  # of `baldwinlab.palette`
 
-    inherit: ClassVar[Any] = staticmethod(inherit.default)
-    hatch: ClassVar[Any] = staticmethod(hatch.default)
-    meet: ClassVar[Any] = staticmethod(meet.default)
+    load_genes: ClassVar[Any] = staticmethod(load_genes.default)
+    init_agent: ClassVar[Any] = staticmethod(init_agent.default)
+    observe_others: ClassVar[Any] = staticmethod(observe_others.default)
     learn: ClassVar[Any] = staticmethod(learn.default)
 
 
@@ -324,7 +339,7 @@ class WorldFeature(Part):
     """What else there is in the world: kinds of items, walls, whatever hides, stops or moves."""
 
     kind: ClassVar[str] = "world feature"
-    bears: ClassVar[bool] = (
+    allows_births: ClassVar[bool] = (
         False  # whether agents are born in mid-life, by `succeed` of models/miniworld/birth.py
     )
 
@@ -332,19 +347,19 @@ class WorldFeature(Part):
         """The items that it adds to the world's food."""
         return ()
 
-    def marks(self) -> tuple[dict[str, Any], ...]:
+    def map_shapes(self) -> tuple[dict[str, Any], ...]:
         """What is drawn of it: {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color", "label"}."""
         return ()
 
-    build: ClassVar[Any] = staticmethod(build.default)
-    forbids: ClassVar[Any] = staticmethod(forbids.default)
-    hides: ClassVar[Any] = staticmethod(hides.default)
-    stops: ClassVar[Any] = staticmethod(stops.default)
-    advance: ClassVar[Any] = staticmethod(advance.default)
+    init_world: ClassVar[Any] = staticmethod(init_world.default)
+    blocks_placement: ClassVar[Any] = staticmethod(blocks_placement.default)
+    blocks_sight: ClassVar[Any] = staticmethod(blocks_sight.default)
+    blocks_movement: ClassVar[Any] = staticmethod(blocks_movement.default)
+    end_step: ClassVar[Any] = staticmethod(end_step.default)
 
 
 def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
-    """The NamedTuple that a part's phases get."""
+    """The NamedTuple that a part's hooks get."""
     own: dict[str, Any] = {}
     for name in numeric_fields(type(part)):
         value = getattr(part, name)

@@ -19,7 +19,7 @@ from baldwinlab.parts.views import View
 from baldwinlab.variables import Variable
 
 
-class Survivors(NamedTuple):
+class FinalPopulation(NamedTuple):
     """Who lives at the end of a life in whose midst agents were born, in the place of each agent."""
 
     genome: npt.NDArray[np.float32]  # [run, agent, module, weight]
@@ -28,7 +28,7 @@ class Survivors(NamedTuple):
     ]  # [run, agent, (fitter, other)], of which of the life's first newborns they descend
 
 
-class Lives(NamedTuple):
+class LifeResults(NamedTuple):
     """What became of the agents of several runs in one generation."""
 
     energy: npt.NDArray[np.float64]  # [run, agent], gained in life
@@ -37,7 +37,7 @@ class Lives(NamedTuple):
         npt.NDArray[np.float32] | None
     )  # [run, agent, weight], the first module at death; None where it is no use
     records: Mapping[str, npt.NDArray[Any]]  # by name, [run, agent]: what else is recorded
-    living: Survivors | None = (
+    final_population: FinalPopulation | None = (
         None  # who lives at the end, where that is not who was born at the beginning
     )
 
@@ -68,7 +68,7 @@ class Model(Part):
     defaults: ClassVar[
         Mapping[str, Mapping[str, Any]]
     ] = {}  # of fields, by table: population, evolution, record
-    checked_with: ClassVar[
+    check_settings: ClassVar[
         Mapping[str, Any]
     ] = {}  # fields of its own: lives so short that plain Python lives them in seconds
     measures: ClassVar[
@@ -107,7 +107,7 @@ class Model(Part):
         }
         return recorded | dict(self.shares)
 
-    def without_learner(self) -> Self:
+    def without_learning(self) -> Self:
         """The same with nothing learned in life: what is gained then is innate. Raises ValueError where that is no life."""
         raise ValueError(f"the model {self.name!r} says nothing of a life without learning")
 
@@ -119,9 +119,9 @@ class Model(Part):
         """The genomes [agent, module, weight] of a generation without parents; random numbers are `moment.uniforms(...)`."""
         raise NotImplementedError
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         """The lives of one generation of these runs; `genomes` is [run, agent, module, weight]. A run's bits are its own."""
         raise NotImplementedError
 

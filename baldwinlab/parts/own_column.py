@@ -1,8 +1,8 @@
-"""A phase per agent looks at no other agent: what can be said of that from its source, before anything runs.
+"""A per-agent hook looks at no other agent: what can be said of that from its source, before anything runs.
 
-An agent's arrays are [row, lane]. A phase per agent may reach the column of its own, by `get` and `put` or by an index that ends
-with its lane; in phases that take (world, agent) the lane is `world * model.agents + agent`. What belongs to the world may be
-read, by an index that begins with `world`. Functions of the same file that a phase calls are followed. What the source leaves
+An agent's arrays are [row, lane]. A per-agent hook may reach the column of its own, by `get` and `put` or by an index that ends
+with its lane; in hooks that take (world, agent) the lane is `world * model.agents + agent`. What belongs to the world may be
+read, by an index that begins with `world`. Functions of the same file that a hook calls are followed. What the source leaves
 open, `baldwinlab check` tries.
 """
 
@@ -20,13 +20,13 @@ from baldwinlab.errors import PartError
 PER_AGENT: Final = (
     "sense",
     "measure",
-    "decide",
+    "choose_action",
     "move",
     "forward",
     "backward",
     "links",
-    "inherit",
-    "hatch",
+    "load_genes",
+    "init_agent",
     "learn",
 )
 OWN: Final = (
@@ -53,9 +53,9 @@ Roles = Mapping[str, str]
 """What names stand for: "state", "part", "array", "lane", "world", "agent"; and `part.NAME` for the part's own arrays."""
 
 
-def require_own_column(phases: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
-    """Raises PartError where one of a part's own phases, by name, certainly looks at another agent. `arrays` are the part's."""
-    for name, function in phases.items():
+def require_own_column(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
+    """Raises PartError where one of a part's own hooks, by name, certainly looks at another agent. `arrays` are the part's."""
+    for name, function in hooks.items():
         found = definition(function) if name in PER_AGENT else None
         if found is None:
             continue
@@ -64,8 +64,8 @@ def require_own_column(phases: Mapping[str, Callable[..., Any]], arrays: Iterabl
         for node in _looks(found, roles, _functions_beside(function), frozenset()):
             place = f"{function.__code__.co_filename}:{node.lineno}: {ast.unparse(node).splitlines()[0]}"
             raise PartError(
-                f"{function.__qualname__} looks at other agents ({place}); a phase per agent reaches its own column alone, by "
-                "get and put with its own lane: what needs a look at others belongs in a phase per world, such as meet"
+                f"{function.__qualname__} looks at other agents ({place}); a per-agent hook reaches its own column alone, by "
+                "get and put with its own lane: what needs a look at others belongs in a per-world hook, such as observe_others"
             )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 
-class Matrix(NamedTuple):
+class MatrixView(NamedTuple):
     """A number for each row and column, such as what one strategy gets against another."""
 
     rows: Sequence[str]
@@ -22,7 +22,7 @@ class Matrix(NamedTuple):
     value: str  # what a number is, with its unit
 
 
-class Walk(NamedTuple):
+class PathView(NamedTuple):
     """Numbers that follow each other in a life, such as fitness trial by trial: a line each, from birth on."""
 
     lines: Mapping[
@@ -32,7 +32,7 @@ class Walk(NamedTuple):
     value: str  # what a number is, with its unit
 
 
-class Cells(NamedTuple):
+class GridView(NamedTuple):
     """A life on a grid, step by step: where the agent stands, and what lies where. It may be made of several visits."""
 
     marks: Mapping[
@@ -48,7 +48,7 @@ class Cells(NamedTuple):
     visits: str  # what a visit is called: "environment", "trial"
 
 
-Seen = Matrix | Walk | Cells
+ViewData = MatrixView | PathView | GridView
 
 
 class View(NamedTuple):
@@ -59,16 +59,16 @@ class View(NamedTuple):
     """
 
     meaning: str  # what one sees, in a sentence or two
-    of: Callable[[Any, Any, npt.NDArray[np.float32], int], Seen]
+    of: Callable[[Any, Any, npt.NDArray[np.float32], int], ViewData]
     of_an_agent: bool = True  # whether the reader chooses one; if not, `of` is given the fittest
 
 
-def arrays_of(seen: Seen) -> dict[str, npt.NDArray[Any]]:
+def arrays_of(seen: ViewData) -> dict[str, npt.NDArray[Any]]:
     """The arrays of what is seen, by name, in the types of a page. Raises ValueError where they do not fit together."""
-    if isinstance(seen, Matrix):
+    if isinstance(seen, MatrixView):
         wanted = (len(seen.rows), len(seen.columns))
         return {"values": _of_shape("values", seen.values, wanted, np.float32)}
-    if isinstance(seen, Walk):
+    if isinstance(seen, PathView):
         lines = [np.asarray(line) for line in seen.lines.values()]
         if not lines or not lines[0].size:
             raise ValueError("a walk has a line at least, and each a number at least")

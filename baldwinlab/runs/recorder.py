@@ -34,7 +34,7 @@ VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
         axis=0
     ),  # items so far in life
     "teacher": lambda batch, lanes: getattr(
-        batch.state.rule, type(batch.state.rule).part.learns_from
+        batch.state.rule, type(batch.state.rule).part.teacher_array
     )[0, lanes],  # an agent
     "items": lambda batch, lanes: batch.items()[0],  # [item, (x, y)]
 }
@@ -56,7 +56,7 @@ def follow(batch: Batch, notes: Sequence[Note], lived: int = 0) -> None:
         for moment in note.moments:
             takers.setdefault(int(moment), []).append(note)
     for moment in sorted(takers):
-        batch.live(lived, moment)
+        batch.simulate(lived, moment)
         lived = moment
         for note in takers[moment]:
             note.take(batch, moment)
@@ -160,13 +160,13 @@ class First:
     def _halve(self, batch: Batch, first: int, last: int) -> None:
         """Live from the moment `first`, at which the batch is, to `last`, by which something has come about."""
         if last - first == 1:
-            batch.live(first, last)
+            batch.simulate(first, last)
             self.values[self._new(batch)] = last
             return
         middle = (first + last) // 2
         for begin, end in ((first, middle), (middle, last)):
             before = _kept(batch)
-            batch.live(begin, end)
+            batch.simulate(begin, end)
             if self._new(batch).any():
                 _go_to(batch, before)
                 self._halve(batch, begin, end)

@@ -41,7 +41,7 @@ def reevaluate(
     A run's bits do not depend on the others beside it. Of more modules than the experiment's agents have, the first are used.
     """
     genomes = genomes[:, :, : len(experiment.modules)]
-    return _lived(experiment, living(experiment, seed, runs).live(generation, genomes), genomes)
+    return _lived(experiment, living(experiment, seed, runs).simulate(generation, genomes), genomes)
 
 
 def born(
@@ -58,7 +58,7 @@ def lived(experiment: Experiment, batch: Batch, genomes: Genome) -> Lives:
     return _lived(experiment, lives_in(experiment, batch, genomes), genomes)
 
 
-def _lived(experiment: BaseExperiment, lives: models.Lives, genomes: Genome) -> Lives:
+def _lived(experiment: BaseExperiment, lives: models.LifeResults, genomes: Genome) -> Lives:
     worth = [fitness(experiment, *of_run) for of_run in zip(lives.energy, lives.cost, strict=True)]
     unchanged = genomes[:, :, 0, : experiment.weight_count]
     told = lives.learned is not None

@@ -96,7 +96,7 @@ def genome_at(
     inherited, cannot be known without living, neither that nor `energy` is of use.
     """
     seed, run, generation = moment
-    if experiment.part("evolution.inheritance").afresh:
+    if experiment.part("evolution.inheritance").resamples_genomes:
         return draw_genome(experiment, moment)
     if needs_lives(experiment) and generation > 0:
         whole = {

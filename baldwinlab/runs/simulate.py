@@ -27,7 +27,7 @@ from baldwinlab.experiment.idle import require_effect
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models import living
 from baldwinlab.models.miniworld.backend import CPU, Backend, choose
-from baldwinlab.parts.models import Lives
+from baldwinlab.parts.models import LifeResults
 from baldwinlab.resources import require
 from baldwinlab.runs.estimate import of_simulate
 from baldwinlab.version import __version__
@@ -84,7 +84,7 @@ def live_batch(
     lives = living(experiment, seed, runs, backend)
     histories = [History(experiment, seed, run) for run in runs]
     for generation in range(experiment.evolution.generations):
-        lived = lives.live(generation, np.stack([history.genome for history in histories]))
+        lived = lives.simulate(generation, np.stack([history.genome for history in histories]))
         for number, history in enumerate(histories):
             history.add(generation, lived, number)
         after_generation(histories)
@@ -111,7 +111,7 @@ class History:
         self._parents = np.full((generations, agents, 2), -1, np.int32)
         self._kept: dict[int, Genome] = {}  # by generation
 
-    def add(self, generation: int, lives: Lives, number: int) -> None:
+    def add(self, generation: int, lives: LifeResults, number: int) -> None:
         """Keep what became of a generation of this run, the one of that number among the `lives`, and breed the next."""
         last = self.experiment.evolution.generations - 1
         if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
@@ -127,14 +127,16 @@ class History:
         )
         if generation < last:
             learned = None if lives.learned is None else lives.learned[number]
-            living = None if lives.living is None else lives.living.genome[number]
+            living = (
+                None if lives.final_population is None else lives.final_population.genome[number]
+            )
             born = bequeath(self.experiment, self.genome if living is None else living, learned)
             moment = Moment(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = next_genome(
                 self.experiment, moment, born, self._energy[generation]
             )
-            if lives.living is not None:
-                trace_back(lives.living.origin[number], self._parents[generation + 1])
+            if lives.final_population is not None:
+                trace_back(lives.final_population.origin[number], self._parents[generation + 1])
         self.lived = generation + 1
 
     def of_agents(self, name: str) -> npt.NDArray[Any]:

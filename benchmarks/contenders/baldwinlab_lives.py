@@ -32,7 +32,7 @@ def lives(setting: Setting, genomes: Genomes) -> Live:
             batches[number] = Batch(experiment, 0, runs.tolist())
         batch = batches[number]
         batch.begin(generation, born_with[runs % len(born_with)])
-        batch.live(0, setting.steps)
+        batch.simulate(0, setting.steps)
         eaten: npt.NDArray[np.int32] = batch.eaten_in_life().sum(axis=-1)
         return eaten
 

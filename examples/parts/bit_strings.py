@@ -8,7 +8,7 @@ right; what is left of the guesses then is worth up to 19. G. E. Hinton and S. J
 
 import numpy as np
 
-from baldwinlab.parts import FOUNDER, LIFE, Field, Lives, Model, Variable, Variation, uniforms
+from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Model, Variable, Variation, uniforms
 
 
 class BitStrings(Model, name="bit-strings"):
@@ -32,7 +32,7 @@ class BitStrings(Model, name="bit-strings"):
     learns = property(lambda self: self.guessing)
     steps = property(lambda self: self.guesses)
 
-    def without_learner(self):
+    def without_learning(self):
         return self.model_copy(update={"guessing": False})
 
     def weights(self):
@@ -42,7 +42,7 @@ class BitStrings(Model, name="bit-strings"):
         draws = moment.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
         return np.select([draws < 0.25, draws < 0.5], [0.0, 1.0], 0.5)[:, None].astype(np.float32)
 
-    def live(self, seed, runs, generation, genomes):
+    def simulate(self, seed, runs, generation, genomes):
         genomes = genomes[:, :, 0]
         luck = np.stack(
             [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
@@ -59,7 +59,9 @@ class BitStrings(Model, name="bit-strings"):
         )
         payoff = np.where(found, 1 + 19 * (self.guesses - used) / self.guesses, 1.0)
         learned = np.where(found[:, :, None], np.float32(1), genomes)
-        return Lives(payoff, np.zeros_like(payoff), learned, {"unknown": unknown.astype(np.int32)})
+        return LifeResults(
+            payoff, np.zeros_like(payoff), learned, {"unknown": unknown.astype(np.int32)}
+        )
 
     def oracle(self, genome, luck):
         """The payoff of one string, guess by guess: it goes wrong so many times in a row as its luck, in (0, 1), is small."""

@@ -12,7 +12,7 @@ from baldwinlab.parts import Network, get, put
 class Elman(Network, name="elman"):
     """Layers of logistic units; the first hidden layer hears itself, as it was a step before."""
 
-    memoryless = False
+    is_memoryless = False
     derived = FeedForward.derived | {
         "inputs": lambda part, experiment: len(experiment.inputs),
         "context": lambda part, experiment: experiment.network.hidden[0],

@@ -36,21 +36,21 @@ class Obstacles(WorldFeature, name="obstacles"):
                     f"world.obstacles.{axis} = [{low:g}, {high:g}] must rise, and lie from 0 to {end:g}"
                 )
 
-    def marks(self):
+    def map_shapes(self):
         return (
             {"shape": "rectangle", "x": self.x, "y": self.y, "color": "#555555", "label": "wall"},
         )
 
     @staticmethod
-    def forbids(part, model, x, y):
+    def blocks_placement(part, model, x, y):
         return part.left <= x and x <= part.right and part.upper <= y and y <= part.lower
 
     @staticmethod
-    def stops(part, model, x, y):
+    def blocks_movement(part, model, x, y):
         return (x >= part.left) & (x <= part.right) & (y >= part.upper) & (y <= part.lower)
 
     @staticmethod
-    def hides(part, model, x, y, dx, dy):
+    def blocks_sight(part, model, x, y, dx, dy):
         """Whether the line of sight meets the wall: the shares of the way at which it enters and leaves its two strips."""
         enters_x, leaves_x = (part.left - x) / dx, (part.right - x) / dx
         enters_y, leaves_y = (part.upper - y) / dy, (part.lower - y) / dy
@@ -78,7 +78,7 @@ class Obstacles(WorldFeature, name="obstacles"):
             for b in (part.upper, part.lower)
         ]
         return {
-            "forbids": inside,
-            "stops": inside,
-            "hides": not (beside or above) and min(hands) <= 0 <= max(hands),
+            "blocks_placement": inside,
+            "blocks_movement": inside,
+            "blocks_sight": not (beside or above) and min(hands) <= 0 <= max(hands),
         }

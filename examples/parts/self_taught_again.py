@@ -13,7 +13,7 @@ class SelfTaughtAgain(LearningRule, name="self-taught-again"):
     """Backpropagation towards what the reinforcement module answers."""
 
     modules = ("action", "reinforcement")
-    drift_fits = True  # the control `drift` goes as far as self-teaching would
+    supports_drift_control = True  # the control `drift` goes as far as self-teaching would
 
     @staticmethod
     def learn(part, model, state, step, lane):
@@ -24,6 +24,6 @@ class SelfTaughtAgain(LearningRule, name="self-taught-again"):
 
     @staticmethod
     def oracle(part, agents, agent, naive):
-        """The same in plain Python, one number after another, as `check` holds it against the compiled phase."""
+        """The same in plain Python, one number after another, as `check` holds it against the compiled hook."""
         target = naive.think(agent.reinforcement_module, agent.inputs)
         naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)

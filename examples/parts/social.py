@@ -2,8 +2,8 @@
 
     baldwinlab run evo/A --part examples/parts/social.py --set learning.rule=social --set learning.social.least=3
 
-Nobody inherits a teacher. Who the best is takes a look at all agents of a world, so it is found in the phase per world,
-`meet`; each then learns by itself. The idea is old: see Boyd and Richerson, Culture and the Evolutionary Process (1985).
+Nobody inherits a teacher. Who the best is takes a look at all agents of a world, so it is found in the per-world hook,
+`observe_others`; each then learns by itself. The idea is old: see Boyd and Richerson, Culture and the Evolutionary Process (1985).
 """
 
 from baldwinlab.parts import Field, LearningRule, backward, get
@@ -17,7 +17,7 @@ class Social(LearningRule, name="social"):
     )
 
     @staticmethod
-    def meet(part, model, state, world, step):
+    def observe_others(part, model, state, world, step):
         first = world * model.agents
         best, most = first, -1
         for lane in range(first, first + model.agents):

@@ -105,7 +105,7 @@ def test_where_what_is_learned_is_inherited_the_twin_lives_for_it(tmp_path: Path
             twin, Moment(5, 1, generation + 1), bequeath(experiment, genome, died), nothing
         )
     last = neutral(study).sel(run=1, generation=11, newborns="neutral twin")
-    for life, lived in (("on", experiment), ("off", experiment.without_learner())):
+    for life, lived in (("on", experiment), ("off", experiment.without_learning())):
         assert np.array_equal(
             last.sel(life=life), reevaluate(lived, 5, [1], 11, genome[None]).energy[0]
         )

@@ -75,7 +75,7 @@ def test_the_built_in_parts_keep_the_contract() -> None:
     assert [str(each) for each in found if not each.holds and not each.is_unverified] == []
     unverified = {each.sentence for each in found if each.is_unverified}
     assert unverified == {
-        "network 'feed-forward', backward", "learning rule 'drift', hatch", "selection 'neutral', keep",
+        "network 'feed-forward', backward", "learning rule 'drift', init_agent", "selection 'neutral', mark_survivors",
     }  # fmt: skip
 
 
@@ -116,9 +116,9 @@ def test_a_rule_that_looks_at_a_neighbour_is_refused_before_it_runs(write: Any, 
 
 
 def test_so_is_one_that_inherits_what_is_a_neighbours(write: Any) -> None:
-    inherits = "@staticmethod\n    def inherit(part, model, state, genes, lane):\n        put(state.weights, 0, lane, {})"
+    inherits = "@staticmethod\n    def load_genes(part, model, state, genes, lane):\n        put(state.weights, 0, lane, {})"
     assert failures(write(fields=inherits.format("get(genes, 0, lane)")), "fields") == ""
-    with pytest.raises(PartError, match=r"Liar.inherit looks at other agents"):
+    with pytest.raises(PartError, match=r"Liar.load_genes looks at other agents"):
         load_file(write(fields=inherits.format("get(genes, 0, lane + 1)")))
 
 

@@ -20,7 +20,7 @@ from baldwinlab.parts import Sense, per_agent
 class Height(Sense, name="height"):
     inputs = ("height",)
     sectors = (None,)
-    real = True
+    is_continuous = True
 
     @staticmethod
     def measure(part, model, state, world, agent, first):

@@ -16,19 +16,19 @@ from baldwinlab.parts.foreign import load_file, parts_in
 
 Write = Callable[[str], Path]
 
-PAIR = "def pair(part, genome, fitness, uniforms, shares, order, parents)"
-VARY_ALL = "def vary_all(part, moment, genome, fitness, parents, draws, children)"
+PAIR = "def select_with_genomes(part, genome, fitness, uniforms, shares, order, parents)"
+VARY_ALL = "def vary_population(part, moment, genome, fitness, parents, draws, children)"
 HOOKS = {  # of each contract: a kind's class and one of its hooks
     "learning rule": ("LearningRule", "def learn(part, model, state, step, lane)"),
     "network": ("Network", "def forward(part, weights, activations, lane)"),
     "body": ("Body", "def move(part, model, state, lane)"),
     "sense": ("Sense", "def sense(part, model, state, world, agent)"),
-    "world feature": ("WorldFeature", "def stops(part, model, x, y)"),
+    "world feature": ("WorldFeature", "def blocks_movement(part, model, x, y)"),
     "selection": ("Selection", "def select(part, fitness, uniforms, shares, order, parents)"),
-    "pair": ("Selection", PAIR),
+    "select_with_genomes": ("Selection", PAIR),
     "variation": ("Variation", "def vary(part, fitter, other, draws, gate, child)"),
-    "vary_all": ("Variation", VARY_ALL),
-    "inheritance": ("Inheritance", "def pass_on(part, born, learned, inherited)"),
+    "vary_population": ("Variation", VARY_ALL),
+    "inheritance": ("Inheritance", "def inherit(part, born, learned, inherited)"),
     "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
 }
 
@@ -86,11 +86,13 @@ def test_an_oracle_that_is_no_static_method_is_refused(write_part: Write) -> Non
 def test_the_check_refuses_a_wrong_oracle_before_it_compiles_and_names_the_hook_that_decides(
     write_part: Write,
 ) -> None:
-    path = write_part(write_class("pair", "def oracle(part, fitness, uniforms)", name="sharing"))
+    path = write_part(
+        write_class("select_with_genomes", "def oracle(part, fitness, uniforms)", name="sharing")
+    )
     failed = [str(one) for one in bl.check_part(path, only=["signature"]) if one.holds is False]
     sentence = (
         "does not hold: its oracle has the arguments of its kind: selection 'sharing': oracle has the arguments (part, fitness, "
-        "uniforms); it must be a static method oracle(part, genome, fitness, uniforms), as it has `pair`; "
+        "uniforms); it must be a static method oracle(part, genome, fitness, uniforms), as it has `select_with_genomes`; "
     )
     assert len(failed) == 1
     assert failed[0].startswith(sentence)
@@ -113,11 +115,11 @@ TWO_PARTS = """
 
     class Tick(WorldFeature, name="tick"):
         @staticmethod
-        def build(part, model, state, world):
+        def init_world(part, model, state, world):
             pass
 
         @staticmethod
-        def advance(part, model, state, world, step):
+        def end_step(part, model, state, world, step):
             pass
 
     class Again(LearningRule, name="again"):
@@ -133,8 +135,8 @@ def test_each_hook_without_an_oracle_is_a_line_of_its_own(
     lines = [str(one) for one in bl.check_part(path, only=["oracle"])][1:]
     assert lines == [
         "ok: the oracle agrees, step by step (fitness 'verified': evaluate)",
-        "not verified: it has no oracle: world feature 'tick', build",
-        "not verified: it has no oracle: world feature 'tick', advance",
+        "not verified: it has no oracle: world feature 'tick', init_world",
+        "not verified: it has no oracle: world feature 'tick', end_step",
     ], "a hook that is the package's own is not the part's to verify"
 
 
@@ -157,9 +159,9 @@ def test_a_variation_without_an_oracle_is_not_verified_as_a_world_feature_is(
 
 
 def test_an_oracle_of_a_place_does_not_verify_what_changes_by_itself(write_part: Write) -> None:
-    methods = ("def advance(part, model, state, world, step)", "def oracle(part, x, y, dx, dy)")
+    methods = ("def end_step(part, model, state, world, step)", "def oracle(part, x, y, dx, dy)")
     (part,) = parts_in(load_file(write_part(write_class("world feature", *methods))))
-    assert list(unverified_hooks(part)) == [("advance", "its oracle does not cover this hook")]
+    assert list(unverified_hooks(part)) == [("end_step", "its oracle does not cover this hook")]
 
 
 def test_an_oracle_that_raises_is_named_with_its_line(

@@ -89,18 +89,18 @@ def test_a_part_of_a_state_keeps_its_type_and_its_arrays_have_dotted_names(watch
             arrays = {"ticks": per_world(2, dtype="int32")}
 
             @staticmethod
-            def advance(part, model, state, world, step):
+            def end_step(part, model, state, world, step):
                 part.ticks[world, step] += 1
         """
     )
     ticks = np.zeros((1, 2), np.int32)
-    part.advance(part.Compiled(ticks), (), (), 0, 1)
+    part.end_step(part.Compiled(ticks), (), (), 0, 1)
     assert ticks.tolist() == [[0, 1]]
     with pytest.raises(
         HookError,
-        match=r"world feature 'ticks': advance, line 9: index 2 of part.ticks, which has 2 col",
+        match=r"world feature 'ticks': end_step, line 9: index 2 of part.ticks, which has 2 col",
     ):
-        part.advance(part.Compiled(ticks), (), (), 0, 2)
+        part.end_step(part.Compiled(ticks), (), (), 0, 2)
 
 
 def test_the_first_look_at_poisoned_memory_is_noted_with_its_line(watch_part: Any) -> None:

@@ -111,7 +111,7 @@ def made(row: Settings) -> Any:
     """
     if "model" in row:
         name = row["model"]
-        fields = {**choices.find("model", name).checked_with, **SHORT.get(name, {})}
+        fields = {**choices.find("model", name).check_settings, **SHORT.get(name, {})}
         table = {key_of(name): fields} if fields else {}
         base = load(name).replace(
             population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table
@@ -169,7 +169,7 @@ def fitted(row: Settings) -> Settings:
     if breeding & GRAPHS:
         row["network.kind"] = "growing"
     if row["network.kind"] == "growing":
-        needed = choices.find("network", "growing").needs
+        needed = choices.find("network", "growing").required_settings
         row |= {path: value for path, value in needed.items() if path != "evolution.selection"}
         row |= {
             "learning.teacher": "inherited",

@@ -59,7 +59,7 @@ def live_again(
     """Return what one generation of a record comes to, in memory that no generation has used before."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
         genome = genome_at(experiment, Moment(SEED, 0, generation), record["energy"])
-        lives = living(experiment, SEED, [0]).live(generation, genome[None])
+        lives = living(experiment, SEED, [0]).simulate(generation, genome[None])
         found = {name: values[0] for name, values in lives.records.items()}
         return found | {
             "genome": genome,

@@ -67,7 +67,7 @@ class ReadsUnset(LearningRule, name="reads-unset"):
     arrays = {{"trace": per_agent("weights")}}
 
     @staticmethod
-    def hatch(part, model, state, world, agent):
+    def init_agent(part, model, state, world, agent):
         for weight in range({first}, state.weights.shape[0]):
             part.trace[weight, world * model.agents + agent] = 0
 

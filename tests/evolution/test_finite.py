@@ -30,7 +30,7 @@ class OneModuleAlone(Variation, name="one-module-alone"):
 
 class InfiniteFounders(Variation, name="infinite-founders"):
     @staticmethod
-    def found(part, genome):
+    def init_founders(part, genome):
         genome[2, 0, 5] = np.inf
 
 

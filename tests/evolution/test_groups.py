@@ -36,7 +36,7 @@ class Halves(Selection, name="{name}"):
 '''
 KEEP = """
     @staticmethod
-    def keep(part, count, fitness, uniforms, parents):
+    def mark_survivors(part, count, fitness, uniforms, parents):
         for place in range(count):  # one of each half in turn
             child = place // 2 + (place % 2) * (fitness.size // 2)
             parents[child, 0], parents[child, 1] = child, ITSELF

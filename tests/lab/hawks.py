@@ -8,15 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.parts import FOUNDER, Lives, Matrix, Model, View
+from baldwinlab.parts import FOUNDER, LifeResults, MatrixView, Model, View
 
 PAYOFFS = np.array([[0.0, 4.0], [1.0, 2.0]])  # of hawk and dove, against hawk and dove
 
 
-def payoffs(model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Matrix:
+def payoffs(model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
     hawks = (genomes > 0.5).mean()
     names = [f"hawk ({hawks:.0%})", f"dove ({1 - hawks:.0%})"]
-    return Matrix(
+    return MatrixView(
         names, ["hawk", "dove"], PAYOFFS, "payoff of the row's strategy against the column's"
     )
 
@@ -38,10 +38,10 @@ class Hawks(Model, name="hawks-and-doves"):
     def founders(self, agents: int, moment: Any) -> npt.NDArray[np.float32]:
         return moment.uniforms(FOUNDER, (agents, 1))[:, :, :1].astype(np.float32)  # type: ignore[no-any-return]
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         dove = (genomes[:, :, 0, 0] <= 0.5).astype(int)
         met = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
         energy = (PAYOFFS[dove] * met[:, None]).sum(axis=-1)
-        return Lives(energy, np.zeros_like(energy), None, {})
+        return LifeResults(energy, np.zeros_like(energy), None, {})

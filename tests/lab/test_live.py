@@ -129,7 +129,7 @@ def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(
         lived[0] += 1
         really(batch, first, last)
 
-    monkeypatch.setattr(Batch, "live", counted)
+    monkeypatch.setattr(Batch, "simulate", counted)
     wait_until(lambda: lived[0] > 3)
     endless.pause()
     time.sleep(1)

@@ -17,7 +17,7 @@ from baldwinlab.runs.simulate import simulate
 
 def compile_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the launcher for the CPU run the step as the Python that it is."""
-    monkeypatch.setattr(cpu, "kept", lambda function, phases, **_: function)
+    monkeypatch.setattr(cpu, "kept", lambda function, hooks, **_: function)
     monkeypatch.setattr(cpu, "settled", lambda function, *arguments: function)
     monkeypatch.setattr(
         cpu, "is_compiled", lambda experiment: True
@@ -39,7 +39,7 @@ def lived(experiment: Experiment, genome: Any, steps: int) -> cpu.Batch:
     batch = cpu.Batch(experiment, 5, [0])
     with np.errstate(all="ignore"):
         batch.begin(0, np.asarray(genome, np.float32)[None])
-        batch.live(0, steps)
+        batch.simulate(0, steps)
     return batch
 
 

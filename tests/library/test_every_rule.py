@@ -80,7 +80,7 @@ def test_nobody_learns_when_no_step_is_there_to_learn_in(rule: str) -> None:
 @every_rule
 def test_with_its_learner_off_an_agent_is_the_one_that_evolution_alone_has(rule: str) -> None:
     experiment, plain = learning(rule), learning("none")
-    genome, without = founders(experiment), experiment.without_learner()
+    genome, without = founders(experiment), experiment.without_learning()
     np.testing.assert_array_equal(genome[:, :1], founders(plain))
     one, other = (lived(each, genome[:, :1], STEPS) for each in (without, plain))
     np.testing.assert_array_equal(one.state.places, other.state.places)
@@ -90,7 +90,7 @@ def test_with_its_learner_off_an_agent_is_the_one_that_evolution_alone_has(rule:
 def test_at_rate_0_it_lives_as_without_its_learner(rule: str) -> None:
     still = learning(rule, "learning.rate=0")
     genome = founders(still)
-    one, other = lived(still, genome, STEPS), lived(still.without_learner(), genome[:, :1], STEPS)
+    one, other = lived(still, genome, STEPS), lived(still.without_learning(), genome[:, :1], STEPS)
     np.testing.assert_array_equal(one.state.places, other.state.places)
 
 

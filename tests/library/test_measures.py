@@ -249,7 +249,7 @@ def test_real_valued_senses_measure_and_binary_ones_do_not() -> None:
     kinds = ("food", "nearest", "neighbours", "smell", "energy", "rays", "touch", "compass")
     for sense in load("evo/A").replace(senses={"kinds": list(kinds)}).parts("senses.kinds"):
         assert (
-            type(sense).real
+            type(sense).is_continuous
             == (type(sense).measure is not Sense.measure)
             == (type(sense).sense is Sense.sense)
         )

@@ -11,14 +11,14 @@ import pytest
 from baldwinlab.evolution import Moment, breed
 from baldwinlab.experiment import choices
 from baldwinlab.parts.evolution import breeding_part
-from baldwinlab.parts.kinds import own_phases
+from baldwinlab.parts.kinds import overridden_hooks
 from baldwinlab.presets import load
 
 ONE_MODEL_ALONE = {"one-point-of-units": "cue-learners"}  # which has a single module
 VARIATIONS = [
     name
     for name in choices.packaged("variation")
-    if "vary" in own_phases(choices.find("variation", name)) and name not in ONE_MODEL_ALONE
+    if "vary" in overridden_hooks(choices.find("variation", name)) and name not in ONE_MODEL_ALONE
 ]
 SETTINGS = [
     {"mutation_rate": 0.3, "mutation_gate": "weight"},

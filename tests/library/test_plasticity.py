@@ -69,7 +69,7 @@ def born_and_grown(experiment: Experiment) -> Iterator[tuple[float, float]]:
         .astype(np.float32)
     )
     batch.begin(0, genomes)
-    batch.live(0, experiment.lifetime.steps)
+    batch.simulate(0, experiment.lifetime.steps)
     grown = batch.state.weights[:, : experiment.population.size].T
     return zip(genomes[0, :, 0].ravel().tolist(), grown.ravel().tolist(), strict=True)
 

@@ -73,7 +73,7 @@ def test_the_coins_of_the_control_are_fair_and_what_it_predicts_stays_about_a_ha
     batch, tosses = lived(control, genome, 0), []
     for step in range(60):
         with np.errstate(all="ignore"):
-            batch.live(step, step + 1)
+            batch.simulate(step, step + 1)
         tosses.append(batch.state.rule.coins[:, : len(genome)].copy())
     assert set(np.unique(tosses)) == {0, 1}
     assert abs(np.mean(tosses) - 0.5) < 4 * 0.5 / np.sqrt(np.size(tosses))

@@ -313,6 +313,6 @@ def test_under_drift_a_newborn_of_any_generation_remembers_nothing(
     batch = Batch(drifting, 2, [0])
     for generation in range(3):
         batch.begin(generation, run["genome"].values[generation][None])
-        batch.live(0, 9)
+        batch.simulate(0, 9)
     np.testing.assert_array_equal(batch.weights()[0], weights[:, 0])
     assert np.isfinite(weights).all(), "as an unwritten memory is not a number in these tests"

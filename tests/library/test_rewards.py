@@ -22,7 +22,7 @@ def grown(experiment: Experiment, steps: int) -> tuple[Weights, Weights, Any]:
     batch, agents = Batch(experiment, 5, [0]), experiment.population.size
     batch.begin(0, draw_genome(experiment, Moment(5, 0, 0))[None])
     born = batch.state.weights[:, :agents].T.copy()
-    batch.live(0, steps)
+    batch.simulate(0, steps)
     return born, batch.state.weights[:, :agents].T.copy(), batch.state
 
 
@@ -54,7 +54,7 @@ def test_food_makes_what_was_done_before_it_likelier() -> None:
             batch.state.activations[:3, :agents].copy(),
             batch.state.action[0, :agents].astype(int),
         )
-        batch.live(step, step + 1)
+        batch.simulate(step, step + 1)
         for agent in np.flatnonzero(eaten > earlier):
             old, new = (
                 network(weights[:, agent], sensed[:, agent])[done[agent]]

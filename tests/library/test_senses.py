@@ -47,9 +47,9 @@ def test_a_newborn_of_a_later_generation_knows_nothing_of_who_had_its_place_befo
     with np.errstate(all="ignore"):
         for generation in range(2):
             batch.begin(generation, draw_genome(experiment, Moment(1, 0, generation))[None])
-            batch.live(0, 1)
+            batch.simulate(0, 1)
             assert not batch.state.activations[3:7, :4].any()
-            batch.live(1, 5)
+            batch.simulate(1, 5)
             assert batch.state.activations[3:6, :4].sum() == 4
 
 

@@ -86,7 +86,7 @@ def test_who_dies_when_and_whose_child_comes_is_what_a_ledger_kept_by_hand_says(
     accounts, born, eaten = first_accounts(), [0] * AGENTS, np.zeros(AGENTS)
     genome = genome.copy()
     for step in range(experiment.lifetime.steps):
-        batch.live(step, step + 1)
+        batch.simulate(step, step + 1)
         meals = batch.eaten_in_life()[0].sum(axis=1) - eaten
         eaten = eaten + meals
         for account, meal in zip(accounts, meals, strict=True):
@@ -133,7 +133,7 @@ def test_who_lives_at_the_end_is_who_the_next_generation_is_and_the_record_says_
     for generation in (0, 1):
         batch = Batch(experiment, SEED, [0])
         batch.begin(generation, run["genome"].values[generation][None])
-        batch.live(0, experiment.lifetime.steps)
+        batch.simulate(0, experiment.lifetime.steps)
         living, origin = batch.state.genome[0], batch.state.origin[0]
         assert run["born"].values[generation].tolist() == batch.state.born[0].tolist()
         for agent, genome in enumerate(run["genome"].values[generation + 1]):
@@ -153,7 +153,7 @@ def test_a_life_in_pieces_and_one_agent_after_another_has_its_births_all_the_sam
         for batch, cuts in ((whole, [0, 60]), (pieces, [0, 7, 31, 60])):
             batch.begin(0, genome)
             for first, last in pairwise(cuts):
-                batch.live(first, last)
+                batch.simulate(first, last)
         assert whole.state.born.sum() > AGENTS
         for name in ("genome", "weights", "born", "origin", "places"):
             np.testing.assert_array_equal(getattr(whole.state, name), getattr(pieces.state, name))
@@ -166,7 +166,7 @@ def test_what_the_last_to_live_had_learned_is_inherited_from_generation_to_gener
     run = simulate(experiment, seed=SEED)
     batch = Batch(experiment, SEED, [0])
     batch.begin(0, run["genome"].values[0][None])
-    batch.live(0, experiment.lifetime.steps)
+    batch.simulate(0, experiment.lifetime.steps)
     learned = {weights.tobytes() for weights in batch.weights()[0]}
     assert {genome[0].tobytes() for genome in run["genome"].values[1]} == learned
     assert batch.weights()[0].tobytes() != batch.state.genome[0, :, 0].tobytes()
@@ -194,7 +194,7 @@ def test_a_newborn_has_gained_nothing_yet_whatever_was_eaten_in_its_place() -> N
     sensed: list[float] = []
     for step in range(experiment.lifetime.steps):
         before = batch.state.born[0].copy()
-        batch.live(step, step + 1)
+        batch.simulate(step, step + 1)
         newborn = (batch.state.born[0] > before) & (batch.eaten_in_life()[0].sum(axis=1) > 0)
         for agent in np.flatnonzero(newborn).tolist():
             perceive(batch.model, batch.state, 0, agent)
@@ -212,7 +212,7 @@ def test_in_the_neutral_twin_heterozygosity_falls_by_2_in_n_squared_a_birth() ->
     batch = Batch(twin, 3, runs)
     of_agents = np.arange(AGENTS, dtype=np.float32)[:, None, None]
     batch.begin(0, np.broadcast_to(of_agents, (len(runs), AGENTS, 1, twin.genome_length)))
-    batch.live(0, 100)
+    batch.simulate(0, 100)
     shares = (batch.state.genome[:, :, 0, :, None] == np.arange(AGENTS)).mean(axis=1)
     births = batch.state.born.sum(axis=1)
     ratio = (1 - (shares**2).sum(axis=-1).mean(axis=1)) / (1 - 2 / AGENTS**2) ** births

@@ -137,7 +137,9 @@ def test_the_books_balance_where_some_items_cost_energy_and_others_give_more_tha
     patches = [(20, 100, 10, 90, 25, -2.0), (30, 90, 20, 80, 8, 1.5)]
     experiment = world_of({"patches": {"patches": patches}})
     with np.errstate(all="ignore"):
-        lives = living(experiment, 1, [0]).live(0, draw_genome(experiment, Moment(1, 0, 0))[None])
+        lives = living(experiment, 1, [0]).simulate(
+            0, draw_genome(experiment, Moment(1, 0, 0))[None]
+        )
     energy, food, eaten = (
         lives.energy[0],
         lives.records["food_eaten"][0],

@@ -35,7 +35,7 @@ def model(**fields: Any) -> Any:
 
 def lives(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
     genomes = np.array(strings * times, np.float32)[None, :, None]
-    return model(loci=len(strings[0]), **fields).live(7, [0], 0, genomes)
+    return model(loci=len(strings[0]), **fields).simulate(7, [0], 0, genomes)
 
 
 def small() -> Any:
@@ -67,9 +67,9 @@ def test_guesses_are_as_many_as_the_geometric_law_says() -> None:
 def test_without_guessing_only_what_is_innate_pays() -> None:
     strings = [[RIGHT] * 4, [RIGHT] * 3 + [UNKNOWN], [UNKNOWN] * 4]
     learner = model(loci=4)
-    assert learner.learns and not learner.without_learner().learns
+    assert learner.learns and not learner.without_learning().learns
     genomes = np.array(strings, np.float32)[None, :, None]
-    assert learner.without_learner().live(7, [0], 0, genomes).energy.tolist() == [
+    assert learner.without_learning().simulate(7, [0], 0, genomes).energy.tolist() == [
         [1 + 19 * 999 / 1000, 1, 1]
     ]
 
@@ -84,14 +84,14 @@ def test_lives_are_those_of_the_plain_oracle() -> None:
     from baldwinlab.parts import LIFE
 
     learner = model(loci=6, guesses=40)
-    for guesser in (learner, learner.without_learner()):
+    for guesser in (learner, learner.without_learning()):
         genomes = learner.founders(200, Moment(3, 5, 0))
         luck = Moment(3, 5, 9).uniforms(LIFE, (200, 1))[:, 0, 0]
         plain = [
             guesser.oracle(genome[0].tolist(), chance)
             for genome, chance in zip(genomes, luck, strict=True)
         ]
-        assert guesser.live(3, [5], 9, genomes[None]).energy[0].tolist() == plain
+        assert guesser.simulate(3, [5], 9, genomes[None]).energy[0].tolist() == plain
 
 
 def test_founders_hold_each_allele_as_often_as_in_the_paper() -> None:
@@ -119,7 +119,7 @@ def test_learning_finds_the_needle_and_chance_alone_does_not() -> None:
     found = validate({"model": "bit-strings"})
     last = bl.simulate(found, seed=1).genome.values[-1]
     assert (last == RIGHT).mean() > 0.65 and (last == WRONG).mean() < 0.01
-    alone = bl.simulate(found.without_learner().replace(evolution={"generations": 20}), seed=1)
+    alone = bl.simulate(found.without_learning().replace(evolution={"generations": 20}), seed=1)
     assert alone.energy.values.max() == 1
 
 

@@ -12,17 +12,17 @@ from baldwinlab.check.findings import FailsError
 from baldwinlab.check.seen import views_are_sound
 from baldwinlab.check.subject import subjects
 from baldwinlab.library.models.landscapes import NKClimbers
-from baldwinlab.parts import Cells, Matrix, View, Walk
-from baldwinlab.parts.views import Seen, arrays_of
+from baldwinlab.parts import GridView, MatrixView, PathView, View
+from baldwinlab.parts.views import ViewData, arrays_of
 
 STEPS = 4
 
 
-def cells(**changes: Any) -> Cells:
+def cells(**changes: Any) -> GridView:
     ground = np.zeros((STEPS, 2, 3), int)
     ground[:, 1, 2] = 2
     each = np.zeros(STEPS)
-    whole = Cells(
+    whole = GridView(
         {"wall": "grey", "food": "green"},
         ground,
         np.zeros((STEPS, 2), int),
@@ -35,13 +35,13 @@ def cells(**changes: Any) -> Cells:
 
 
 def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
-    payoffs = arrays_of(Matrix(["a", "b"], ["c"], np.array([[1.5], [np.nan]]), "points"))
+    payoffs = arrays_of(MatrixView(["a", "b"], ["c"], np.array([[1.5], [np.nan]]), "points"))
     assert (
         payoffs["values"].dtype == np.float32
         and payoffs["values"].shape == (2, 1)
         and np.isnan(payoffs["values"][1, 0])
     )
-    walk = arrays_of(Walk({"a": np.arange(3), "b": np.ones(3)}, "trial", "fitness"))
+    walk = arrays_of(PathView({"a": np.arange(3), "b": np.ones(3)}, "trial", "fitness"))
     assert walk["lines"].tolist() == [[0, 1, 2], [1, 1, 1]]
     found = arrays_of(cells())
     assert {name: (array.dtype.name, array.shape) for name, array in found.items()} == {
@@ -53,13 +53,13 @@ def test_what_fits_together_comes_in_the_types_of_a_page() -> None:
     }
 
 
-def _drawn(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
-    return Walk({"a": np.random.default_rng().random(3)}, "step", "chance")
+def _drawn(model: Any, moment: Any, genomes: Any, agent: int) -> PathView:
+    return PathView({"a": np.random.default_rng().random(3)}, "step", "chance")
 
 
-def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
+def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> PathView:
     genomes[agent] = 7
-    return Walk({"a": np.zeros(3)}, "step", "nothing")
+    return PathView({"a": np.zeros(3)}, "step", "nothing")
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def _changing(model: Any, moment: Any, genomes: Any, agent: int) -> Walk:
         (_drawn, "the view 'look' of agent 0 differs from what it showed before"),
         (_changing, "the view 'look' changes the genomes that it is given"),
         (
-            lambda *given: Walk({}, "", ""),
+            lambda *given: PathView({}, "", ""),
             "the view 'look' of agent 0: a walk has a line at least, and each a number at least",
         ),
     ],
@@ -87,17 +87,17 @@ def test_a_check_finds_views_that_are_not_as_they_should_be(
     ("seen", "sentence"),
     [
         (
-            Matrix(["a"], ["b", "c"], np.zeros((2, 1)), ""),
+            MatrixView(["a"], ["b", "c"], np.zeros((2, 1)), ""),
             r"values is \[2, 1\] and must be \[1, 2\]",
         ),
-        (Walk({"a": np.zeros(3), "b": np.zeros(2)}, "", ""), r"b is \[2\] and must be \[3\]"),
-        (Walk({}, "", ""), "a walk has a line at least"),
+        (PathView({"a": np.zeros(3), "b": np.zeros(2)}, "", ""), r"b is \[2\] and must be \[3\]"),
+        (PathView({}, "", ""), "a walk has a line at least"),
         (cells(heading=np.zeros(3)), r"heading is \[3\] and must be \[4\]"),
         (cells(place=np.zeros((STEPS, 3))), r"place is \[4, 3\] and must be \[4, 2\]"),
         (cells(marks={"food": "green"}), "ground must be .* of numbers of marks"),
         (cells(ground=np.zeros((2, 3))), "ground must be"),
     ],
 )
-def test_what_does_not_fit_together_is_said(seen: Seen, sentence: str) -> None:
+def test_what_does_not_fit_together_is_said(seen: ViewData, sentence: str) -> None:
     with pytest.raises(ValueError, match=sentence):
         arrays_of(seen)

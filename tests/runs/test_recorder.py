@@ -45,7 +45,7 @@ def test_a_batch_that_has_lived_is_followed_from_there() -> None:
         newborns(),
     )
     follow(newborns(), [whole])
-    batch.live(0, 50)
+    batch.simulate(0, 50)
     follow(batch, [part], lived=50)
     assert np.array_equal(part.values, whole.values[100:120])
 
@@ -79,6 +79,6 @@ def test_what_came_about_first_is_found_down_to_the_step_and_the_life_goes_on_as
         first = np.where(ate.any(axis=0), ate.argmax(axis=0) + 1, np.nan)
         assert np.array_equal(fed.values[run], first, equal_nan=True)
     undisturbed = newborns(runs=2)
-    undisturbed.live(0, STEPS)
+    undisturbed.simulate(0, STEPS)
     assert np.array_equal(undisturbed.eaten_in_life(), batch.eaten_in_life())
     assert np.array_equal(undisturbed.weights(), batch.weights())

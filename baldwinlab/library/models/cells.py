@@ -33,9 +33,9 @@ from baldwinlab.parts import (
     FOUNDER,
     LIFE,
     OF_AGENT,
-    Cells,
     Field,
-    Lives,
+    GridView,
+    LifeResults,
     Measure,
     Model,
     Variable,
@@ -69,7 +69,9 @@ def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     )
 
 
-def _life(model: CellForagers, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Cells:
+def _life(
+    model: CellForagers, moment: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> GridView:
     environments = min(model.environments, max(1, WATCHED // model.moves))
     lived = model.forage(
         moment.seed,
@@ -165,7 +167,7 @@ class CellForagers(Model, name="cell-foragers"):
         """Two that plan, and two more where something is learned on the side."""
         return ACTIONS + (2 if self.learning in ("prediction", "random-targets") else 0)
 
-    def without_learner(self) -> CellForagers:
+    def without_learning(self) -> CellForagers:
         return self.model_copy(update={"rate": 0.0})
 
     def weights(self) -> int:
@@ -177,14 +179,16 @@ class CellForagers(Model, name="cell-foragers"):
         drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
         return drawn.reshape(agents, modules, -1)
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         learned, eaten, *_ = self.forage(seed, runs, generation, genomes, 0, self.environments, 1)
         part = self.environments // PARTS_OF_LIFE
         gain = eaten[..., -part:].mean(axis=-1) - eaten[..., :part].mean(axis=-1)
         energy = eaten.sum(axis=-1) / self.environments
-        return Lives(energy, np.zeros_like(energy), learned, {"gain": gain.astype(np.float32)})
+        return LifeResults(
+            energy, np.zeros_like(energy), learned, {"gain": gain.astype(np.float32)}
+        )
 
     def forage(
         self,

@@ -32,7 +32,7 @@ from baldwinlab.parts import (
     LIFE,
     OF_AGENT,
     Field,
-    Lives,
+    LifeResults,
     Measure,
     Model,
     Variable,
@@ -121,7 +121,7 @@ class CueLearners(Model, name="cue-learners"):
     def steps(self) -> int:
         return self.items
 
-    def without_learner(self) -> CueLearners:
+    def without_learning(self) -> CueLearners:
         return self.model_copy(update={"learning": False})
 
     def weights(self) -> int:
@@ -135,9 +135,9 @@ class CueLearners(Model, name="cue-learners"):
             np.float32,
         )
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         shape, learned = genomes.shape[:2], genomes[:, :, 0].copy()
         life = Life(
             seed, generation, self.items, self.accuracy, self.learning, np.float32(self.rate)
@@ -153,7 +153,7 @@ class CueLearners(Model, name="cue-learners"):
         beyond = (found.eaten - found.half_way).astype(np.float32)
         records = {"beyond": beyond, "by_colour": found.by_colour, "born_so": found.born_so}
         energy = found.eaten + self.items / 2
-        return Lives(energy, np.zeros_like(energy), learned, records)
+        return LifeResults(energy, np.zeros_like(energy), learned, records)
 
 
 class Life(NamedTuple):

@@ -33,7 +33,7 @@ from baldwinlab.parts import (
     LIFE,
     OF_AGENT,
     Field,
-    Lives,
+    LifeResults,
     Measure,
     Model,
     Variable,
@@ -143,7 +143,7 @@ class DigitReaders(Model, name="digit-readers"):
     def steps(self) -> int:
         return max(1, self.trials)
 
-    def without_learner(self) -> DigitReaders:
+    def without_learning(self) -> DigitReaders:
         return self.model_copy(update={"trials": 0})
 
     def weights(self) -> int:
@@ -156,9 +156,9 @@ class DigitReaders(Model, name="digit-readers"):
         drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * BETWEEN - LARGEST
         return drawn
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         learned = genomes[:, :, 0].copy()
         used, wrong = (
             poison.empty(learned.shape[:2], np.int32),
@@ -185,7 +185,7 @@ class DigitReaders(Model, name="digit-readers"):
         errors = wrong / (DIGITS * self.each)
         innate, error = errors[:, :, 0].astype(np.float32), errors[:, :, 1].astype(np.float32)
         energy = 1 - errors[:, :, 1]
-        return Lives(
+        return LifeResults(
             energy,
             np.zeros_like(energy),
             learned,

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.parts import Cells
+from baldwinlab.parts import GridView
 
 NOT_THERE: Final = -2  # instead of what is done in a place, where somebody does not come
 UP: Final = 3
@@ -17,7 +17,7 @@ AHEAD: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))  # row and column of a step, b
 WALL, HIGH, LOW = 1, 2, 3
 
 
-def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str) -> Cells:
+def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str) -> GridView:
     """Lives on `side` by `side` cells, whose food vanishes, and counts, where somebody stands.
 
     `food` [visit, item] are cells, row by row; `track` [visit, step, (cell, heading)] is where the agent stands after each step.
@@ -31,7 +31,7 @@ def foraged(side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: 
             gained[visit, step:] += ground[visit, step, cell]
             ground[visit, step:, cell] = 0
     cells, heading = track.reshape(-1, 2).T
-    return Cells(
+    return GridView(
         marks={"food": "green"},
         ground=ground.reshape(-1, side, side),
         place=np.stack([cells // side, cells % side], axis=-1),
@@ -48,7 +48,7 @@ def in_t_mazes(
     ways: npt.NDArray[Any],
     at_end: npt.NDArray[Any],
     in_all: npt.NDArray[Any],
-) -> Cells:
+) -> GridView:
     """Trips into mazes of one or two turning points on the way from home to an end; a corridor lies between any of these.
 
     `high` [trip] is the end of the high reward: of two, left is 0; of four, those at the left are 0 and 1. `ways` [trip, place]
@@ -65,7 +65,7 @@ def in_t_mazes(
         trip[-1] = worth
     mazes = np.stack([_t_maze(turns, end) for end in range(2**turns)])
     row, column, heading = np.concatenate(paths).T
-    return Cells(
+    return GridView(
         marks={"wall": "edge", "high reward": "green", "low reward": "orange"},
         ground=np.repeat(mazes[high], steps, axis=0),
         place=np.stack([row, column], axis=-1),

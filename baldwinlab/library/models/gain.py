@@ -25,7 +25,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, entry
 from baldwinlab.evolution.founders import draw_normal
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 STEEPEST: Final = (
     300.0  # logarithm of fitness beyond which the ground is level, so that fitness stays a number
@@ -90,7 +90,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
                 "slope_climbers.rise and slope_climbers.bend are both 0: there is no slope"
             )
 
-    def without_learner(self) -> SlopeClimbers:
+    def without_learning(self) -> SlopeClimbers:
         return self.model_copy(update={"learning": False})
 
     def weights(self) -> int:
@@ -101,9 +101,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
         draw_normal(moment, FOUNDER, genomes, 0)
         return np.float32(self.start) + np.float32(self.spread) * genomes
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         born = genomes[:, :, 0, 0]
         learned = born + np.float32(self.step if self.learning else 0)
         energy = self.fitness(learned.astype(np.float64))
@@ -111,7 +111,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
             "innate_x": born.copy(),
             "uphill": (self.rise + self.bend * born > 0).astype(np.int32),
         }
-        return Lives(energy, np.zeros_like(energy), learned[:, :, None], records)
+        return LifeResults(energy, np.zeros_like(energy), learned[:, :, None], records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """f(x) of any x, of the same shape."""

@@ -29,13 +29,13 @@ from baldwinlab.parts import (
     LIFE,
     OF_AGENT,
     Field,
-    Lives,
+    LifeResults,
     Measure,
     Model,
+    PathView,
     Variable,
     Variation,
     View,
-    Walk,
     uniforms,
 )
 
@@ -68,7 +68,9 @@ def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
     )
 
 
-def _climb(model: NKClimbers, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Walk:
+def _climb(
+    model: NKClimbers, moment: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> PathView:
     """The height of everybody's string after each trial, as `live` has it."""
     height = landscape(moment.seed, moment.run, model.bits, model.others)
     chosen = moment.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
@@ -83,7 +85,7 @@ def _climb(model: NKClimbers, moment: Any, genomes: npt.NDArray[np.float32], age
         "average of all": all_agents.mean(axis=1),
         "best of all": all_agents.max(axis=1),
     }
-    return Walk(lines, "trial", "fitness of the string, without its cost")
+    return PathView(lines, "trial", "fitness of the string, without its cost")
 
 
 class NKClimbers(Model, name="nk-climbers"):
@@ -157,7 +159,7 @@ class NKClimbers(Model, name="nk-climbers"):
                 f"nk_climbers.others = {self.others} must be less than nk_climbers.bits = {self.bits}"
             )
 
-    def without_learner(self) -> NKClimbers:
+    def without_learning(self) -> NKClimbers:
         return self.model_copy(
             update={"trials": 0, "cost": 0.0}
         )  # who changes no bit pays for none
@@ -176,9 +178,9 @@ class NKClimbers(Model, name="nk-climbers"):
         )
         return strings
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         powers = 1 << np.arange(self.bits)
         born = self.numbers(genomes)
         died, innate, learned = born.copy(), poison.empty(born.shape), poison.empty(born.shape)
@@ -195,7 +197,7 @@ class NKClimbers(Model, name="nk-climbers"):
             "learned": learned.astype(np.float32),
             "changed": changed.astype(np.int32),
         }
-        return Lives(learned, self.cost * changed, at_death, records)
+        return LifeResults(learned, self.cost * changed, at_death, records)
 
 
 @entry

@@ -38,7 +38,7 @@ from baldwinlab.parts import (
     LIFE,
     OF_AGENT,
     Field,
-    Lives,
+    LifeResults,
     Measure,
     Model,
     Variable,
@@ -131,7 +131,7 @@ class LightSwitch(Model, name="light-switch"):
     def steps(self) -> int:
         return self.moves
 
-    def without_learner(self) -> LightSwitch:
+    def without_learning(self) -> LightSwitch:
         return self.model_copy(update={"plasticity": False})
 
     @property
@@ -153,9 +153,9 @@ class LightSwitch(Model, name="light-switch"):
         drawn: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
         return drawn
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         shape = genomes.shape[:2]
         signs, rules, rates, born = self._read(
             seed, runs, generation, (genomes[:, :, 0] > 0.5).astype(np.int64)
@@ -181,7 +181,7 @@ class LightSwitch(Model, name="light-switch"):
             found.append(lit / self.moves)
         score, changed = found
         records = {"score": score.astype(np.float32), "changed": changed.astype(np.float32)}
-        return Lives(score, np.zeros(shape), None, records)
+        return LifeResults(score, np.zeros(shape), None, records)
 
     def _read(
         self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]

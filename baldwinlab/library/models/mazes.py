@@ -39,13 +39,13 @@ from baldwinlab.parts import (
     FOUNDER,
     LIFE,
     OF_AGENT,
-    Cells,
     Field,
-    Lives,
+    GridView,
+    LifeResults,
     Model,
+    PathView,
     Variable,
     View,
-    Walk,
     uniforms,
 )
 
@@ -83,7 +83,7 @@ def gained(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
     return worth
 
 
-def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Cells:
+def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
     trips = min(model.trips, WATCHED)
     lived = model.explore(
         moment.seed, [moment.run], moment.generation, genomes[None, [agent]], trips, trips
@@ -94,7 +94,7 @@ def _trips(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: 
     return in_t_mazes(model.turns, high, lived.ways, gained(counts * [1, 1, 0, 0]), gained(counts))
 
 
-def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> Walk:
+def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
     trips = min(model.trips, WATCHED)
     counts = model.explore(
         moment.seed, [moment.run], moment.generation, genomes[None], trips, trips
@@ -105,7 +105,7 @@ def _returns(model: TMazes, moment: Any, genomes: npt.NDArray[np.float32], agent
         "average of all": returns.mean(axis=0),
         "best of all": returns.max(axis=0),
     }
-    return Walk(lines, "trip", "reward gained until then")
+    return PathView(lines, "trip", "reward gained until then")
 
 
 class TMazes(Model, name="t-mazes"):
@@ -167,7 +167,7 @@ class TMazes(Model, name="t-mazes"):
         """Places that are passed if all goes well; home is one."""
         return self.trips * (2 * self.turns * (2 if self.homing else 1) + 2)
 
-    def without_learner(self) -> TMazes:
+    def without_learning(self) -> TMazes:
         return self.model_copy(update={"plasticity": False})
 
     @property
@@ -193,14 +193,14 @@ class TMazes(Model, name="t-mazes"):
             (first + 1 + int(whither * (ends - 1))) % ends,
         )
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         learned, counts, _ = self.explore(seed, runs, generation, genomes, self.trips, 1)
         energy = gained(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
         records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
-        return Lives(energy, np.zeros_like(energy), learned, records)
+        return LifeResults(energy, np.zeros_like(energy), learned, records)
 
     def explore(
         self,

@@ -19,7 +19,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.library.models.needle import HintonNowlan
-from baldwinlab.parts import LIFE, OF_AGENT, Field, Lives, Measure, Variable, uniforms
+from baldwinlab.parts import LIFE, OF_AGENT, Field, LifeResults, Measure, Variable, uniforms
 
 _NAMES = {
     "ones": "right",
@@ -84,18 +84,18 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         ),
     }
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         """Where 0 is right, 0 and 1 change places for a life of `needle.py`; a ?, which is 0.5, is what it was."""
         zero = np.stack([self.right(seed, run, generation) == 0 for run in runs])[:, None, None]
-        lives = super().live(seed, runs, generation, np.where(zero, 1 - genomes, genomes))
+        lives = super().simulate(seed, runs, generation, np.where(zero, 1 - genomes, genomes))
         learned = (
             np.where(zero[:, :, 0], 1 - lives.learned, lives.learned)
             if lives.learned is not None
             else None
         )
-        return Lives(
+        return LifeResults(
             lives.energy,
             lives.cost,
             learned,

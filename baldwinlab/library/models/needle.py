@@ -26,7 +26,7 @@ from baldwinlab.parts import (
     LIFE,
     OF_AGENT,
     Field,
-    Lives,
+    LifeResults,
     Measure,
     Model,
     Variable,
@@ -121,7 +121,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def steps(self) -> int:
         return self.trials
 
-    def without_learner(self) -> HintonNowlan:
+    def without_learning(self) -> HintonNowlan:
         return self.model_copy(update={"guessing": False})
 
     def weights(self) -> int:
@@ -134,9 +134,9 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             np.float32
         )
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         genomes = genomes[:, :, 0]
         luck = np.stack(
             [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
@@ -157,7 +157,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             ),
         }
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return Lives(energy, np.zeros_like(energy), learned, records)
+        return LifeResults(energy, np.zeros_like(energy), learned, records)
 
     def _first_success(
         self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]

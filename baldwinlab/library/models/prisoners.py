@@ -30,7 +30,17 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import entry
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Matrix, Measure, Model, Variable, View
+from baldwinlab.parts import (
+    FOUNDER,
+    OF_AGENT,
+    Field,
+    LifeResults,
+    MatrixView,
+    Measure,
+    Model,
+    Variable,
+    View,
+)
 
 PAIRS: Final = (
     "DD",
@@ -168,7 +178,7 @@ def _ahead(runs: xr.Dataset) -> xr.DataArray:
 
 def _against_each_other(
     model: Any, moment: Any, genomes: npt.NDArray[np.float32], agent: int
-) -> Matrix:
+) -> MatrixView:
     """What the commonest genomes of a generation get from each other."""
     there = np.bincount(_numbers(genomes), minlength=GENOMES)
     commonest = [
@@ -183,7 +193,7 @@ def _against_each_other(
         for name, genome in zip(names, commonest, strict=True)
     ]
     payoff = payoffs(model.rounds, model.noise, model.learning, model.first)
-    return Matrix(
+    return MatrixView(
         rows,
         names,
         payoff[np.ix_(commonest, commonest)],
@@ -284,7 +294,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
                 "population.size = 1 must be at least 2, as a prisoner's payoff is against others"
             )
 
-    def without_learner(self) -> PlasticPrisoners:
+    def without_learning(self) -> PlasticPrisoners:
         return self.model_copy(update={"learning": False})
 
     def weights(self) -> int:
@@ -294,16 +304,16 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         draws = moment.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
         return np.asarray(draws < 0.5, np.float32)
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         numbers = _numbers(genomes)
         payoff = payoffs(self.rounds, self.noise, self.learning, self.first)
         worth, energy = np.zeros(GENOMES), poison.empty(numbers.shape)
         for run, there in enumerate(numbers):
             round_robin(payoff, np.bincount(there, minlength=GENOMES), worth)
             energy[run] = worth[there]
-        return Lives(energy, np.zeros_like(energy), None, {"strategy": STRATEGY[numbers]})
+        return LifeResults(energy, np.zeros_like(energy), None, {"strategy": STRATEGY[numbers]})
 
     def oracle(
         self,

@@ -32,7 +32,7 @@ class Growing(Network, name="growing"):
 
     graphs: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
-    needs: ClassVar[Mapping[str, Any]] = {
+    required_settings: ClassVar[Mapping[str, Any]] = {
         "network.hidden": [40],
         "learning.rule": "none",
         "evolution.variation": "neat",

@@ -81,7 +81,7 @@ class Species(Selection, name="species"):
         require_graphs(experiment, "evolution.selection = 'species'")
 
     @staticmethod
-    def pair(
+    def select_with_genomes(
         part: Any,
         genome: Genome,
         fitness: Fitness,
@@ -215,12 +215,12 @@ class Neat(Variation, name="neat"):
         require_graphs(experiment, "evolution.variation = 'neat'")
 
     @staticmethod
-    def found(part: Any, genome: Genome) -> None:
+    def init_founders(part: Any, genome: Genome) -> None:
         for agent in range(genome.shape[0]):
             begin(genome[agent, 0], part.inputs, part.outputs)
 
     @staticmethod
-    def vary_all(
+    def vary_population(
         part: Any,
         moment: Moment,
         genome: Genome,

@@ -32,7 +32,7 @@ from baldwinlab.library.neat.graphs import (
     require_neat,
 )
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 SCALE: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)  # what the state is divided by, to be sensed
 START: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)  # the long pole leans, in rad
@@ -66,7 +66,7 @@ class Poles(Model):
     loops: ClassVar[bool] = False  # whether links may lead back, and nodes remember
     sensed: ClassVar[tuple[int, ...]]  # parts of the state
 
-    def without_learner(self) -> Self:
+    def without_learning(self) -> Self:
         return self
 
     @property
@@ -125,14 +125,14 @@ class NeatPoles(Poles, name="neat-poles"):
     }
     measures: ClassVar[Mapping[str, Measure]] = of_solutions(lambda runs: runs["solves"] == 1)
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         graphs = genomes[:, :, 0]
         steps = self.balanced(graphs, [START], self.longest)[0][..., 0]
         energy = steps.astype(np.float64)
         records = {"solves": (steps == self.longest).astype(np.int32), **shape_of(graphs)}
-        return Lives(energy, np.zeros_like(energy), None, records)
+        return LifeResults(energy, np.zeros_like(energy), None, records)
 
 
 @entry

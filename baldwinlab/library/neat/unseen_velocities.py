@@ -30,7 +30,7 @@ import numpy.typing as npt
 
 from baldwinlab.library.neat.poles import LAST, START, Poles
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
-from baldwinlab.parts import OF_AGENT, Field, Lives, Measure, Variable
+from baldwinlab.parts import OF_AGENT, Field, LifeResults, Measure, Variable
 
 ENOUGH: Final = 200  # start states
 SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)  # where a start state lies in each of the four ranges
@@ -93,9 +93,9 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         {"generalises": "start states, of 625, from which the first solution balances"},
     )
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         graphs = genomes[:, :, 0]
         steps, unrest = (found[..., 0] for found in self.balanced(graphs, [START], self.longest))
         rest = np.divide(
@@ -116,4 +116,4 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
             "generalises": generalises,
             **shape_of(graphs),
         }
-        return Lives(energy, np.zeros_like(energy), None, records)
+        return LifeResults(energy, np.zeros_like(energy), None, records)

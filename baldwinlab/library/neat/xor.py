@@ -22,7 +22,7 @@ from baldwinlab.engine.jit import entry
 from baldwinlab.library.neat import oracle
 from baldwinlab.library.neat.graphs import INFINITE_GENES, answer, entries, minimal, require_neat
 from baldwinlab.library.neat.solutions import SHAPE, of_solutions, shape_of
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 ANSWERS: Final = (0, 1, 1, 0)
@@ -57,7 +57,7 @@ class NeatXor(Model, name="neat-xor"):
         lambda runs: runs["right"] == len(QUESTIONS)
     )
 
-    def without_learner(self) -> NeatXor:
+    def without_learning(self) -> NeatXor:
         return self
 
     def check(self, experiment: Any) -> None:
@@ -71,9 +71,9 @@ class NeatXor(Model, name="neat-xor"):
         draws = moment.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
         return minimal(inputs, 1, self.links, (2 * draws - 1) * self.newborn_range)[:, None]
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
         units = poison.empty(len(QUESTIONS[0]) + self.links + 1, np.float32)
@@ -81,7 +81,9 @@ class NeatXor(Model, name="neat-xor"):
         wrong = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
         right = (wrong < 0.5).sum(axis=-1, dtype=np.int32)
         energy = (4 - ((wrong[..., 0] + wrong[..., 1]) + (wrong[..., 2] + wrong[..., 3]))) ** 2
-        return Lives(energy, np.zeros_like(energy), None, {"right": right, **shape_of(graphs)})
+        return LifeResults(
+            energy, np.zeros_like(energy), None, {"right": right, **shape_of(graphs)}
+        )
 
     def oracle(self, graph: Any) -> float:
         """The fitness of one network, [entry]."""

@@ -6,15 +6,15 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import bundle, lanes_in_bundle
-from baldwinlab.engine.phases import one_after_another
+from baldwinlab.engine.phases import for_each_part
 from baldwinlab.models.miniworld.items import grow, settle
 from baldwinlab.models.miniworld.learning import expressed
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import ONE, ZERO, spawn
-from baldwinlab.parts.kinds import build, hatch, inherit
+from baldwinlab.parts.kinds import init_agent, init_world, load_genes
 
-build_all = one_after_another(build)
+init_features = for_each_part(init_world)
 
 
 @compiled
@@ -64,12 +64,12 @@ def be_born(model: Model, state: State) -> None:
         for agent in range(model.agents):
             be_first(model, state, world, agent)
     for first in range(0, state.places.shape[1], lanes_in_bundle()):
-        inherit(state.rule, model, state, state.genes, bundle(first))
+        load_genes(state.rule, model, state, state.genes, bundle(first))
     for world in range(model.worlds):
-        build_all(state.features, model, state, world)
+        init_features(state.features, model, state, world)
         for agent in range(model.agents):
             spawn(model, state, world, agent, agent)
-            hatch(state.rule, model, state, world, agent)
+            init_agent(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 grow(model, state, world, region, item)
@@ -90,7 +90,7 @@ def succeed(model: Model, state: State, world: int, agent: int, number: int) -> 
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
     state.born[world, agent] += 1
-    inherit(state.rule, model, state, state.genes, lane)
+    load_genes(state.rule, model, state, state.genes, lane)
     spawn(model, state, world, agent, model.agents + number)
-    hatch(state.rule, model, state, world, agent)
+    init_agent(state.rule, model, state, world, agent)
     ready(state.recall, model, state, state.genes, lane)

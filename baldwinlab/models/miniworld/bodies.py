@@ -24,7 +24,7 @@ class Walker(Body, name="walker"):
     stride: ClassVar[float] = STRIDE
 
     @staticmethod
-    def decide(part: Any, model: Model, state: State, lane: Lane) -> None:
+    def choose_action(part: Any, model: Model, state: State, lane: Lane) -> None:
         """The largest output, a tie going to the lowest index."""
         rows = state.activations.shape[0]
         left = get(state.activations, rows - 3, lane)

@@ -28,8 +28,8 @@ from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.life import live_one_by_one, live_together
 from baldwinlab.models.miniworld.recall import MOST_INPUTS
 from baldwinlab.models.miniworld.regions import columns_and_rows, images_of, radius_of_alert
-from baldwinlab.parts.evolution import evaluate, pass_on, teach
-from baldwinlab.parts.evolution import found as make_founders
+from baldwinlab.parts.evolution import assign_teachers, evaluate, inherit
+from baldwinlab.parts.evolution import init_founders as make_founders
 from baldwinlab.parts.kinds import forward, links
 
 FOUND: Final = (
@@ -82,7 +82,7 @@ class Population(NamedTuple):
     last_step: int
     selection: int  # the number of its scheme among `schemes`
     elite: int  # so many live on
-    afresh: bool  # nothing is inherited
+    resamples_genomes: bool  # nothing is inherited
     wants_learned: bool
     learns: bool
     teacher: int  # one of TEACHERS
@@ -289,7 +289,7 @@ def reckon(model: Any, state: Any, population: Population) -> None:
 
 def breed(population: Population) -> None:
     """Let the generation that has been reckoned have its children, whose genomes take the place of its own."""
-    if population.afresh:
+    if population.resamples_genomes:
         population.parents[:] = -1
         _draw_founders(population, population.generation + 1)
         return
@@ -301,9 +301,11 @@ def breed(population: Population) -> None:
     if population.learns and population.wants_learned:
         for agent in range(population.genome.shape[0]):
             born, learned = population.genome[agent, 0], population.learned[agent]
-            pass_on(population.inheritance, born, learned, population.inherited[agent, 0])
+            inherit(population.inheritance, born, learned, population.inherited[agent, 0])
             if _has_teachers(population):
-                teach(population.inheritance, born, learned, population.inherited[agent, 1])
+                assign_teachers(
+                    population.inheritance, born, learned, population.inherited[agent, 1]
+                )
     _choose_parents(population)
     if population.fault[0] == 0:
         moment = Moment(population.seed, population.run, population.generation + 1)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from baldwinlab.engine.jit import is_kept, kept, settled
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.life import live_one_by_one, live_together
-from baldwinlab.models.miniworld.make import make_model, make_state, phases_of, poison_state
+from baldwinlab.models.miniworld.make import hooks_of, make_model, make_state, poison_state
 from baldwinlab.models.miniworld.recall import kind_of_recall
 
 
@@ -25,7 +25,7 @@ def code_of(experiment: Experiment) -> tuple[Any, ...]:
 
 def is_compiled(experiment: Experiment) -> bool:
     """Whether what these lives run has been compiled before, and is kept."""
-    return is_kept(_live_of(experiment), phases_of(make_state(experiment, 1)))
+    return is_kept(_live_of(experiment), hooks_of(make_state(experiment, 1)))
 
 
 def _live_of(experiment: Experiment) -> Any:
@@ -39,9 +39,7 @@ class Batch:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        self._kept = self._live = kept(
-            _live_of(experiment), phases_of(self.state), short_loops=True
-        )
+        self._kept = self._live = kept(_live_of(experiment), hooks_of(self.state), short_loops=True)
         self._shape = (len(runs), experiment.population.size)
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
@@ -54,7 +52,7 @@ class Batch:
         if self._live is self._kept:
             self._live = settled(self._kept, *arguments)
 
-    def live(self, first_step: int, last_step: int) -> None:
+    def simulate(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`."""
         self._live(self.model, self.state, False, first_step, last_step)
 
@@ -83,4 +81,4 @@ def compile_lives(experiment: Experiment) -> None:
             np.float32,
         ),
     )
-    batch.live(0, 1)
+    batch.simulate(0, 1)

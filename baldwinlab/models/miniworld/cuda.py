@@ -114,7 +114,7 @@ class Batch:
         with uncontracted():
             self._begin[self._launch](self._model, self._state, self._claims)
 
-    def live(self, first_step: int, last_step: int) -> None:
+    def simulate(self, first_step: int, last_step: int) -> None:
         """Live through the steps from `first_step` up to, and without, `last_step`. Returns before they are done."""
         with uncontracted():
             self._live[self._launch](self._model, self._state, self._claims, first_step, last_step)

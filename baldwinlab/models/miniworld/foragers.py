@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backend import CPU, Backend, Batch
 from baldwinlab.models.miniworld.make import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import FOOD
-from baldwinlab.parts.models import Lives, Survivors
+from baldwinlab.parts.models import FinalPopulation, LifeResults
 
 
 class Foragers:
@@ -24,29 +25,31 @@ class Foragers:
         self._experiment = experiment
         self._batch = (backend or CPU).batch(experiment, seed, runs)
 
-    def live(self, generation: int, genomes: npt.NDArray[np.float32]) -> Lives:
+    def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
         self._batch.begin(generation, genomes)
-        self._batch.live(0, self._experiment.lifetime.steps)
+        self._batch.simulate(0, self._experiment.lifetime.steps)
         return lives_in(self._experiment, self._batch, genomes)
 
 
-def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]) -> Lives:
+def lives_in(experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]) -> LifeResults:
     """What has become of the lives in a batch that began with `genomes` [run, agent, module, weight]."""
     regions, eaten = item_regions(experiment), batch.eaten_in_life()
-    living, born = None, {}
+    final_population = None
+    births: dict[str, Any] = {}
     if experiment.births_in_life:
         state, runs = batch.state, slice(len(genomes))
-        living = Survivors(state.genome[runs].copy(), state.origin[runs].copy())
-        genomes, born = living.genome, {"born": state.born[runs].copy()}
+        final_population = FinalPopulation(state.genome[runs].copy(), state.origin[runs].copy())
+        genomes = final_population.genome
+        births = {"born": state.born[runs].copy()}
     energies = np.array([region.energy for region in regions] or [0.0], np.float64)
     learned = batch.weights() if experiment.learns else None
     each = zip(genomes, learned if learned is not None else [None] * len(genomes), strict=True)
-    return Lives(
+    return LifeResults(
         energy=np.stack([energy_of(energies, one) for one in eaten]),
         cost=np.stack([cost_of_learning(experiment, genome, of_run) for genome, of_run in each]),
         learned=learned,
-        records=eaten_by_kind(experiment, eaten) | born,
-        living=living,
+        records=eaten_by_kind(experiment, eaten) | births,
+        final_population=final_population,
     )
 
 

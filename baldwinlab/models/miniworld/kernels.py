@@ -1,6 +1,6 @@
 """What an NVIDIA GPU runs: the birth of a generation, and its life.
 
-A thread is an agent; the agents of a world share a thread block, and all steps are one launch. The phases are the CPU's own
+A thread is an agent; the agents of a world share a thread block, and all steps are one launch. The hooks are the CPU's own
 functions, and so is the order of a step (life.py): they are compiled again for a single lane. What the step itself has of an
 agent (weights, activations, place) is local to its thread, where the compiler may keep it in registers, unless a part looks at
 others. All else stays in global memory; the items change only between two barriers.
@@ -16,7 +16,7 @@ import numpy as np
 from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
-from baldwinlab.models.miniworld.birth import be_first, build_all
+from baldwinlab.models.miniworld.birth import be_first, init_features
 from baldwinlab.models.miniworld.items import (
     DIAGONAL,
     cells_within,
@@ -29,17 +29,17 @@ from baldwinlab.models.miniworld.items import (
 )
 from baldwinlab.models.miniworld.life import (
     One,
-    advance_all,
+    end_step_of_features,
     gather,
     lane_of,
-    survey_all,
+    prepare_all_senses,
     take_step,
     watch,
 )
 from baldwinlab.models.miniworld.recall import ready
 from baldwinlab.models.miniworld.state import ARRAYS, Model, State
 from baldwinlab.models.miniworld.world import spawn
-from baldwinlab.parts.kinds import advance, hatch, inherit, meet, survey
+from baldwinlab.parts.kinds import end_step, init_agent, load_genes, observe_others, prepare_senses
 
 
 @device
@@ -115,14 +115,14 @@ class _Neighbour(_Loner):
     @staticmethod
     def watch(who: Any, model: Model, state: State, step: int) -> None:
         if who.first_agent == 0:
-            survey_all(state.senses, model, state, who.first_world, step)
+            prepare_all_senses(state.senses, model, state, who.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
     def gather(who: Any, model: Model, state: State, step: int) -> None:
         cuda.syncthreads()
         if who.first_agent == 0:
-            meet(state.rule, model, state, who.first_world, step)
+            observe_others(state.rule, model, state, who.first_world, step)
         cuda.syncthreads()
 
     @staticmethod
@@ -131,7 +131,7 @@ class _Neighbour(_Loner):
         cuda.syncthreads()
         if who.first_agent == 0:
             tidy(model, state, who.first_world)
-            advance_all(state.features, model, state, who.first_world, step)
+            end_step_of_features(state.features, model, state, who.first_world, step)
         cuda.syncthreads()
 
 
@@ -199,7 +199,7 @@ def _in_turn(
                 )
             cuda.syncthreads()
         if agent == 0:
-            advance_all(state.features, model, state, world, step)
+            end_step_of_features(state.features, model, state, world, step)
         cuda.syncthreads()
 
 
@@ -213,11 +213,11 @@ def begin_kernel(threads: int) -> Any:
         world, agent = lane // model.agents, lane % model.agents
         be_first(model, state, world, agent)
         if agent == 0:
-            build_all(state.features, model, state, world)
+            init_features(state.features, model, state, world)
         cuda.syncthreads()
         spawn(model, state, world, agent, agent)
-        inherit(state.rule, model, state, state.genes, lane)
-        hatch(state.rule, model, state, world, agent)
+        load_genes(state.rule, model, state, state.genes, lane)
+        init_agent(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(
                 model.region_items[region] + agent, model.region_items[region + 1], model.agents
@@ -289,10 +289,14 @@ def source_of_life(model: Model, state: State, sequential: bool) -> str:
 
 
 def _looks_at_others(state: State) -> bool:
-    """Whether any part has a phase per world in a step."""
-    surveys = any(type(sense).part.survey is not survey.default for sense in state.senses)
-    advances = any(type(feature).part.advance is not advance.default for feature in state.features)
-    return surveys or advances or type(state.rule).part.meet is not meet.default
+    """Whether any part has a per-world hook in a step."""
+    surveys = any(
+        type(sense).part.prepare_senses is not prepare_senses.default for sense in state.senses
+    )
+    advances = any(
+        type(feature).part.end_step is not end_step.default for feature in state.features
+    )
+    return surveys or advances or type(state.rule).part.observe_others is not observe_others.default
 
 
 def _lines(statements: Iterable[str]) -> str:

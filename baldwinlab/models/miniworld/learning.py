@@ -38,7 +38,7 @@ class SelfTaught(LearningRule, name="self-taught"):
     """Backpropagation: the answer to what was sensed moves towards the reinforcement module's."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
-    drift_fits: ClassVar[bool] = True
+    supports_drift_control: ClassVar[bool] = True
 
     @staticmethod
     def learn(part: Any, model: Model, state: State, step: int, lane: Lane) -> None:
@@ -60,7 +60,7 @@ class Drift(LearningRule, name="drift"):
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
-    drift_fits: ClassVar[bool] = True
+    supports_drift_control: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
         "shadow": per_agent("weights"),  # the weights as self-teaching would have made them
         "shadow_activations": per_agent("units"),
@@ -71,7 +71,7 @@ class Drift(LearningRule, name="drift"):
     }
 
     @staticmethod
-    def hatch(part: Any, model: Model, state: State, world: int, agent: int) -> None:
+    def init_agent(part: Any, model: Model, state: State, world: int, agent: int) -> None:
         """Draw whether each weight will move as self-teaching would move it, or against it."""
         lane = world * model.agents + agent
         seed, run = state.keys[world, 0], state.keys[world, 1]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, bundle, get, lanes_in_bundle
-from baldwinlab.engine.phases import one_after_another, phase
+from baldwinlab.engine.phases import for_each_part, hook
 from baldwinlab.engine.reference import by_reference
 from baldwinlab.models.miniworld.birth import be_born
 from baldwinlab.models.miniworld.items import eat, tidy
@@ -21,29 +21,29 @@ from baldwinlab.models.miniworld.recall import think
 from baldwinlab.models.miniworld.senses import broad_phase, perceive, wake
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.models.miniworld.world import ZERO, act_noisily, travel
-from baldwinlab.parts.kinds import advance, decide, learn, meet, survey
+from baldwinlab.parts.kinds import choose_action, end_step, learn, observe_others, prepare_senses
 
-advance_all = one_after_another(advance)
-survey_all = one_after_another(survey)
+end_step_of_features = for_each_part(end_step)
+prepare_all_senses = for_each_part(prepare_senses)
 
 
-@phase
+@hook
 def lane_of(who: Any, first: int) -> Lane:
     """The lanes that begin with `first`, as many as are worked on at a time."""
     return first
 
 
-@phase
+@hook
 def watch(who: Any, model: Model, state: State, step: int) -> None:
     """Per world: the senses' look at others, before anybody senses."""
 
 
-@phase
+@hook
 def gather(who: Any, model: Model, state: State, step: int) -> None:
     """Per world: the learning rule's look at others, when all have acted."""
 
 
-@phase
+@hook
 def feed(who: Any, model: Model, state: State, step: int) -> None:
     """All eat. Who touches an item first in the step's order has it."""
 
@@ -77,7 +77,7 @@ def look_round(who: Any, model: Model, state: State, step: int) -> None:
 def do_it(who: Any, model: Model, state: State, step: int) -> None:
     """Act as the outputs say, learn, eat."""
     for first in range(who.first, who.last, who.stride):
-        decide(state.body, model, state, lane_of(who, first))
+        choose_action(state.body, model, state, lane_of(who, first))
     if model.action_noise > ZERO:
         for world in range(who.first_world, who.last_world):
             for agent in range(who.first_agent, who.last_agent):
@@ -101,12 +101,12 @@ class _Everyone:
     @staticmethod
     def watch(who: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
-            survey_all(state.senses, model, state, world, step)
+            prepare_all_senses(state.senses, model, state, world, step)
 
     @staticmethod
     def gather(who: Any, model: Model, state: State, step: int) -> None:
         for world in range(model.worlds):
-            meet(state.rule, model, state, world, step)
+            observe_others(state.rule, model, state, world, step)
 
     @staticmethod
     def feed(who: Any, model: Model, state: State, step: int) -> None:
@@ -129,11 +129,11 @@ class _One:
 
     @staticmethod
     def watch(who: Any, model: Model, state: State, step: int) -> None:
-        survey_all(state.senses, model, state, who.first_world, step)
+        prepare_all_senses(state.senses, model, state, who.first_world, step)
 
     @staticmethod
     def gather(who: Any, model: Model, state: State, step: int) -> None:
-        meet(state.rule, model, state, who.first_world, step)
+        observe_others(state.rule, model, state, who.first_world, step)
 
     @staticmethod
     def feed(who: Any, model: Model, state: State, step: int) -> None:
@@ -180,7 +180,7 @@ def live_together(
     for step in range(first_step, last_step):
         take_step(everyone, model, state, step)
         for world in range(model.worlds):
-            advance_all(state.features, model, state, world, step)
+            end_step_of_features(state.features, model, state, world, step)
 
 
 def live_one_by_one(
@@ -199,4 +199,4 @@ def live_one_by_one(
                     One(lane, lane + 1, 1, world, world + 1, agent, agent + 1), model, state, step
                 )
                 agent = agent + 1 if agent + 1 < model.agents else 0
-            advance_all(state.features, model, state, world, step)
+            end_step_of_features(state.features, model, state, world, step)

@@ -78,7 +78,7 @@ def look(experiment: Experiment) -> Look:
     rule, network = experiment.part("learning.rule"), experiment.part("network.kind")
     return Look(
         inputs=experiment.inputs,
-        real=tuple(sense.real for sense in senses for _ in sense.inputs),
+        real=tuple(sense.is_continuous for sense in senses for _ in sense.inputs),
         sectors=tuple(
             Sector(sector[0], sector[1], radius) if sector else None for sector in sectors
         ),
@@ -93,7 +93,7 @@ def look(experiment: Experiment) -> Look:
         memory=network.memory(
             len(experiment.inputs), experiment.network.hidden, len(experiment.actions)
         ),
-        lessons=bool(rule.learns_from),
+        lessons=bool(rule.teacher_array),
     )
 
 
@@ -120,7 +120,7 @@ def _marks(experiment: Experiment) -> tuple[Mark, ...]:
     features = [
         _mark(mark["shape"], mark["x"], mark["y"], mark["color"], mark["label"], solid=True)
         for feature in experiment.parts("world.features")
-        for mark in feature.marks()
+        for mark in feature.map_shapes()
     ]
     return (*regions, _mark("disc", *around, "edge", "start"), *features)
 

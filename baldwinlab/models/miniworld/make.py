@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.lanes import WIDTH
-from baldwinlab.engine.phases import Array, functions_of
+from baldwinlab.engine.phases import Array, hook_functions
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.recall import MOST_INPUTS, kind_of_recall
 from baldwinlab.models.miniworld.regions import (
@@ -283,10 +283,10 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
     }
 
 
-def phases_of(state: State) -> tuple[Any, ...]:
-    """The types of a state's parts, and their phases: what is compiled in beside the step itself."""
+def hooks_of(state: State) -> tuple[Any, ...]:
+    """The types of a state's parts, and their hooks: what is compiled in beside the step itself."""
     parts = [state.recall, state.network, state.rule, state.body, *state.senses, *state.features]
     parts += [
         value for part in parts for value in part if hasattr(type(value), "part")
     ]  # those that parts call in turn
-    return tuple(each for part in parts for each in (type(part), *functions_of(type(part).part)))
+    return tuple(each for part in parts for each in (type(part), *hook_functions(type(part).part)))

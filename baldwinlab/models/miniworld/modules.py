@@ -79,7 +79,7 @@ def mark_of(experiment: Experiment) -> str:
     functions = [function for function, _ in habitat.entries().values()]
     engine = Path(wasm.__file__).parent
     sources = b"".join((engine / name).read_bytes() for name in HAND_WRITTEN)
-    code = fingerprint([*functions, *habitat.phases()])
+    code = fingerprint([*functions, *habitat.hooks()])
     return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
 
 
@@ -103,7 +103,7 @@ def _module(habitat: Habitat) -> bytes:
     try:
         return wasm.module(habitat.entries())
     except NumbaError as error:
-        raise refusal(error, habitat.phases()) or error from None
+        raise refusal(error, habitat.hooks()) or error from None
 
 
 if __name__ == "__main__":

@@ -28,11 +28,11 @@ from baldwinlab.experiment import Experiment, choices
 from baldwinlab.experiment.choices import key_of
 from baldwinlab.models.miniworld import browser
 from baldwinlab.models.miniworld.make import (
+    hooks_of,
     item_kinds,
     item_regions,
     make_model,
     make_state,
-    phases_of,
 )
 from baldwinlab.models.miniworld.networks import FeedForward
 from baldwinlab.models.miniworld.state import ARRAYS
@@ -181,8 +181,8 @@ class Habitat:
             "breed": (browser.breed, (population,)),
         }
 
-    def phases(self) -> tuple[Any, ...]:
-        """The types of all parts, and their phases: what is compiled in beside the entry points."""
+    def hooks(self) -> tuple[Any, ...]:
+        """The types of all parts, and their hooks: what is compiled in beside the entry points."""
         population = self.population
         breeding = (
             *population.schemes,
@@ -191,14 +191,14 @@ class Habitat:
             population.worth,
         )
         return (
-            *phases_of(self.state),
-            *(each for part in breeding for each in (type(part), *type(part).part.phases())),
+            *hooks_of(self.state),
+            *(each for part in breeding for each in (type(part), *type(part).part.hooks())),
         )
 
     def plan(self) -> dict[str, Any]:
         """As above; "tuples" by name, in the order in which entry points take them."""
         experiment, found = self.experiment, list(browser.FOUND)
-        taught_by = experiment.part("learning.rule").learns_from
+        taught_by = experiment.part("learning.rule").teacher_array
         leaves = {
             "setting": self._setting(),
             "model": self._model(),
@@ -325,9 +325,9 @@ class Habitat:
         ever, inheritance = self.inherits_as_ever, experiment.part("evolution.inheritance")
         own: dict[str, Any] = {
             "selection": field("evolution.selection", among=names),
-            "afresh": field("evolution.inheritance", **{"is": "none"})
+            "resamples_genomes": field("evolution.inheritance", **{"is": "none"})
             if ever
-            else inheritance.afresh,
+            else inheritance.resamples_genomes,
             "wants_learned": field("evolution.lamarckian_share", above=0)
             if ever
             else inheritance.wants_learned(experiment),

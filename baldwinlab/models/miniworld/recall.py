@@ -13,24 +13,24 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from baldwinlab.engine.lanes import Lane, first_lane, get, lanes_of, put
-from baldwinlab.engine.phases import Array, per_agent, per_lane, phase
+from baldwinlab.engine.phases import Array, hook, per_agent, per_lane
 from baldwinlab.models.miniworld.state import Model, State
 from baldwinlab.parts.kinds import forward
 
 MOST_INPUTS: Final = 6  # a table of 64 answers
 
 
-@phase
+@hook
 def ready(part: Any, model: Model, state: State, fixed: Any, lane: Lane) -> None:
     """At birth: what the module answers whose weights are the first of `fixed` [weight, lane]."""
 
 
-@phase
+@hook
 def remember(part: Any, model: Model, state: State, lane: int) -> None:
     """When an agent has looked: look up what follows from its inputs."""
 
 
-@phase
+@hook
 def think(part: Any, model: Model, state: State, lane: Lane) -> None:
     """In every step: the action module's outputs."""
     forward(state.network, state.weights, state.activations, lane)
@@ -138,7 +138,7 @@ def kind_of_recall(experiment: Any) -> type[Ask]:
     few = (
         len(experiment.inputs) <= MOST_INPUTS
         and not experiment.real_valued
-        and experiment.part("network.kind").memoryless
+        and experiment.part("network.kind").is_memoryless
     )
     taught = "reinforcement" in experiment.modules
     if taught:

@@ -26,7 +26,7 @@ from baldwinlab.engine.lanes import (
     negated,
     put,
 )
-from baldwinlab.engine.phases import for_each, if_any, part_class
+from baldwinlab.engine.phases import for_each, part_class, select_by_type
 from baldwinlab.models.miniworld.items import (
     beside,
     cells_within,
@@ -38,7 +38,7 @@ from baldwinlab.models.miniworld.items import (
 from baldwinlab.models.miniworld.recall import remember
 from baldwinlab.models.miniworld.state import FOOD, Model, State
 from baldwinlab.models.miniworld.world import either, shortest
-from baldwinlab.parts.kinds import Sense, hides, measure, sense
+from baldwinlab.parts.kinds import Sense, blocks_sight, measure, sense
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
@@ -63,8 +63,8 @@ def _as_it_is(
     return seen
 
 
-hidden = for_each(hides, False, either)
-visible = if_any(_behind_nothing, _as_it_is)
+hidden = for_each(blocks_sight, False, either)
+visible = select_by_type(_behind_nothing, _as_it_is)
 
 
 @compiled
@@ -253,7 +253,7 @@ def _write_bits(
 def _write_each(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
     """Set the agent's inputs from the row `first` on, one sense after the other."""
     for one in senses:
-        if type(one).part.real:
+        if type(one).part.is_continuous:
             measure(one, model, state, world, agent, first)
         else:
             _write_bits(one, len(type(one).part.inputs), model, state, world, agent, first)
@@ -266,10 +266,10 @@ def _choose_write_each(
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first: None
     part = part_class(senses[0])
-    count, real = len(part.inputs), part.real
+    count, is_continuous = len(part.inputs), part.is_continuous
 
     def write(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-        if real:
+        if is_continuous:
             measure(senses[0], model, state, world, agent, first)
         else:
             _write_bits(senses[0], count, model, state, world, agent, first)
@@ -303,7 +303,7 @@ def _tell_bits(senses: Any, model: Model, state: State, world: int, agent: int) 
     remember(state.recall, model, state, lane)
 
 
-_tell = if_any(_tell_numbers, _tell_bits, lambda part: bool(part.real))
+_tell = select_by_type(_tell_numbers, _tell_bits, lambda part: bool(part.is_continuous))
 
 
 @compiled

@@ -14,12 +14,12 @@ from baldwinlab.engine.reference import by_reference
 from baldwinlab.errors import RefusedError
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.birth import be_born
-from baldwinlab.models.miniworld.life import advance_all, all_of, do_it, look_round
+from baldwinlab.models.miniworld.life import all_of, do_it, end_step_of_features, look_round
 from baldwinlab.models.miniworld.make import (
+    hooks_of,
     item_regions,
     make_model,
     make_state,
-    phases_of,
     poison_state,
 )
 from baldwinlab.models.miniworld.state import Floats, Model, State
@@ -46,7 +46,7 @@ def live_steered(model: Model, state: State, newborn: bool, step: int, outputs: 
             )
     do_it(everyone, model, state, step)
     for world in range(model.worlds):
-        advance_all(state.features, model, state, world, step)
+        end_step_of_features(state.features, model, state, world, step)
     look_round(everyone, model, state, step + 1)
 
 
@@ -71,7 +71,7 @@ class Steered:
             (self._state.targets.shape[0], self._state.weights.shape[1]), np.float32
         )
         arguments = self._model, self._state, True, 0, self._outputs
-        live = kept(live_steered, phases_of(self._state), short_loops=True)
+        live = kept(live_steered, hooks_of(self._state), short_loops=True)
         live(*arguments)
         self._live = settled(live, *arguments)
         self._shape = (len(runs), without.population.size)

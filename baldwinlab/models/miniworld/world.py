@@ -11,10 +11,10 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.lanes import Lane, Mask, Value, choose, get, put
-from baldwinlab.engine.phases import for_each, if_any
+from baldwinlab.engine.phases import for_each, select_by_type
 from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
 from baldwinlab.models.miniworld.state import HEADING_COUNT, Model, State
-from baldwinlab.parts.kinds import forbids, move, stops
+from baldwinlab.parts.kinds import blocks_movement, blocks_placement, move
 
 ZERO, ONE, TWO, HALF = np.float32(0), np.float32(1), np.float32(2), np.float32(0.5)
 HEADINGS = np.float32(HEADING_COUNT)
@@ -27,8 +27,8 @@ def either(one: Mask, other: Mask) -> Mask:
     return one | other
 
 
-forbidden = for_each(forbids, False, either)  # whether any feature forbids a place
-stopped_by = for_each(stops, False, either)  # whether any feature stops somebody there
+forbidden = for_each(blocks_placement, False, either)  # True if any feature blocks placement
+stopped_by = for_each(blocks_movement, False, either)  # True if any feature blocks movement
 
 
 @compiled
@@ -54,7 +54,7 @@ def spawn(model: Model, state: State, world: int, agent: int, number: int) -> No
     lane, searching = world * model.agents + agent, True
     while (
         searching
-    ):  # of a square's points, the first that lies in the disc, and where nothing forbids it
+    ):  # of a square's points, the first that lies in the disc, and where no feature blocks it
         words = philox(attempt, number, state.generation[0], BIRTHPLACE, seed, run)
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
@@ -84,7 +84,7 @@ def act_noisily(model: Model, state: State, world: int, lane: int, agent: int, s
 
 @compiled
 def _stay_out(features: Any, model: Model, state: State, lane: Lane) -> None:
-    """Do the action; who would step where something stops it stays where it is."""
+    """Do the action. An agent whose way is blocked stays where it is."""
     old_x, old_y = get(state.places, 0, lane), get(state.places, 1, lane)
     move(state.body, model, state, lane)
     x, y = get(state.places, 0, lane), get(state.places, 1, lane)
@@ -99,4 +99,4 @@ def _move_freely(features: Any, model: Model, state: State, lane: Lane) -> None:
     move(state.body, model, state, lane)
 
 
-travel = if_any(_stay_out, _move_freely)
+travel = select_by_type(_stay_out, _move_freely)

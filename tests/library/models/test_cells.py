@@ -16,7 +16,7 @@ from baldwinlab.evolution import Moment, breed
 from baldwinlab.experiment import assign
 from baldwinlab.library.models import cells
 from baldwinlab.library.models.cells import DRAWS, FOOD, INPUTS, SIDE, CellForagers, FewMutations
-from baldwinlab.parts import LIFE, Cells, philox, unit
+from baldwinlab.parts import LIFE, GridView, philox, unit
 from baldwinlab.runs.simulate import live_batch
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
@@ -115,7 +115,7 @@ def life(of: CellForagers, genome: Any, agent: int) -> tuple[list[int], Any]:
 def test_a_life_is_as_in_plain_python(learning: str) -> None:
     of = model(learning)
     born = genomes(of, 12)
-    found = of.live(7, [0], 3, born)
+    found = of.simulate(7, [0], 3, born)
     assert born.tolist() == genomes(of, 12).tolist(), "what is inherited is left as it was"
     expected = [life(of, genome, agent) for agent, genome in enumerate(born[0])]
     food = [sum(eaten) / of.environments for eaten, _ in expected]
@@ -135,7 +135,7 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
     born = genomes(of, 12)
     for agent in range(12):
         seen = of.views["life"].of(of, Moment(7, 0, 3), born[0], agent)
-        assert isinstance(seen, Cells) and seen.ground.shape == (of.steps, SIDE, SIDE)
+        assert isinstance(seen, GridView) and seen.ground.shape == (of.steps, SIDE, SIDE)
         gained, food = (
             values.reshape(of.environments, of.moves, -1) for values in (seen.gained, seen.ground)
         )
@@ -154,7 +154,7 @@ def test_the_view_of_a_life_is_that_life(learning: str) -> None:
 def test_of_a_long_life_the_view_has_the_beginning() -> None:
     of = model("none", environments=1000, moves=50)
     seen = of.views["life"].of(of, Moment(7, 0, 3), genomes(of, 1)[0], 0)
-    assert isinstance(seen, Cells) and len(seen.ground) == cells.WATCHED
+    assert isinstance(seen, GridView) and len(seen.ground) == cells.WATCHED
 
 
 def test_a_step_of_learning_goes_down_the_gradient() -> None:
@@ -228,12 +228,12 @@ def test_towards_a_constant_teacher_the_error_falls_in_every_step_and_in_the_end
 def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning: str) -> None:
     still, born = model(learning, rate=0.0), genomes(model(learning), 20)
     found, off = (
-        still.live(7, [0], 3, born),
-        model(learning).without_learner().live(7, [0], 3, born),
+        still.simulate(7, [0], 3, born),
+        model(learning).without_learning().simulate(7, [0], 3, born),
     )
     assert found.learned is not None and (found.learned == born[:, :, 0]).all()
     assert found.energy.tolist() == off.energy.tolist()
-    learned = model(learning).live(7, [0], 3, born).learned
+    learned = model(learning).simulate(7, [0], 3, born).learned
     assert learned is not None and (learned != born[:, :, 0]).any(axis=-1).all(), (
         "at another, by everybody"
     )
@@ -242,7 +242,7 @@ def test_at_rate_0_nothing_is_learned_and_life_is_that_without_learning(learning
 def test_nobody_eats_more_than_there_is_and_a_run_has_the_same_bits_beside_others() -> None:
     of = model("auto-teaching", moves=200)
     born = np.repeat(genomes(of, 30), 2, axis=0)
-    both, alone = of.live(7, [0, 5], 3, born), of.live(7, [5], 3, born[1:])
+    both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
     assert both.energy.max() <= FOOD and both.energy.max() > 1
     assert both.energy[1].tolist() == alone.energy[0].tolist() != both.energy[0].tolist()
 

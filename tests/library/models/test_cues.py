@@ -80,7 +80,7 @@ def many(genome: npt.NDArray[np.float32], agents: int) -> npt.NDArray[np.float32
 
 
 def gained(of: CueLearners, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
-    energy: npt.NDArray[np.float64] = of.live(3, [0], 2, genomes).energy[0]
+    energy: npt.NDArray[np.float64] = of.simulate(3, [0], 2, genomes).energy[0]
     return energy - of.items / 2
 
 
@@ -130,7 +130,7 @@ def test_a_life_is_as_in_plain_python(fields: dict[str, Any]) -> None:
     genomes = of.founders(120, Moment(8, 0, 0))[None]
     genomes[0, :40, 0, 0], genomes[0, :40, 0, 1] = MOTOR, SWEET  # so that many have something to do
     given = genomes.copy()
-    found = of.live(3, [0], 2, genomes)
+    found = of.simulate(3, [0], 2, genomes)
     assert found.learned is not None and (genomes == given).all(), (
         "and what was born stays as it was"
     )
@@ -180,11 +180,11 @@ def test_who_does_not_learn_gains_no_more_than_by_smell(accuracy: float) -> None
 def test_half_way_is_between_smell_and_colour_in_that_life() -> None:
     """By smell an agent is as far below it as by colour above; who is born to eat by one colour is right in one patch."""
     of = CueLearners(accuracy=0.8, learning=False)
-    by_smell = of.live(3, [0], 2, many(hand_built(), 500)).records
+    by_smell = of.simulate(3, [0], 2, many(hand_built(), 500)).records
     red = hand_built()
     red[3:12] = 0
     red[3 + 2 * 3 + 1] = 1
-    by_red = of.live(3, [0], 2, many(red, 500)).records
+    by_red = of.simulate(3, [0], 2, many(red, 500)).records
     lucky = by_red["born_so"][0] == 1
     assert 200 < lucky.sum() < 300 and (by_red["by_colour"][0] == lucky).all()
     assert np.allclose(by_smell["beyond"][0, lucky], -by_red["beyond"][0, lucky])
@@ -192,7 +192,7 @@ def test_half_way_is_between_smell_and_colour_in_that_life() -> None:
 
 
 def test_a_learner_comes_to_eat_by_colour_and_was_not_born_so() -> None:
-    found = CueLearners(accuracy=0.85).live(3, [0], 2, many(hand_built(), 500)).records
+    found = CueLearners(accuracy=0.85).simulate(3, [0], 2, many(hand_built(), 500)).records
     assert found["by_colour"].mean() > 0.95 and not found["born_so"].any()
 
 

@@ -58,7 +58,7 @@ def shown(agent: int, trial: int, count: int) -> int:
 
 def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
     of, genomes = readers(4, trials=1, rate=0.25)
-    learned = of.live(3, [0], 2, genomes).learned
+    learned = of.simulate(3, [0], 2, genomes).learned
     learnt, _ = lessons(3, 0, of.each, of.noise)
     assert learned is not None
     for agent in range(4):
@@ -79,7 +79,7 @@ def test_a_trial_is_a_step_down_the_gradient_by_finite_differences() -> None:
 @pytest.mark.parametrize("criterion", ["strongest", "all"])
 def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -> None:
     of, genomes = readers(12, trials=400, rate=1.5, criterion=criterion)
-    found = of.live(3, [0], 2, genomes)
+    found = of.simulate(3, [0], 2, genomes)
     learnt, read = lessons(3, 0, of.each, of.noise)
     assert (
         learnt.shape == read.shape == (100, PIXELS)
@@ -106,8 +106,8 @@ def test_a_network_is_examined_on_digits_that_it_was_not_shown(criterion: Any) -
 
 def test_digits_can_be_learned_and_without_learning_nothing_is() -> None:
     of, genomes = readers(8, trials=4000, rate=1.0)
-    assert of.live(3, [0], 2, genomes).records["error"].mean() < 0.1
-    off = of.without_learner().live(3, [0], 2, genomes)
+    assert of.simulate(3, [0], 2, genomes).records["error"].mean() < 0.1
+    off = of.without_learning().simulate(3, [0], 2, genomes)
     assert off.learned is not None and (off.learned == genomes[:, :, 0]).all()
     assert (off.records["error"] == off.records["innate_error"]).all() and (
         off.records["used"] == 1
@@ -133,12 +133,14 @@ def test_digits_are_ten_that_differ_and_their_pixels_are_turned_over_as_often_as
 def test_trials_are_as_many_for_all_or_spread_from_none_to_twice_as_many() -> None:
     _, genomes = readers(2000)
     equal = (
-        DigitReaders(hidden=HIDDEN, trials=6, each=1).live(3, [0], 2, genomes).records["used"][0]
+        DigitReaders(hidden=HIDDEN, trials=6, each=1)
+        .simulate(3, [0], 2, genomes)
+        .records["used"][0]
         - 1
     )
     spread = (
         DigitReaders(hidden=HIDDEN, trials=6, each=1, allotment="spread")
-        .live(3, [0], 2, genomes)
+        .simulate(3, [0], 2, genomes)
         .records["used"][0]
         - 1
     )

@@ -163,7 +163,7 @@ def test_what_is_learned_stays_out_of_the_genome() -> None:
     model = ErlPopulations(**SMALL, mutation=0.0, longest=300)
     genomes = model.founders(1, Moment(2, 0, 0))
     before = genomes.copy()
-    lives = model.live(2, [0], 0, genomes[None])
+    lives = model.simulate(2, [0], 0, genomes[None])
     np.testing.assert_array_equal(genomes, before)
     assert lives.learned is None and lives.records["born"].item() > 10
     rules, world, _ = bare(mutation=0.0)
@@ -322,7 +322,7 @@ def test_where_nothing_is_eaten_everybody_starves_in_time() -> None:
         bump=0.0,
         blow=0.0,
     )
-    found_dead = hungry.live(3, [0], 0, hungry.founders(1, Moment(3, 0, 0))[None])
+    found_dead = hungry.simulate(3, [0], 0, hungry.founders(1, Moment(3, 0, 0))[None])
     assert 39 <= found_dead.energy.item() <= 40 and found_dead.records["extinct"].item() == 1
 
 
@@ -347,7 +347,7 @@ def test_measures_are_what_is_recorded() -> None:
 def test_populations_of_the_same_founders_have_histories_of_their_own() -> None:
     model = ErlPopulations(**SMALL, longest=100)
     founders = np.tile(model.founders(1, Moment(4, 0, 0)), (2, 1, 1))
-    living = model.live(4, [0], 0, founders[None]).records["living"]
+    living = model.simulate(4, [0], 0, founders[None]).records["living"]
     assert living[0, 0] != living[0, 1]
 
 
@@ -356,8 +356,8 @@ def test_it_keeps_the_contract_of_parts() -> None:
 
 
 def test_the_lives_that_are_checked_have_births_and_deaths() -> None:
-    checked = ErlPopulations(**ErlPopulations.checked_with)
-    lives = checked.live(
+    checked = ErlPopulations(**ErlPopulations.check_settings)
+    lives = checked.simulate(
         11, [0, 1], 0, np.stack([checked.founders(5, Moment(11, run, 0)) for run in (0, 1)])
     )
     assert lives.records["born"].min() > 0 and 0 < lives.records["extinct"].sum() < 10

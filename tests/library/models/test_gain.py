@@ -119,7 +119,7 @@ def test_a_normal_population_moves_as_exact_theory_says(
     ]
     experiment = assign(bl.load(f"{condition}/{name}"), changes)
     slope, genomes = experiment.of_model, draw_genome(experiment, Moment(1, 0, 0))
-    energy = slope.live(1, [0], 0, genomes[None]).energy[0]
+    energy = slope.simulate(1, [0], 0, genomes[None]).energy[0]
     children, _ = breed(experiment, genomes, energy, Moment(1, 0, 1))
     mean, variance = gaussian_step(slope.start, 0.3**2, slope, experiment.evolution.mutation_size)
     error = np.sqrt(2 * variance / agents)  # of parents that are drawn from agents that were drawn
@@ -149,7 +149,9 @@ def test_several_generations_go_as_the_recursion_does() -> None:
 def test_what_is_lived_is_fitness_a_step_further_up_and_nothing_of_it_is_born() -> None:
     genomes = np.random.default_rng(4).normal(0, 1, (2, 30, 1, 1)).astype(np.float32)
     slope = SlopeClimbers(bend=-0.5, rise=0.7, step=0.25)
-    found, off = (each.live(0, [0, 1], 0, genomes) for each in (slope, slope.without_learner()))
+    found, off = (
+        each.simulate(0, [0, 1], 0, genomes) for each in (slope, slope.without_learning())
+    )
     x = genomes[:, :, 0, 0].astype(np.float64)
     assert np.allclose(
         found.energy, np.exp(0.7 * (x + 0.25) - 0.25 * (x + 0.25) ** 2), rtol=1e-6, atol=0
@@ -157,7 +159,8 @@ def test_what_is_lived_is_fitness_a_step_further_up_and_nothing_of_it_is_born() 
     assert np.allclose(off.energy, np.exp(0.7 * x - 0.25 * x**2), rtol=1e-12, atol=0)
     assert found.learned is not None and np.allclose(found.learned[:, :, 0], x + 0.25)
     assert (
-        slope.without_learner().live(0, [0, 1], 0, found.learned[:, :, None]).energy == found.energy
+        slope.without_learning().simulate(0, [0, 1], 0, found.learned[:, :, None]).energy
+        == found.energy
     ).all(), "once it is innate"
     assert (found.records["innate_x"] == x).all() and (
         found.records["uphill"] == (0.7 - 0.5 * x > 0)
@@ -181,7 +184,7 @@ def test_the_needle_in_a_haystack_is_a_gain_function_that_rises_and_then_drops()
     for guessing in (False, True):
         strings = np.array([[1.0] * x + [0.5] * (20 - x) for x in range(21)], np.float32)
         genomes = np.repeat(strings, 3000, axis=0)[None, :, None]
-        energy = HintonNowlan(guessing=guessing).live(3, [0], 0, genomes).energy[0]
+        energy = HintonNowlan(guessing=guessing).simulate(3, [0], 0, genomes).energy[0]
         worth[guessing] = energy.reshape(21, 3000).mean(axis=1)
     gain = worth[True] / worth[False]
     assert (

@@ -14,7 +14,7 @@ from baldwinlab.evolution import Moment, breed, draw_genome
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.library.breeding import LargerTournament
 from baldwinlab.library.models.landscapes import BitFlips, NKClimbers, landscape
-from baldwinlab.parts import LIFE, Walk, uniforms
+from baldwinlab.parts import LIFE, PathView, uniforms
 
 BITS = 12
 
@@ -86,7 +86,7 @@ def life(of: NKClimbers, born: list[int], agent: int) -> tuple[float, list[int]]
 def test_a_life_is_as_in_plain_python() -> None:
     of = NKClimbers(bits=8, others=3, trials=6, cost=0.02)
     born = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
-    found = of.live(7, [0], 3, born)
+    found = of.simulate(7, [0], 3, born)
     assert found.learned is not None
     for agent in range(40):
         string = [int(bit) for bit in born[0, agent, 0]]
@@ -102,10 +102,10 @@ def test_a_life_is_as_in_plain_python() -> None:
 def test_the_view_of_a_climb_goes_trial_by_trial_from_birth_to_death() -> None:
     of = NKClimbers(bits=8, others=3, trials=6)
     born = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
-    lived = of.live(7, [0], 3, born)
+    lived = of.simulate(7, [0], 3, born)
     for agent in range(40):
         seen = of.views["climb"].of(of, Moment(7, 0, 3), born[0], agent)
-        assert isinstance(seen, Walk)
+        assert isinstance(seen, PathView)
         line, average, best = seen.lines.values()
         assert (line[0], line[-1]) == (
             landscape(7, 0, 8, 3)[of.numbers(born[0])][agent],

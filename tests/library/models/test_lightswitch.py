@@ -145,7 +145,7 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
     """Where it is chaotic, float32 and float64 part: so of short lives, and of all but one in twenty."""
     of = LightSwitch(**{"neurons": 4, "moves": 120} | KINDS[kind])
     born = genomes(of)
-    found = of.live(7, [5], 3, born)
+    found = of.simulate(7, [5], 3, born)
     assert (born == genomes(of)).all(), "what is inherited is left as it was"
     begin = uniforms(7, 5, 3, LIFE, (1, 1))[0, 0]
     small = 0.1 * uniforms(7, 5, 3, LIFE, (1 + len(born[0]), of.synapses))[1:, :, 0]
@@ -162,12 +162,14 @@ def test_a_life_is_as_in_plain_python(kind: str) -> None:
 def test_weights_learn_in_no_life_without_plasticity_and_with_strengths_there_is_none() -> None:
     of = LightSwitch(neurons=3, moves=50)
     assert (
-        of.learns and not of.without_learner().learns and not LightSwitch(coding="strengths").learns
+        of.learns
+        and not of.without_learning().learns
+        and not LightSwitch(coding="strengths").learns
     )
     bits = genomes(of)[:, :, 0].astype(int)
     assert (
         of._read(0, [0], 0, bits)[2].any()
-        and not of.without_learner()._read(0, [0], 0, bits)[2].any()
+        and not of.without_learning()._read(0, [0], 0, bits)[2].any()
     )
 
 
@@ -182,14 +184,14 @@ def test_a_life_in_the_dark_is_worth_nothing() -> None:
     """Whose wheels stand still never comes to the stripe, and under a lamp that is not lit is no score."""
     of = LightSwitch(coding="strengths")
     still = np.zeros((1, 3, 1, of.weights()), np.float32)
-    found = of.live(0, [0], 0, still)
+    found = of.simulate(0, [0], 0, still)
     assert (found.energy == 0).all() and (found.records["changed"] == 0).all()
 
 
 def test_a_run_has_the_same_bits_beside_others() -> None:
     of = LightSwitch(coding="synapses", moves=200)
     born = np.repeat(genomes(of), 2, axis=0)
-    both, alone = of.live(7, [0, 5], 3, born), of.live(7, [5], 3, born[1:])
+    both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
     for name in ("score", "changed"):
         assert both.records[name][1].tolist() == alone.records[name][0].tolist()
     assert both.energy[0].tolist() != both.energy[1].tolist()

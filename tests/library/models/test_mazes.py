@@ -25,7 +25,7 @@ from baldwinlab.library.models.mazes import (
     WATCHED,
     TMazes,
 )
-from baldwinlab.parts import Cells, Walk
+from baldwinlab.parts import GridView, PathView
 from baldwinlab.runs.simulate import live_batch
 
 KINDS: dict[str, dict[str, Any]] = {
@@ -133,7 +133,7 @@ class Life:
 def test_a_life_is_as_in_plain_python(kind: str) -> None:
     of = TMazes(**{"trips": 12} | KINDS[kind])
     born = genomes(of)
-    found = of.live(7, [5], 3, born)
+    found = of.simulate(7, [5], 3, born)
     assert (born == genomes(of)).all(), "what is inherited is left as it was"
     lives = [Life(of, genome[0], of.maze(7, 5, 3)) for genome in born[0]]
     assert found.energy[0] == pytest.approx([life.lived() for life in lives])
@@ -178,7 +178,7 @@ def test_the_view_of_trips_is_that_life(kind: str) -> None:
         life = Life(of, born[agent, 0], of.maze(7, 5, 3))
         life.lived()
         seen = of.views["trips"].of(of, Moment(7, 5, 3), born, agent)
-        assert isinstance(seen, Cells) and seen.visit[-1] == 11
+        assert isinstance(seen, GridView) and seen.visit[-1] == 11
         for trip, (acts, worth) in enumerate(life.trips):
             place, heading, gained, ground = (
                 each[seen.visit == trip]
@@ -207,7 +207,7 @@ def test_the_view_of_trips_has_one_high_reward_where_it_is_in_that_trip(
     of = TMazes(turns=turns)
     first, moves, after = of.maze(7, 5, 3)
     seen = of.views["trips"].of(of, Moment(7, 5, 3), genomes(of)[0], 0)
-    assert isinstance(seen, Cells) and list(seen.marks) == ["wall", "high reward", "low reward"]
+    assert isinstance(seen, GridView) and list(seen.marks) == ["wall", "high reward", "low reward"]
     for ground, trip in zip(seen.ground, seen.visit, strict=True):
         high = first if trip < moves else after
         assert [ground[end] for end in ends] == [
@@ -228,13 +228,13 @@ def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) ->
     first, moves, after = of.maze(7, 5, 3)
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
     seen = of.views["trips"].of(of, Moment(7, 5, 3), born, 0)
-    assert isinstance(seen, Cells)
+    assert isinstance(seen, GridView)
     places = seen.place.reshape(20, -1, 2)
     assert (places[:, 0] == places[:, -1]).all() and (
         seen.heading.reshape(20, -1)[:, -1] == 1
     ).all(), "it looks down"
     assert seen.gained.reshape(20, -1)[:, -1].tolist() == [1.0 if there else 0.2 for there in high]
-    assert of.live(7, [5], 3, born[None]).energy[0, 0] == pytest.approx(
+    assert of.simulate(7, [5], 3, born[None]).energy[0, 0] == pytest.approx(
         sum(1.0 if there else 0.2 for there in high)
     )
 
@@ -242,10 +242,10 @@ def test_who_always_turns_right_and_back_left_is_seen_to_get_home(turns: Any) ->
 def test_returns_go_trip_by_trip_from_birth_to_death() -> None:
     of = TMazes(trips=12)
     born = genomes(of)
-    lived = of.live(7, [5], 3, born).energy[0]
+    lived = of.simulate(7, [5], 3, born).energy[0]
     for agent in range(0, 200, 20):
         seen = of.views["returns"].of(of, Moment(7, 5, 3), born[0], agent)
-        assert isinstance(seen, Walk)
+        assert isinstance(seen, PathView)
         line, average, best = seen.lines.values()
         life = Life(of, born[0, agent, 0], of.maze(7, 5, 3))
         life.lived()
@@ -260,7 +260,7 @@ def test_of_a_long_life_the_views_have_the_beginning() -> None:
     trips, returns = (
         of.views[name].of(of, Moment(7, 5, 3), born, 1) for name in ("trips", "returns")
     )
-    assert isinstance(trips, Cells) and isinstance(returns, Walk)
+    assert isinstance(trips, GridView) and isinstance(returns, PathView)
     assert trips.visit[-1] == WATCHED - 1 and len(returns.lines["agent 1"]) == WATCHED + 1
     first, moves, after = of.maze(7, 5, 3)
     assert [set(trips.ground[trips.visit == trip, 1, 1]) for trip in (moves - 1, moves)] == [
@@ -286,12 +286,12 @@ def by_hand() -> tuple[TMazes, npt.NDArray[np.float32]]:
 def test_a_controller_built_by_hand_gains_the_best_expected_return() -> None:
     of, genome = by_hand()
     born = np.broadcast_to(genome, (1000, 1, 1, genome.size))
-    gained = of.live(0, range(1000), 0, born).energy
+    gained = of.simulate(0, range(1000), 0, born).energy
     assert gained.mean() == pytest.approx(98.8, abs=4 * 0.4 / np.sqrt(1000)), (
         "100 - 0.4 of the first trip - 0.8 of the move"
     )
     assert set(gained.ravel().round(6)) == {98.4, 99.2}
-    off = of.without_learner().live(0, range(1000), 0, born).energy
+    off = of.without_learning().simulate(0, range(1000), 0, born).energy
     assert off.mean() == pytest.approx(60, abs=4 * off.std() / np.sqrt(1000)), "without memory"
 
 
@@ -331,7 +331,7 @@ def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life()
     """Then nothing is known of the last trip, so that all end at the same end, or all in a crash."""
     for memory, alike in (("step", True), ("trip", True), ("life", False)):
         of = TMazes(modulatory=0, plasticity=False, memory=memory, trips=20)
-        found = of.live(0, [0], 0, genomes(of))
+        found = of.simulate(0, [0], 0, genomes(of))
         _, moves, _ = of.maze(0, 0, 0)
         possible = {-8.0, moves + 0.2 * (20 - moves), 0.2 * moves + (20 - moves)}
         assert (
@@ -343,7 +343,7 @@ def test_without_plasticity_trips_are_alike_unless_activations_last_for_a_life()
 def test_a_run_has_the_same_bits_beside_others() -> None:
     of = TMazes()
     born = np.repeat(genomes(of, 30), 2, axis=0)
-    both, alone = of.live(7, [0, 5], 3, born), of.live(7, [5], 3, born[1:])
+    both, alone = of.simulate(7, [0, 5], 3, born), of.simulate(7, [5], 3, born[1:])
     assert both.energy[1].tolist() == alone.energy[0].tolist() != both.energy[0].tolist()
 
 

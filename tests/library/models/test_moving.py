@@ -81,7 +81,7 @@ def test_a_life_is_that_of_the_same_string_as_seen_from_the_needle(guessing: boo
     seen = generator.choice(np.array([0, 0.5, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1], np.float32), (200, 20))
     seen[:80] = np.where(seen[:80] == 0, 1, seen[:80])
     genomes = np.where(right == 1, seen, 1 - seen)
-    found = model.live(7, [2], 30, genomes[None, :, None])
+    found = model.simulate(7, [2], 30, genomes[None, :, None])
     luck = uniforms(7, 2, 30, LIFE, (200, 1))[:, 0, 0]
     plain = HintonNowlan(guessing=guessing)
     assert found.energy[0].tolist() == [
@@ -100,8 +100,8 @@ def test_a_life_is_that_of_the_same_string_as_seen_from_the_needle(guessing: boo
 def test_a_generation_is_lived_without_those_before_it() -> None:
     genomes = np.full((2, 5, 1, 20), 0.5, np.float32)
     both, alone = (
-        MovingNeedle(period=3).live(1, [4, 9], 17, genomes),
-        MovingNeedle(period=3).live(1, [9], 17, genomes[:1]),
+        MovingNeedle(period=3).simulate(1, [4, 9], 17, genomes),
+        MovingNeedle(period=3).simulate(1, [9], 17, genomes[:1]),
     )
     np.testing.assert_array_equal(both.energy[1], alone.energy[0])
     assert both.learned is not None and alone.learned is not None

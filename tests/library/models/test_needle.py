@@ -38,7 +38,7 @@ def strings(unset: int, agents: int, zeros: int = 0) -> npt.NDArray[np.float32]:
 
 
 def lives(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
-    return HintonNowlan(**fields).live(7, [0], 3, genomes)
+    return HintonNowlan(**fields).simulate(7, [0], 3, genomes)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def distances(variation: str, generations: int, seed: int) -> npt.NDArray[np.flo
     generator, expected, found = np.random.default_rng(seed), PAYING, []
     genome = generator.choice(np.array([1, 0, 0.5], np.float32), (AGENTS, 1, LOCI), p=PAYING)
     for generation in range(1, generations + 1):
-        energy = HintonNowlan().live(seed, [0], generation - 1, genome[None]).energy[0]
+        energy = HintonNowlan().simulate(seed, [0], generation - 1, genome[None]).energy[0]
         genome, _ = breed(experiment, genome, energy, Moment(seed, 0, generation))
         expected = exact_step(expected)
         found.append([(genome == allele).mean() for allele in (1, 0, 0.5)] - expected)

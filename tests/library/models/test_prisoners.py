@@ -23,7 +23,7 @@ from baldwinlab.library.models.prisoners import (
     PlasticPrisoners,
     payoffs,
 )
-from baldwinlab.parts import Matrix
+from baldwinlab.parts import MatrixView
 from baldwinlab.report import content
 from baldwinlab.runs.simulate import live_batch
 
@@ -171,7 +171,7 @@ def test_fitness_is_the_mean_payoff_against_all_others() -> None:
         PlasticPrisoners(),
         np.random.default_rng(1).integers(0, 2, (2, 30, 1, 8)).astype(np.float32),
     )
-    lives = model.live(7, [0, 5], 3, population)
+    lives = model.simulate(7, [0, 5], 3, population)
     found = payoffs(ROUNDS, NOISE, True, "any")
     for run in range(2):
         numbers = [
@@ -182,7 +182,7 @@ def test_fitness_is_the_mean_payoff_against_all_others() -> None:
             others = [found[own, other] for number, other in enumerate(numbers) if number != agent]
             assert lives.energy[run, agent] == pytest.approx(np.mean(others), abs=1e-12)
             assert STRATEGIES[lives.records["strategy"][run, agent]] == NAMES[own]
-    alone = model.live(7, [5], 3, population[1:])
+    alone = model.simulate(7, [5], 3, population[1:])
     assert (alone.energy[0] == lives.energy[1]).all() and (lives.cost == 0).all()
 
 
@@ -277,7 +277,7 @@ def test_the_view_shows_what_the_commonest_genomes_get_from_each_other() -> None
     genomes[:7, 0, [0, 3, 4, 7]] = 1  # x00x, born with C after DD and CC
     model = PlasticPrisoners(noise=0)
     seen = PlasticPrisoners.views["payoffs"].of(model, None, genomes, 0)
-    assert isinstance(seen, Matrix)
+    assert isinstance(seen, MatrixView)
     assert seen.rows == ["x00x born CDDC, 70.0%", "0000 born DDDD, 30.0%"] and seen.columns == [
         "x00x born CDDC",
         "0000 born DDDD",

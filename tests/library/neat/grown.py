@@ -59,7 +59,7 @@ def experiment(agents: int, neat_fields: dict[str, Any] | None = None, **changes
 
 
 def values(part: str = "neat", **fields: Any) -> Any:
-    """A part's numbers, as its phases have them."""
+    """A part's numbers, as its hooks have them."""
     kind = "variation" if part == "neat" else "selection"
     made = choices.find(kind, part)(**fields)
     return SimpleNamespace(**made.model_dump(), blind=False, loops=False)

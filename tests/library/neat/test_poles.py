@@ -136,7 +136,7 @@ def naive_life(graph: Any, longest: int) -> int:
 
 def test_a_life_lasts_as_long_as_in_plain_python() -> None:
     genomes = grown()
-    found = NeatPoles(longest=40).live(0, [0], 0, genomes[None]).energy[0]
+    found = NeatPoles(longest=40).simulate(0, [0], 0, genomes[None]).energy[0]
     expected = [naive_life(graph.tolist(), 40) for graph in genomes[:, 0]]
     np.testing.assert_allclose(found, expected, atol=1)  # as networks are of single precision
     assert len(set(expected)) > 3
@@ -145,13 +145,13 @@ def test_a_life_lasts_as_long_as_in_plain_python() -> None:
 def test_who_pushes_one_way_only_leaves_the_track() -> None:
     graph = minimal(PARTS + 1, 1, 10, np.zeros((1, PARTS + 1)))
     graph[0, HEAD + GENE * PARTS + 3] = 5  # of the bias
-    found = NeatPoles(links=10).live(0, [0], 0, graph[None, :, None])
+    found = NeatPoles(links=10).simulate(0, [0], 0, graph[None, :, None])
     assert found.energy.item() < 50 and found.records["solves"].item() == 0
 
 
 def test_founders_link_all_senses_and_the_bias_with_the_push() -> None:
     founders = NeatPoles().founders(30, Moment(1, 0, 0))
-    found = NeatPoles(longest=1).live(0, [0], 0, founders[None])
+    found = NeatPoles(longest=1).simulate(0, [0], 0, founders[None])
     assert (found.records["enabled"] == PARTS + 1).all() and (found.records["hidden"] == 0).all()
 
 

@@ -42,7 +42,7 @@ def balancing(to_itself: float = -1.2, weights: tuple[float, ...] = WEIGHTS) -> 
 
 
 def lives(*graphs: Graph, **fields: Any) -> Any:
-    return UnseenVelocities(links=10, **fields).live(0, [0], 0, np.stack(graphs)[None, :, None])
+    return UnseenVelocities(links=10, **fields).simulate(0, [0], 0, np.stack(graphs)[None, :, None])
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def test_fitness_is_gruau_s_as_in_plain_python(grown: Graph) -> None:
         steps, fitness = naive_life(graph, 150)
         assert found.records["balanced"][0, number] == steps
         assert found.energy[0, number] == pytest.approx(fitness, rel=1e-3)
-    of_grown = UnseenVelocities(longest=150).live(0, [0], 0, grown[None, :20, None])
+    of_grown = UnseenVelocities(longest=150).simulate(0, [0], 0, grown[None, :20, None])
     expected = [naive_life(graph, 150) for graph in grown[:20]]
     np.testing.assert_allclose(
         of_grown.records["balanced"][0], [steps for steps, _ in expected], atol=1

@@ -32,7 +32,7 @@ def small() -> Any:
 
 
 def lives(graph: npt.NDArray[np.float32], **fields: Any) -> Any:
-    return NeatXor(links=12, **fields).live(0, [0], 0, graph[None, None, None])
+    return NeatXor(links=12, **fields).simulate(0, [0], 0, graph[None, None, None])
 
 
 def test_no_network_without_hidden_nodes_can_know_the_exclusive_or() -> None:
@@ -79,7 +79,7 @@ def test_fitness_is_the_plain_oracle_s() -> None:
 def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
     model = NeatXor(newborn_range=3.0)
     founders = model.founders(500, Moment(1, 0, 0))
-    found = model.live(0, [0], 0, founders[None])
+    found = model.simulate(0, [0], 0, founders[None])
     assert (found.records["hidden"] == 0).all() and (found.records["enabled"] == 3).all()
     weights = founders[:, 0, [12, 17, 22]]
     assert (

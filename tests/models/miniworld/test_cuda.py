@@ -47,11 +47,11 @@ class Wind(WorldFeature, name="wind"):
     arrays = {"speed": per_world(1)}
 
     @staticmethod
-    def build(part, model, state, world):
+    def init_world(part, model, state, world):
         part.speed[world, 0] = np.float32(world + 1)
 
     @staticmethod
-    def advance(part, model, state, world, step):
+    def end_step(part, model, state, world, step):
         part.speed[world, 0] = -part.speed[world, 0]
         for item in range(state.item_x.shape[1]):
             state.item_x[world, item] += part.speed[world, 0]
@@ -126,8 +126,8 @@ def life(batch: Batch, experiment: Experiment) -> dict[str, npt.NDArray[np.gener
         batch.begin(
             generation, np.random.default_rng(generation).normal(size=shape).astype(np.float32)
         )
-        batch.live(0, 4)
-        batch.live(4, STEPS)
+        batch.simulate(0, 4)
+        batch.simulate(4, STEPS)
     arrays = named_arrays(batch.state, *shape[:2])
     del arrays[
         "errors"
@@ -212,10 +212,10 @@ def test_a_newborn_remembers_nothing(in_plain_python: None) -> None:
     )
     first, second = cpu.Batch(experiment, 5, [0]), cpu.Batch(experiment, 5, [0])
     first.begin(0, genomes)
-    first.live(0, STEPS)
+    first.simulate(0, STEPS)
     for batch in (first, second):
         batch.begin(1, genomes)
-        batch.live(0, 1)
+        batch.simulate(0, 1)
     assert first.state.activations.tobytes() == second.state.activations.tobytes()
 
 

@@ -26,7 +26,7 @@ def swamp() -> Iterator[None]:
                 ),
             )
 
-        def marks(self) -> tuple[dict[str, Any], ...]:
+        def map_shapes(self) -> tuple[dict[str, Any], ...]:
             return (
                 {
                     "shape": "rectangle",

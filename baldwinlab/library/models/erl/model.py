@@ -48,7 +48,7 @@ from baldwinlab.library.models.erl.world import (
     hunter_at,
     prepare,
 )
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, Lives, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 
 class Rules(NamedTuple):
@@ -162,7 +162,7 @@ class ErlPopulations(Model, name="erl-populations"):
             "mutation_rate": 0.0,
         },  # others would be further histories from the same founders
     }
-    checked_with: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
+    check_settings: ClassVar[Mapping[str, Any]] = {  # a plant makes a child, and a bite kills
         "longest": 8, "founders_of": 4, "most": 8,
         "side": 12, "plants": 50, "trees": 3, "carnivores": 4, "plant": 1.0, "bite": 1.0,
     }  # fmt: skip
@@ -208,7 +208,7 @@ class ErlPopulations(Model, name="erl-populations"):
     def steps(self) -> int:
         return self.longest
 
-    def without_learner(self) -> ErlPopulations:
+    def without_learning(self) -> ErlPopulations:
         return self.model_copy(
             update={"strategy": {"ERL": "E", "L": "F"}.get(self.strategy, self.strategy)}
         )
@@ -265,9 +265,9 @@ class ErlPopulations(Model, name="erl-populations"):
             wounds=np.zeros(hunters),
         )
 
-    def live(
+    def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
-    ) -> Lives:
+    ) -> LifeResults:
         shape = genomes.shape[:2]
         survived, told = poison.empty(shape, np.int64), np.zeros((*shape, 3))
         rules, inputs = self.rules(), poison.empty(INPUTS, np.float32)
@@ -286,7 +286,7 @@ class ErlPopulations(Model, name="erl-populations"):
             "living": means[..., 0],
             "hunters": means[..., 1],
         }
-        return Lives(energy, np.zeros_like(energy), None, records)
+        return LifeResults(energy, np.zeros_like(energy), None, records)
 
 
 @entry

@@ -1,0 +1,74 @@
+"""Names of parts that changed after version 0.1, and the error for a class that still uses one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from pydantic.fields import FieldInfo
+
+from baldwinlab.errors import PartError
+
+ALL: Final = {"needs": "required_settings"}
+BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
+    "sense": {"survey": "prepare_senses", "real": "is_continuous"},
+    "body": {"decide": "choose_action"},
+    "network": {"memoryless": "is_memoryless"},
+    "learning rule": {
+        "inherit": "load_genes",
+        "hatch": "init_agent",
+        "meet": "observe_others",
+        "drift_fits": "supports_drift_control",
+        "learns_from": "teacher_array",
+    },
+    "world feature": {
+        "build": "init_world",
+        "advance": "end_step",
+        "forbids": "blocks_placement",
+        "hides": "blocks_sight",
+        "stops": "blocks_movement",
+        "marks": "map_shapes",
+        "bears": "allows_births",
+    },
+    "selection": {"pair": "select_with_genomes", "keep": "mark_survivors"},
+    "variation": {"vary_all": "vary_population", "found": "init_founders"},
+    "inheritance": {
+        "pass_on": "inherit",
+        "teach": "assign_teachers",
+        "afresh": "resamples_genomes",
+    },
+    "fitness": {},
+    "model": {
+        "live": "simulate",
+        "without_learner": "without_learning",
+        "checked_with": "check_settings",
+    },
+}
+CLASSES: Final = {
+    "Cells": "GridView",
+    "Lives": "LifeResults",
+    "Matrix": "MatrixView",
+    "Walk": "PathView",
+}
+
+
+def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, Any]) -> None:
+    """Raise PartError if the class `name` defines a hook or flag by its name of version 0.1.
+
+    A setting of the part may have such a name.
+    """
+    kind = next((base.kind for base in bases if getattr(base, "kind", "")), "")
+    renamed = {**ALL, **BY_KIND.get(kind, {})}
+    used = [
+        old for old in renamed if old in namespace and not isinstance(namespace[old], FieldInfo)
+    ]
+    if used:
+        pairs = ", ".join(f"{old} was renamed to {renamed[old]}" for old in used)
+        raise PartError(f"{pairs}: use the new name in the class {name}")
+
+
+def renamed_class(module: str, name: str) -> Exception:
+    """Return the error for a class of `module` that does not exist, or that was renamed."""
+    if name in CLASSES:
+        return ImportError(f"{module}.{name} was renamed to {CLASSES[name]}")
+    return AttributeError(f"module {module!r} has no attribute {name!r}")
