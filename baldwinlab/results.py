@@ -20,7 +20,7 @@ from baldwinlab.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.files import RESULTS_FILE, text_of, write_atomically
 from baldwinlab.statistics import fitness
 from baldwinlab.statistics.contrasts import Contrasts, compare_finals, final_values
-from baldwinlab.statistics.tables import finite
+from baldwinlab.statistics.tables import finite_or_none
 from baldwinlab.studies.claims import digest_records
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -95,7 +95,7 @@ def _comparison(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 
 def _number(value: Any) -> Any:
-    return finite(value) if isinstance(value, float) else value
+    return finite_or_none(value) if isinstance(value, float) else value
 
 
 def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:

@@ -51,7 +51,6 @@ def check_prose(text: str, first_line: int, suffix: str) -> Iterator[Finding]:
 def check_name(name: str, line: int) -> Iterator[Finding]:
     """Yield a name that is retired, or that contains a retired word."""
     bare = name.strip("_")
-    bare = bare.lower() if bare.isupper() else bare
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", bare).lower().split("_")
     plain = [RULES["words_of_names"][word] for word in words if word in RULES["words_of_names"]]
     if bare in RULES["names"] or plain:

@@ -27,7 +27,7 @@ from baldwinlab.factors import Factors
 from baldwinlab.files import write_atomically
 from baldwinlab.statistics.rules import SIGNIFICANT
 from baldwinlab.statistics.sample_sizes import TOO_FEW, Design, describe_too_few, smallest_corrected
-from baldwinlab.statistics.tables import finite, to_csv
+from baldwinlab.statistics.tables import finite_or_none, to_csv
 
 Verdict = Literal["yes", "no", "undecided", "not measured"]
 YES: Verdict = "yes"
@@ -405,7 +405,8 @@ def _answer_record(answer: Answer) -> dict[str, Any]:
 def _json(values: Mapping[str, Any]) -> dict[str, Any]:
     """Null where a number does not exist."""
     return {
-        name: finite(value) if isinstance(value, float) else value for name, value in values.items()
+        name: finite_or_none(value) if isinstance(value, float) else value
+        for name, value in values.items()
     }
 
 

@@ -19,7 +19,7 @@ from baldwinlab.papers.verdicts import ClaimResult, Finding
 from baldwinlab.report.sections import InShort, render
 from baldwinlab.report.words import signed
 from baldwinlab.statistics.rules import FAILS, HOLDS
-from baldwinlab.statistics.tables import finite, to_csv
+from baldwinlab.statistics.tables import finite_or_none, to_csv
 
 # What the table shows of the assays: criteria of questions.toml.
 CRITERIA = {"innate": "built-innate", "learned": "built-learned", "cost": "cost"}
@@ -65,7 +65,7 @@ class Way(NamedTuple):
             }
             row |= {f"{name}_verdict": answer.verdict if answer else NOT_MEASURED}
         return {
-            name: finite(value) if isinstance(value, float) else value
+            name: finite_or_none(value) if isinstance(value, float) else value
             for name, value in row.items()
         }
 

@@ -17,7 +17,7 @@ from baldwinlab.report import Section, render, write_page
 from baldwinlab.report.pictures import Picture, embed
 from baldwinlab.statistics.rules import FAILS, HOLDS
 from baldwinlab.statistics.rules import UNDECIDED as OPEN
-from baldwinlab.statistics.tables import finite
+from baldwinlab.statistics.tables import finite_or_none
 
 PAGE, RECORD = "gallery.html", "gallery.json"
 TITLE = "Is it the Baldwin effect?"
@@ -192,7 +192,7 @@ def _system_record(system: System) -> dict[str, Any]:
     }
     phases = {f"phase_{number}": verdict for number, verdict in enumerate(system.phases, 1)}
     clock = {
-        name: finite(value) if isinstance(value, float) else value
+        name: finite_or_none(value) if isinstance(value, float) else value
         for name, value in (system.clock._asdict() if system.clock else {}).items()
     }
     named = {
@@ -208,4 +208,4 @@ def _system_record(system: System) -> dict[str, Any]:
 
 
 def _numbers(size: Size | None) -> dict[str, Any]:
-    return {name: finite(value) for name, value in size._asdict().items()} if size else {}
+    return {name: finite_or_none(value) for name, value in size._asdict().items()} if size else {}

@@ -44,7 +44,7 @@ def curve(lab: Lab, query: Query) -> dict[str, Any]:
 
     Raises StudyError and ValueError as a request for a recording of it does.
     """
-    from baldwinlab.statistics.fitness import gained  # here, because it takes a while to load
+    from baldwinlab.statistics.fitness import gain
 
     study, name, run = (
         studies.find(lab, text(query, "study")),
@@ -54,7 +54,7 @@ def curve(lab: Lab, query: Query) -> dict[str, Any]:
     studies.condition(study, name)
     studies.require_run(lab, study, name, run)
     record = study.read(name, run, genomes=False)
-    achieved = gained(record)
+    achieved = gain(record)
     measure = "food eaten" if "food_eaten" in record else "fitness"
     return {
         "measure": measure,

@@ -33,9 +33,9 @@ from baldwinlab.statistics.rules import (
     conjunction,
 )
 from baldwinlab.statistics.sample_sizes import TOO_FEW, Design, describe_too_few, smallest_corrected
-from baldwinlab.statistics.summary import SUMMARY_COLUMNS, by_condition
+from baldwinlab.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.statistics.survival import Survival, compare_survival
-from baldwinlab.statistics.tables import finite, to_csv
+from baldwinlab.statistics.tables import finite_or_none, to_csv
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Finding:
 
     def record(self) -> dict[str, Any]:
         """For JSON: null where a number does not exist."""
-        numbers = {name: finite(value) for name, value in self.numbers._asdict().items()}
+        numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
         low, high = numbers.pop("low"), numbers.pop("high")
         where = {
             "condition": self.comparison.a,
@@ -76,11 +76,11 @@ class Finding:
         }
         tested = {
             "interval": None if low is None else [low, high],
-            "p_holm": finite(self.p_holm),
+            "p_holm": finite_or_none(self.p_holm),
             "verdict": self.verdict,
         }
         tested |= {
-            "smallest_p_holm": finite(self.smallest_p_holm),
+            "smallest_p_holm": finite_or_none(self.smallest_p_holm),
             "too_few_runs": self.has_too_few_runs,
         }
         return where | numbers | tested
@@ -122,7 +122,7 @@ class ClaimResult:
     def deciding(self) -> Finding | None:
         """The weakest finding: the worst verdict, and of equals the largest corrected p."""
         weakness = [
-            (VERDICTS.index(finding.verdict), finite(finding.p_holm) or 0.0)
+            (VERDICTS.index(finding.verdict), finite_or_none(finding.p_holm) or 0.0)
             for finding in self.findings
         ]
         return self.findings[weakness.index(max(weakness))] if weakness else None
@@ -263,7 +263,7 @@ class _Samples:
         study = fitness.with_curves(study)
         self._study, self._paper = study, paper
         self._last = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
-        self._last["most"] = fitness.most(study)
+        self._last["most"] = fitness.largest_gain(study)
         self._first = {
             measure: fitness.initial(study, measure, last) for measure in fitness.MEASURES
         }
@@ -331,7 +331,9 @@ def _measure(comparison: Comparison, samples: _Samples) -> statistics.Comparison
             *(samples.survival(name, comparison.measure) for name in (comparison.a, comparison.b))
         )
     if comparison.b:
-        return (statistics.paired if comparison.paired else statistics.compare)(a.values, b.values)
+        return (statistics.compare_paired if comparison.paired else statistics.compare)(
+            a.values, b.values
+        )
     median = float(np.median(a))
     if comparison.measure == "most" or comparison.rule in OVER_RUNS:
         found = float(OVER_RUNS.get(comparison.rule, np.max)(a))
@@ -368,7 +370,9 @@ def write(
     rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
     rows += [_row(result.claim.id, finding) for result in results for finding in result.findings]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
-    write_atomically(directory / "summary.csv", to_csv(SUMMARY_COLUMNS, by_condition(study, last)))
+    write_atomically(
+        directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(study, last))
+    )
 
 
 def _row(claim: str, finding: Finding) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from baldwinlab.report.pictures import EXPLAINING, SUMMING_UP, Looks, embed, pic
 from baldwinlab.report.sections import InShort, Section, finished, render, write_page
 from baldwinlab.report.words import measures
 from baldwinlab.statistics.contrasts import Contrasts
-from baldwinlab.statistics.summary import by_condition
+from baldwinlab.statistics.summary import summarize_conditions
 
 __all__ = [
     "InShort",
@@ -117,7 +117,7 @@ def draw_report(
         "differing": differing,
         "open_choices": content.open_choices(differing, conditions),
         "departures": content.departures(study, conditions, paper) if paper else [],
-        "summary": by_condition(study, last),
+        "summary": summarize_conditions(study, last),
         "experiments": texts,
         "provenance": provenance,
         "timing": content.timing(provenance),

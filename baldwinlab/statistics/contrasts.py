@@ -1,4 +1,4 @@
-"""Comparisons of the conditions of a study, such as controls and the condition they control for."""
+"""Compare the conditions of a study, such as controls with the condition that they control for."""
 
 from __future__ import annotations
 
@@ -29,23 +29,45 @@ COLUMNS = (
 
 
 class Contrast(NamedTuple):
-    """A condition compared with another one, in one measure."""
+    """The comparison of a condition with its reference, in one measure.
+
+    Attributes
+    ----------
+    condition, reference : str
+        Names of the conditions.
+    measure : str
+        One of `MEASURES`.
+    numbers : Comparison
+        The comparison of the condition with the reference.
+    p_holm : float
+        The p-value, corrected for all comparisons of the study.
+    smallest_p_holm : float
+        The smallest corrected p-value that the numbers of runs allow.
+    """
 
     condition: str
     reference: str
     measure: str
-    numbers: statistics.Comparison  # of the condition against the reference
-    p_holm: float  # corrected for all comparisons of the study
-    smallest_p_holm: float  # the smallest corrected p-value that the numbers of runs allow
+    numbers: statistics.Comparison
+    p_holm: float
+    smallest_p_holm: float
 
     @property
     def verdict(self) -> str:
-        """Higher or lower where the difference is significant; else undecided, or too few runs."""
-        found = {1: "higher", -1: "lower"}.get(direction(self.numbers, self.p_holm))
-        return found or (TOO_FEW if self.smallest_p_holm >= SIGNIFICANT else UNDECIDED)
+        """A significant difference is "higher" or "lower", else "undecided" or "too few runs"."""
+        sign = direction(self.numbers, self.p_holm)
+        if sign:
+            return "higher" if sign > 0 else "lower"
+        return TOO_FEW if self.smallest_p_holm >= SIGNIFICANT else UNDECIDED
 
     def row(self) -> dict[str, Any]:
-        """Return its numbers by the names in `COLUMNS`."""
+        """Return the comparison as a row of a table.
+
+        Returns
+        -------
+        dict
+            The values, with the keys `COLUMNS`.
+        """
         names = {
             "condition_a": self.condition,
             "condition_b": self.reference,
@@ -56,36 +78,81 @@ class Contrast(NamedTuple):
 
 @dataclass(frozen=True)
 class Contrasts:
-    """All comparisons of a study: one family of tests."""
+    """All comparisons of a study, which are one family of tests.
 
-    pairing: str  # which conditions are compared, in a sentence
-    last: int  # generations over which a run is averaged
+    Attributes
+    ----------
+    pairing : str
+        A sentence that states which conditions are compared.
+    last : int
+        Number of final generations over which a run is averaged.
+    rows : tuple of Contrast
+        The comparisons.
+    """
+
+    pairing: str
+    last: int
     rows: tuple[Contrast, ...]
 
     @property
     def by_pair(self) -> list[list[Contrast]]:
-        """The comparisons of each two conditions together, one for each measure."""
+        """The comparisons, grouped by the two conditions."""
         pairs = groupby(self.rows, key=lambda row: (row.condition, row.reference))
         return [list(rows) for _, rows in pairs]
 
     @property
     def too_few(self) -> str:
-        """Whether the runs are too few for a verdict, in a sentence; "" where they are not."""
+        """A sentence about runs that are too few for a verdict, or an empty string."""
         return describe_too_few([Design(row.numbers.n_a, row.numbers.n_b) for row in self.rows])
 
 
-def final_values(study: xr.Dataset, last: int = 10) -> xr.Dataset:
-    """Average the measures over the last `last` generations of each run: (condition, run).
+def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
+    """Average the measures over the last generations of each run.
 
-    Raises ValueError unless `last` is at least 1.
+    Parameters
+    ----------
+    dataset
+        Dataset as `open_runs` returns it, with `energy` as (condition, run, generation, agent).
+    last
+        Number of final generations, at least 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        The averages of `MEASURES`, (condition, run).
+
+    Raises
+    ------
+    ValueError
+        If `last` is below 1.
     """
-    values = {measure: fitness.final(study, measure, last) for measure in MEASURES}
+    values = {measure: fitness.final(dataset, measure, last) for measure in MEASURES}
     return xr.Dataset(values).reset_coords(drop=True)
 
 
-def compare_conditions(study: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a dataset as `open_runs` returns it; see `compare_finals`."""
-    return compare_finals(final_values(study, last), of_study(study), last, baseline)
+def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
+    """Compare the conditions of a dataset.
+
+    Parameters
+    ----------
+    dataset
+        Dataset as `open_runs` returns it.
+    last
+        Number of final generations over which each run is averaged, at least 1.
+    baseline
+        The condition with which all others are compared; see `references` for the default.
+
+    Returns
+    -------
+    Contrasts
+        The comparisons, in the order of the study.
+
+    Raises
+    ------
+    ValueError
+        If `last` is below 1.
+    """
+    return compare_finals(final_values(dataset, last), of_study(dataset), last, baseline)
 
 
 def compare_finals(
@@ -94,7 +161,7 @@ def compare_finals(
     last: int,
     baseline: str = "",
 ) -> Contrasts:
-    """Compare every condition that has runs with its reference, or with `baseline`.
+    """Compare every condition that has runs with its reference.
 
     Parameters
     ----------
@@ -106,57 +173,108 @@ def compare_finals(
         The number of generations over which `finals` are averaged.
     baseline
         The condition with which all others are compared; see `references` for the default.
+
+    Returns
+    -------
+    Contrasts
+        The comparisons, with p-values corrected for all of them.
     """
     present = [name for name in factors if bool(finals["mean"].sel(condition=name).notnull().any())]
     pairs = references({name: factors[name] for name in present}, baseline)
-    tests = [(name, other, measure) for name, other in pairs.items() for measure in MEASURES]
-    found = [_compare_runs(finals[measure], name, other) for name, other, measure in tests]
-    corrected = statistics.holm([numbers.p for numbers in found])
-    smallest = smallest_corrected([Design(numbers.n_a, numbers.n_b) for numbers in found])
-    rows = zip(tests, found, corrected.tolist(), smallest.tolist(), strict=True)
+    tests = [(*pair, measure) for pair in pairs.items() for measure in MEASURES]
+    numbers = [
+        _compare_runs(finals[measure], condition, reference)
+        for condition, reference, measure in tests
+    ]
+    corrected = statistics.holm([comparison.p for comparison in numbers])
+    smallest = smallest_corrected([Design(sizes.n_a, sizes.n_b) for sizes in numbers])
+    rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), strict=True)
     return Contrasts(
         describe_pairing(pairs, factors),
         last,
-        tuple(Contrast(*test, *numbers) for test, *numbers in rows),
+        tuple(Contrast(*test, *values) for test, *values in rows),
     )
 
 
 def references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, str]:
     """Return the condition with which each condition is compared.
 
-    It is the baseline if one is given. Otherwise it is the first condition on the same map (of a
-    multiverse, under the same variant), and for a condition that is alone on its map, or has no
-    map, the first condition of all.
+    It is the baseline if one is given. Otherwise it is the first condition on the same map, and in
+    a multiverse under the same variant. A condition that is alone on its map, or has no map, is
+    compared with the first condition of all.
+
+    Parameters
+    ----------
+    factors
+        The factors of each condition, in the order of the study.
+    baseline
+        The name of a condition, or an empty string.
+
+    Returns
+    -------
+    dict
+        The reference of each condition. A condition without a reference is missing.
     """
     if baseline:
         return {name: baseline for name in factors if name != baseline}
     on_map: dict[Factors, list[str]] = {}
-    for name, one in factors.items():
-        on_map.setdefault(one._replace(learner="" if one.map else name), []).append(name)
+    for name, levels in factors.items():
+        group = levels._replace(learner="" if levels.map else name)
+        on_map.setdefault(group, []).append(name)
     groups = [names for names in on_map.values() if len(names) > 1]
     first = {name: names[0] for names in groups for name in names}
-    found = {name: first.get(name, next(iter(factors))) for name in factors}
-    return {name: other for name, other in found.items() if other != name}
+    pairs = {name: first.get(name, next(iter(factors))) for name in factors}
+    return {name: reference for name, reference in pairs.items() if reference != name}
 
 
 def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -> str:
-    """Say in a sentence which conditions are compared; "" where none are."""
-    used = set(pairs.values())
-    if len(used) < 2:
-        return "".join(f"Each condition is compared with {name}." for name in used)
-    alone = [name for name, other in pairs.items() if factors[name].map != factors[other].map]
-    others = ""
-    if alone:
-        reason = "A condition that is alone on its map, or has no map, is compared with"
-        others = f" {reason} {pairs[alone[0]]}: {', '.join(alone)}."
-    return f"Each condition is compared with the first condition on its map.{others}"
+    """Describe which conditions are compared.
+
+    Parameters
+    ----------
+    pairs
+        The reference of each condition, as `references` returns it.
+    factors
+        The factors of each condition.
+
+    Returns
+    -------
+    str
+        One or two sentences. Empty if no condition is compared.
+    """
+    baselines = set(pairs.values())
+    if len(baselines) < 2:
+        return "".join(f"Each condition is compared with {name}." for name in baselines)
+    across_maps = [
+        name for name, reference in pairs.items() if factors[name].map != factors[reference].map
+    ]
+    exceptions = ""
+    if across_maps:
+        rule = "A condition that is alone on its map, or has no map, is compared with"
+        exceptions = f" {rule} {pairs[across_maps[0]]}: {', '.join(across_maps)}."
+    return f"Each condition is compared with the first condition on its map.{exceptions}"
 
 
 def planned_designs(factors: Mapping[str, Factors], runs: int, baseline: str = "") -> list[Design]:
-    """Return the tests that a study of these conditions will make with so many runs of each."""
+    """Return the tests that a study of these conditions will make.
+
+    Parameters
+    ----------
+    factors
+        The factors of each condition, in the order of the study.
+    runs
+        The number of runs of each condition.
+    baseline
+        The condition with which all others are compared; see `references` for the default.
+
+    Returns
+    -------
+    list of Design
+        The tests.
+    """
     return [Design(runs, runs)] * (len(references(factors, baseline)) * len(MEASURES))
 
 
-def _compare_runs(values: xr.DataArray, condition: str, other: str) -> statistics.Comparison:
-    samples = (values.sel(condition=name).dropna("run").values for name in (condition, other))
+def _compare_runs(values: xr.DataArray, condition: str, reference: str) -> statistics.Comparison:
+    samples = (values.sel(condition=name).dropna("run").values for name in (condition, reference))
     return statistics.compare(*(np.asarray(sample, np.float64) for sample in samples))

@@ -1,10 +1,13 @@
-"""What a population achieved, by generation and at last.
+"""Measure the fitness of populations by generation, at the start and at the end of a run.
 
-A study has the dimensions (condition, run, generation, agent); missing runs are NaN and stay NaN. Fitness is the energy of
-the items that an agent ate in its life: in the paper's experiments the number of items, since each gives 1.
+The functions take a dataset with the dimensions (condition, run, generation, agent). Missing runs
+are NaN, in the input and in the result. Fitness is the energy of the items that an agent eats
+during its lifetime. In Le (2019) each item gives 1, so fitness is the number of items.
 
-Source: the paper, "Learning Facilitates Evolution", for the best and the mean; "The Emergence of Intelligent Foraging"
-for the share of agents that reach the food.
+References
+----------
+Best and mean: N. Le (2019), section "Learning Facilitates Evolution".
+Share: N. Le (2019), section "The Emergence of Intelligent Foraging".
 """
 
 from __future__ import annotations
@@ -18,167 +21,320 @@ import numpy.typing as npt
 import xarray as xr
 from scipy import stats
 
-Lives = npt.NDArray[Any]  # a number of each agent [generation, agent], or of each generation
+AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
 
 
-def _known(measure: Curve) -> Curve:
-    """What `with_curves` has kept of a study, or else what the measure is."""
+def _use_cache(measure: Curve) -> Curve:
+    """Return the curve that `with_curves` stored in the dataset, if any."""
 
     @wraps(measure)
-    def of(study: xr.Dataset) -> xr.DataArray:
-        return (
-            study[_kept_as(measure.__name__)]
-            if _kept_as(measure.__name__) in study
-            else measure(study)
-        )
+    def cached(dataset: xr.Dataset) -> xr.DataArray:
+        name = _cache_name(measure.__name__)
+        return dataset[name] if name in dataset else measure(dataset)
 
-    return of
+    return cached
 
 
-def _kept_as(measure: str) -> str:
+def _cache_name(measure: str) -> str:
     return f"{measure} by generation"
 
 
-@_known
-def best(study: xr.Dataset) -> xr.DataArray:
-    """Fitness of the fittest agent: (condition, run, generation), energy."""
-    return _of_agents(study["energy"], lambda energy: np.fmax.reduce(energy, axis=-1))
+@_use_cache
+def best(dataset: xr.Dataset) -> xr.DataArray:
+    """Compute the fitness of the best agent.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy` as (condition, run, generation, agent).
+
+    Returns
+    -------
+    xarray.DataArray
+        Energy, (condition, run, generation); NaN for missing generations.
+    """
+    return _reduce_agents(dataset["energy"], lambda energy: np.fmax.reduce(energy, axis=-1))
 
 
-@_known
-def mean(study: xr.Dataset) -> xr.DataArray:
-    """Fitness of the average agent: (condition, run, generation), energy."""
-    return _of_agents(
-        study["energy"],
+@_use_cache
+def mean(dataset: xr.Dataset) -> xr.DataArray:
+    """Compute the mean fitness of the agents.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy` as (condition, run, generation, agent).
+
+    Returns
+    -------
+    xarray.DataArray
+        Energy, (condition, run, generation); NaN for missing generations.
+    """
+    return _reduce_agents(
+        dataset["energy"],
         lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count(energy),
     )
 
 
-@_known
-def share(study: xr.Dataset) -> xr.DataArray:
-    """Share of agents that ate at least one item in their life: (condition, run, generation), 0 to 1.
+@_use_cache
+def share(dataset: xr.Dataset) -> xr.DataArray:
+    """Compute the share of agents that eat at least one item during their lifetime.
 
-    Of models without food, of those that gained anything.
+    For models without food, it is the share of agents with fitness above 0.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `food_eaten` or `energy` as (condition, run, generation, agent).
+
+    Returns
+    -------
+    xarray.DataArray
+        Share, 0 to 1, (condition, run, generation); NaN for missing generations.
     """
-    eaters = _of_agents(gained(study), lambda food: (food > 0).sum(axis=-1) / _count(food))
+    eaters = _reduce_agents(gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count(food))
     return eaters.drop_attrs(deep=False).assign_attrs(valid_max=1.0)
 
 
-def _of_agents(values: xr.DataArray, of: Callable[[Lives], Lives]) -> xr.DataArray:
-    """`of` all lives [generation, agent] of a run, run by run: scratch for all runs at once would be as large as the study.
-
-    NaN where nobody lived.
-    """
-    lives = values.transpose(..., "generation", "agent")
-    found = lives.isel(agent=0, drop=True).astype(np.float64)
+def _reduce_agents(
+    values: xr.DataArray, reduce: Callable[[AgentValues], AgentValues]
+) -> xr.DataArray:
+    """Reduce the dimension `agent`; NaN if no agent has a value."""
+    agents = values.transpose(..., "generation", "agent")
+    result = agents.isel(agent=0, drop=True).astype(np.float64)
     with np.errstate(invalid="ignore"):
-        for run in np.ndindex(lives.shape[:-2]):
-            found.values[run] = of(lives.values[run])
-    return found
+        # One run after another: intermediate arrays of all runs would be as large as the study.
+        for run in np.ndindex(agents.shape[:-2]):
+            result.values[run] = reduce(agents.values[run])
+    return result
 
 
-def _count(values: Lives) -> Lives:
-    """How many agents lived, by generation."""
-    lived: Lives = (~np.isnan(values)).sum(axis=-1)
-    return lived
+def _count(values: AgentValues) -> AgentValues:
+    """Count the agents with a value, by generation."""
+    counts: AgentValues = (~np.isnan(values)).sum(axis=-1)
+    return counts
 
 
-def gained(study: xr.Dataset) -> xr.DataArray:
-    """Items eaten; of models without food, fitness."""
-    energy = study["energy"]
-    return study["food_eaten"].fillna(energy) if "food_eaten" in study else energy
+def gain(dataset: xr.Dataset) -> xr.DataArray:
+    """Return the number of items that each agent eats, or its fitness in models without food.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy`, and `food_eaten` if a model has food.
+
+    Returns
+    -------
+    xarray.DataArray
+        Items, or energy, with the dimensions of the dataset.
+    """
+    energy = dataset["energy"]
+    return dataset["food_eaten"].fillna(energy) if "food_eaten" in dataset else energy
 
 
 MEASURES: Mapping[str, Curve] = {"best": best, "mean": mean, "share": share}
 
 
-def with_curves(study: xr.Dataset) -> xr.Dataset:
-    """The study, which keeps `MEASURES` from now on: a report asks for them some twenty times, of up to millions of lives."""
-    return study.assign({_kept_as(name): of(study) for name, of in MEASURES.items()})
+def with_curves(dataset: xr.Dataset) -> xr.Dataset:
+    """Compute all measures once, and store them in the dataset.
 
+    A report reads the measures about twenty times, and a study may have millions of agents.
 
-def final(study: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
-    """`measure` (best, mean or share) averaged over the last `last` generations: (condition, run).
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy` as (condition, run, generation, agent).
 
-    Each condition ends with its own last generation; one of fewer than `last` is averaged over all it has.
-    Raises KeyError for an unknown measure, ValueError unless `last` is at least 1.
+    Returns
+    -------
+    xarray.Dataset
+        The dataset with a variable for each of `MEASURES`, which the functions above then return.
     """
-    return _window(MEASURES[measure](study), last, from_end=True)
+    curves = {_cache_name(name): measure(dataset) for name, measure in MEASURES.items()}
+    return dataset.assign(curves)
 
 
-def initial(study: xr.Dataset, measure: str, first: int = 10) -> xr.DataArray:
-    """`measure` averaged over the first `first` generations: (condition, run). Raises as `final` does."""
-    return _window(MEASURES[measure](study), first, from_end=False)
+def final(dataset: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
+    """Average a measure over the last generations of each run.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy` as (condition, run, generation, agent).
+    measure
+        "best", "mean" or "share".
+    last
+        Number of final generations, at least 1. A condition with fewer generations is averaged
+        over all of them. Each condition ends with its last stored generation.
+
+    Returns
+    -------
+    xarray.DataArray
+        The average, (condition, run); NaN for missing runs.
+
+    Raises
+    ------
+    KeyError
+        If the measure is unknown.
+    ValueError
+        If `last` is below 1.
+    """
+    return _average_window(MEASURES[measure](dataset), last, from_end=True)
 
 
-def _window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
+def initial(dataset: xr.Dataset, measure: str, first: int = 10) -> xr.DataArray:
+    """Average a measure over the first generations of each run.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy` as (condition, run, generation, agent).
+    measure
+        "best", "mean" or "share".
+    first
+        Number of initial generations, at least 1.
+
+    Returns
+    -------
+    xarray.DataArray
+        The average, (condition, run); NaN for missing runs.
+
+    Raises
+    ------
+    KeyError
+        If the measure is unknown.
+    ValueError
+        If `first` is below 1.
+    """
+    return _average_window(MEASURES[measure](dataset), first, from_end=False)
+
+
+def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.DataArray:
     if length < 1:
         raise ValueError(f"a window of {length} generations: it must have at least 1")
-    lived = values.notnull().any("run")
-    number = lived.cumsum("generation")
-    inside = number > lived.sum("generation") - length if from_end else number <= length
-    return values.where(lived & inside).mean("generation", keep_attrs=True)
+    is_present = values.notnull().any("run")
+    number = is_present.cumsum("generation")
+    skipped = is_present.sum("generation") - length
+    is_inside = number > skipped if from_end else number <= length
+    return values.where(is_present & is_inside).mean("generation", keep_attrs=True)
 
 
-def typical_run(study: xr.Dataset, condition: str) -> int:
-    """The run of a condition whose final mean fitness is nearest to the median of all its runs: the one to show.
+def typical_run(dataset: xr.Dataset, condition: str) -> int:
+    """Return the run whose final mean fitness is nearest to the median of all runs.
 
-    Raises ValueError where the condition has no run.
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy` as (condition, run, generation, agent).
+    condition
+        The name of the condition.
+
+    Returns
+    -------
+    int
+        The number of the run.
+
+    Raises
+    ------
+    ValueError
+        If the condition has no run.
     """
-    means = final(study, "mean").sel(condition=condition).dropna("run")
+    means = final(dataset, "mean").sel(condition=condition).dropna("run")
     if not means.size:
         raise ValueError(f"there is no run of {condition}")
     return int(means["run"][abs(means - means.median()).argmin("run")])
 
 
-def most(study: xr.Dataset) -> xr.DataArray:
-    """Items eaten by the agent that ate most of all generations: (condition, run); of models without food, fitness."""
-    return (
-        gained(study).max(("generation", "agent"))
-        if "food_eaten" in study
-        else best(study).max("generation")
-    )
+def largest_gain(dataset: xr.Dataset) -> xr.DataArray:
+    """Return the largest number of items that an agent eats in any generation.
+
+    For models without food, it is the largest fitness.
+
+    Parameters
+    ----------
+    dataset
+        Dataset with `energy`, and `food_eaten` if a model has food.
+
+    Returns
+    -------
+    xarray.DataArray
+        Items, or energy, (condition, run); NaN for missing runs.
+    """
+    if "food_eaten" in dataset:
+        return gain(dataset).max(("generation", "agent"))
+    return best(dataset).max("generation")
 
 
 def interval_of_mean(
     values: xr.DataArray, over: str = "run"
 ) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
-    """Mean over runs (or another dimension) and its 95 % interval by Student's t; the interval is NaN for a single one.
+    """Compute the mean and its 95 % interval by Student's t.
 
-    Of values none of which is negative, the mean is not either: the interval ends at 0, and still covers it as often.
-    Likewise it ends at their `valid_max` where they have that attribute, as shares have.
+    If no value is negative, the interval ends at 0: its coverage does not change. Likewise, it ends
+    at the attribute `valid_max` of the values, which shares have.
+
+    Parameters
+    ----------
+    values
+        Values with the dimension `over`; NaN is ignored.
+    over
+        The dimension of the sample.
+
+    Returns
+    -------
+    mean, low, high : xarray.DataArray
+        Mean and ends of the interval, without the dimension `over`. The ends are NaN for a sample
+        of one value.
     """
     count = values.count(over)
     average = values.mean(over)
-    spread = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
-    half = np.sqrt(spread / count) * xr.zeros_like(average).copy(
-        data=stats.t.ppf(0.975, np.maximum(count - 1, 1))
-    )
-    low, high = average - half, average + half
-    return (
-        average,
-        low if bool((values < 0).any()) else low.clip(min=0),
-        high.clip(max=values.attrs.get("valid_max")),
-    )
+    variance = ((values - average) ** 2).sum(over) / (count - 1).where(count > 1)
+    quantiles = stats.t.ppf(0.975, np.maximum(count - 1, 1))
+    half = np.sqrt(variance / count) * xr.zeros_like(average).copy(data=quantiles)
+    low = average - half
+    if not bool((values < 0).any()):
+        low = low.clip(min=0)
+    high = (average + half).clip(max=values.attrs.get("valid_max"))
+    return average, low, high
 
 
 def interval_of_median(
     values: xr.DataArray, over: str = "run"
 ) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
-    """Median over runs (or another dimension) and its 95 % interval, whose ends are values of the sample.
+    """Compute the median and its 95 % interval by the sign test.
 
-    It is the interval of the sign test, from the k-th smallest to the k-th largest value, whatever their distribution; of fewer
-    than six there is none (NaN). Source: W. R. Thompson, Annals of Mathematical Statistics 7 (1936).
+    The interval reaches from the k-th smallest to the k-th largest value, for any distribution. k
+    is the 2.5 % quantile of the binomial distribution with probability 1/2.
+
+    Parameters
+    ----------
+    values
+        Values with the dimension `over`; NaN is ignored.
+    over
+        The dimension of the sample.
+
+    Returns
+    -------
+    median, low, high : xarray.DataArray
+        Median and ends of the interval, without the dimension `over`. The ends are NaN for a sample
+        of fewer than six values.
+
+    References
+    ----------
+    W. R. Thompson, Annals of Mathematical Statistics 7 (1936).
     """
-    ordered, count = values.transpose(..., over), values.count(over)
-    sample = np.sort(ordered.values, axis=-1)  # NaN last
+    count = values.count(over)
+    # NaN is sorted to the end.
+    ordered = np.sort(values.transpose(..., over).values, axis=-1)
     rank = stats.binom.ppf(0.025, np.maximum(count.values, 1), 0.5).astype(np.int64)
+    has_interval = rank > 0
+    low = np.where(has_interval, _take_last(ordered, rank - 1), np.nan)
+    high = np.where(has_interval, _take_last(ordered, count.values - rank), np.nan)
+    return values.median(over), count.copy(data=low), count.copy(data=high)
 
-    def the(place: np.ndarray) -> xr.DataArray:
-        found = np.take_along_axis(
-            sample, np.clip(place, 0, sample.shape[-1] - 1)[..., None], axis=-1
-        )[..., 0]
-        return count.copy(data=np.where(rank > 0, found, np.nan))
 
-    return values.median(over), the(rank - 1), the(count.values - rank)
+def _take_last(values: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """Return the value at an index of the last dimension, which is clipped to the dimension."""
+    indices = np.clip(index, 0, values.shape[-1] - 1)[..., None]
+    return np.take_along_axis(values, indices, axis=-1)[..., 0]

@@ -1,6 +1,6 @@
-"""The rules that decide a comparison: each takes what was found, and its bound, and gives a verdict.
+"""Decide claims: each rule takes a comparison and a bound, and returns a verdict.
 
-A paper's claims name them; `papers.claims.RULES` says in words what they do.
+The claims of a paper name the rules; `papers.claims.RULES` describes them in sentences.
 """
 
 from __future__ import annotations
@@ -20,77 +20,247 @@ UNDECIDED: Verdict = "undecided"
 NOT_EVALUATED: Verdict = "not evaluated"
 VERDICTS = (HOLDS, UNDECIDED, FAILS, NOT_EVALUATED)
 
-MARKS: Mapping[Verdict, str] = {
-    HOLDS: "✓",
-    UNDECIDED: "?",
-    FAILS: "✗",
-    NOT_EVALUATED: "–",
-}  # where there is no room for words
+MARKS: Mapping[Verdict, str] = {HOLDS: "✓", UNDECIDED: "?", FAILS: "✗", NOT_EVALUATED: "–"}
+"""Marks for cells that are too small for a verdict in words."""
 
 SIGNIFICANT = 0.05
 
-
-Bound = Any  # a number, or for `within` two, or None for rules that ask for none
-
-
-def greater(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(found, p_holm)]
+# A number, or for `within` a pair of numbers, or None for rules without a bound.
+Bound = Any
 
 
-def lower(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(found, p_holm)]
+def direction(comparison: Comparison, p_holm: float) -> int:
+    """Return the sign of a significant difference.
 
+    Parameters
+    ----------
+    comparison
+        The comparison of a with b.
+    p_holm
+        Its corrected p-value.
 
-def direction(found: Comparison, p_holm: float) -> int:
-    """Return 1 where a is significantly larger, in the median and in A12; -1 where it is smaller; else 0."""
+    Returns
+    -------
+    int
+        1 if a is significantly larger, both in the effect and in A12; -1 if it is smaller; else 0.
+    """
     if not p_holm < SIGNIFICANT:
         return 0
-    if found.effect > 0 and found.a12 > 0.5:
+    if comparison.effect > 0 and comparison.a12 > 0.5:
         return 1
-    return -1 if found.effect < 0 and found.a12 < 0.5 else 0
+    return -1 if comparison.effect < 0 and comparison.a12 < 0.5 else 0
 
 
-def close(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return within(found, p_holm, (-bound, bound))
+def greater(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a is significantly larger than b.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of a with b.
+    p_holm
+        Its corrected p-value.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if a is significantly larger, and does not hold if it is smaller.
+    """
+    return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(comparison, p_holm)]
 
 
-def survives_longer(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Of what `statistics.survival` finds: significantly, in the log-rank test and in the restricted mean."""
-    if p_holm < SIGNIFICANT and found.u * found.effect > 0:
-        return HOLDS if found.effect > 0 else FAILS
+def lower(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a is significantly smaller than b.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of a with b.
+    p_holm
+        Its corrected p-value.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if a is significantly smaller, and does not hold if it is larger.
+    """
+    return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(comparison, p_holm)]
+
+
+def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a survives longer than b.
+
+    Parameters
+    ----------
+    comparison
+        The comparison of survival times: see `compare_survival`.
+    p_holm
+        The corrected p-value of the log-rank test.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim is decided if the test is significant and its statistic has the sign of the
+        difference of the restricted means.
+    """
+    if p_holm < SIGNIFICANT and comparison.u * comparison.effect > 0:
+        return HOLDS if comparison.effect > 0 else FAILS
     return UNDECIDED
 
 
-def zero(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return HOLDS if found.effect == 0 else FAILS
+def zero(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is exactly 0.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used.
+    p_holm
+        Not used.
+    bound
+        Not used.
+
+    Returns
+    -------
+    Verdict
+        The claim holds or does not hold.
+    """
+    return HOLDS if comparison.effect == 0 else FAILS
 
 
-def at_least(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return within(found, p_holm, (bound, math.inf))
+def within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is between two bounds.
 
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used.
+    p_holm
+        Not used.
+    bound
+        The smallest and the largest value, in the unit of the effect.
 
-def within(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """A single run has no interval and decides nothing."""
+    Returns
+    -------
+    Verdict
+        The claim holds if the interval is inside the bounds, and does not hold if it is outside.
+        Otherwise it is undecided, as for a single run, which has no interval.
+    """
     lowest, highest = bound
-    if found.low >= lowest and found.high <= highest:
+    if comparison.low >= lowest and comparison.high <= highest:
         return HOLDS
-    return FAILS if found.high < lowest or found.low > highest else UNDECIDED
+    return FAILS if comparison.high < lowest or comparison.low > highest else UNDECIDED
 
 
-def is_within(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Of a number that is what it is: the mean of all runs, or the least or the greatest of them. None decides nothing."""
+def close(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is at most `bound` in either direction; see `within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used.
+    p_holm
+        Not used.
+    bound
+        The largest difference, in the unit of the effect.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `within`.
+    """
+    return within(comparison, p_holm, (-bound, bound))
+
+
+def at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that the effect is at least `bound`; see `within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used.
+    p_holm
+        Not used.
+    bound
+        The smallest value, in the unit of the effect.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `within`.
+    """
+    return within(comparison, p_holm, (bound, math.inf))
+
+
+def number_within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a number without an interval is between two bounds.
+
+    The number is the mean, the smallest or the largest value of all runs: see `OVER_RUNS`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used, which is the number.
+    p_holm
+        Not used.
+    bound
+        The smallest and the largest value, in the unit of the number.
+
+    Returns
+    -------
+    Verdict
+        The claim holds or does not hold. It is undecided if the number is NaN.
+    """
     lowest, highest = bound
-    if math.isnan(found.effect):
+    if math.isnan(comparison.effect):
         return UNDECIDED
-    return HOLDS if lowest <= found.effect <= highest else FAILS
+    return HOLDS if lowest <= comparison.effect <= highest else FAILS
 
 
-def at_most(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return is_within(found, p_holm, (-math.inf, bound))
+def number_at_most(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a number is at most `bound`; see `number_within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used, which is the number.
+    p_holm
+        Not used.
+    bound
+        The largest value, in the unit of the number.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `number_within`.
+    """
+    return number_within(comparison, p_holm, (-math.inf, bound))
 
 
-def no_less(found: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    return is_within(found, p_holm, (bound, math.inf))
+def number_at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a number is at least `bound`; see `number_within`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only `effect` is used, which is the number.
+    p_holm
+        Not used.
+    bound
+        The smallest value, in the unit of the number.
+
+    Returns
+    -------
+    Verdict
+        The verdict of `number_within`.
+    """
+    return number_within(comparison, p_holm, (bound, math.inf))
 
 
 RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
@@ -101,10 +271,10 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "zero": zero,
     "at_least": at_least,
     "within": within,
-    "mean_within": is_within,
-    "mean_at_most": at_most,
-    "every_at_most": at_most,
-    "every_at_least": no_less,
+    "mean_within": number_within,
+    "mean_at_most": number_at_most,
+    "every_at_most": number_at_most,
+    "every_at_least": number_at_least,
 }
 BY_P_VALUE = ("greater", "lower", "survives_longer")
 """The rules whose verdict depends on the p-value."""
@@ -114,11 +284,23 @@ OVER_RUNS: Mapping[str, Callable[[Any], Any]] = {
     "every_at_most": np.max,
     "every_at_least": np.min,
 }
-"""What a rule asks of all runs together, in place of their median."""
+"""The statistic over all runs that a rule uses instead of the median."""
 
 
 def conjunction(verdicts: list[Verdict]) -> Verdict:
-    """A claim holds if all of it holds, and does not hold if any of it does not."""
+    """Combine the verdicts of the parts of a claim.
+
+    Parameters
+    ----------
+    verdicts
+        The verdicts of all parts.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if all parts hold, and does not hold if any part does not hold. It is not
+        evaluated if there is no part.
+    """
     if not verdicts:
         return NOT_EVALUATED
     if FAILS in verdicts:

@@ -1,4 +1,4 @@
-"""Each condition by itself: the spread over runs of what it achieved at last."""
+"""Summarize the final fitness of each condition over its runs."""
 
 from __future__ import annotations
 
@@ -12,22 +12,33 @@ from baldwinlab.statistics import fitness
 SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
 
 
-def by_condition(study: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
-    """A row for each condition and measure (best, mean, share), over the runs that there are; none where there are none.
+def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
+    """Summarize best, mean and share of the last generations for each condition.
 
-    Each run counts with its average over the last `last` generations. Raises ValueError unless `last` is at least 1.
+    Parameters
+    ----------
+    dataset
+        Dataset with the dimensions (condition, run, generation, agent); missing runs are NaN.
+    last
+        Number of final generations over which each run is averaged, at least 1.
+
+    Returns
+    -------
+    list of dict
+        One row per condition and measure, with the keys `SUMMARY_COLUMNS`. A condition without
+        runs has no rows.
+
+    Raises
+    ------
+    ValueError
+        If `last` is below 1.
     """
-    finals = {measure: fitness.final(study, measure, last) for measure in fitness.MEASURES}
+    finals = {measure: fitness.final(dataset, measure, last) for measure in fitness.MEASURES}
     rows = []
-    for condition in study["condition"].values:
+    for condition in dataset["condition"].values:
         for measure, values in finals.items():
             sample = values.sel(condition=condition).dropna("run").values
             if sample.size:
-                rows.append(
-                    {
-                        "condition": str(condition),
-                        "measure": measure,
-                        **statistics.summarise(sample)._asdict(),
-                    }
-                )
+                row = {"condition": str(condition), "measure": measure}
+                rows.append(row | statistics.summarize(sample)._asdict())
     return rows

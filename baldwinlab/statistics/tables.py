@@ -1,4 +1,4 @@
-"""Numbers and tables for other programs."""
+"""Write numbers and tables for other programs."""
 
 from __future__ import annotations
 
@@ -9,21 +9,43 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 
-def finite(value: float) -> float | None:
-    """For JSON, which has no number that does not exist."""
+def finite_or_none(value: float) -> float | None:
+    """Return a number as JSON can hold it.
+
+    Parameters
+    ----------
+    value
+        Any number.
+
+    Returns
+    -------
+    float or None
+        The number, or None for NaN and the infinities, which JSON does not have.
+    """
     return value if math.isfinite(value) else None
 
 
 def to_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Numbers in full precision; an empty cell where there is none."""
+    """Write a table as CSV.
+
+    Parameters
+    ----------
+    columns
+        The names of the columns, in order.
+    rows
+        A mapping from column to value for each row. A missing value and NaN are empty cells.
+
+    Returns
+    -------
+    bytes
+        UTF-8, with a header. Numbers have full precision.
+    """
     text = io.StringIO()
     table = csv.DictWriter(text, columns, lineterminator="\n")
     table.writeheader()
-    for row in rows:
-        table.writerow(
-            {
-                name: "" if isinstance(value, float) and math.isnan(value) else value
-                for name, value in row.items()
-            }
-        )
+    table.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
     return text.getvalue().encode()
+
+
+def _cell(value: object) -> object:
+    return "" if isinstance(value, float) and math.isnan(value) else value

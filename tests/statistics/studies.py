@@ -1,4 +1,4 @@
-"""Studies and traces made by hand, so that what they must say is known."""
+"""Hand-made studies and traces with known results."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ AS_THE_PAPER: Mapping[str, Sequence[float]] = {
 
 
 class Claims(NamedTuple):
-    """Whoever makes them."""
+    """The claims of a paper without measures."""
 
     claims: tuple[Claim, ...]
 
@@ -39,9 +39,10 @@ class Claims(NamedTuple):
 def study(
     eaten: Mapping[str, Sequence[float]], generations: int = 12, agents: int = 10, hungry: int = 6
 ) -> xr.Dataset:
-    """In each run of a condition, every agent eats the number given, in every generation; NaN is a missing run.
+    """Return a dataset in which every agent of a run eats the given number in every generation.
 
-    Of `evo+self-taught/B`, `hungry` agents eat nothing in the first half of the generations.
+    NaN is a missing run. In `evo+self-taught/B`, `hungry` agents eat nothing in the first half of
+    the generations.
     """
     runs = max(len(values) for values in eaten.values())
     food = np.full((len(eaten), runs, generations, agents), np.nan)
@@ -69,7 +70,7 @@ def study(
 
 
 def experiment(name: str, generations: int, agents: int) -> Experiment:
-    """The paper's condition of that name, or one of somebody's own."""
+    """Return the preset of that name, or a custom experiment."""
     try:
         base = load(name)
     except ExperimentError:
@@ -80,7 +81,7 @@ def experiment(name: str, generations: int, agents: int) -> Experiment:
 def trace(
     condition: str, generation: int, run: int = 0, steps: int = 60, agents: int = 10
 ) -> xr.Dataset:
-    """Agents that walk to the right, over the edge of the map; every second one eats once."""
+    """Return a trace of agents that walk to the right across the edge; every second agent eats."""
     x = (160.0 + np.arange(steps)[:, None] * 12.0 + np.arange(agents)) % 640
     eaten = np.zeros((steps, agents), np.int32)
     eaten[-1, ::2] = 1

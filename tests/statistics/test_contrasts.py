@@ -1,4 +1,4 @@
-"""Conditions compared with each other, on studies made by hand."""
+"""Tests of comparisons of conditions, on small hand-made studies."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ NOTHING = float("nan")
 
 
 def factors(*names: str) -> dict[str, Factors]:
-    """Factors as a study has them: a name with a slash is learner and map, another is a learner of its own."""
+    """Return factors as a study stores them: a name with a slash is LEARNER/MAP."""
     return {name: Factors(*name.split("/")) if "/" in name else Factors(name) for name in names}
 
 
 def test_each_condition_is_compared_with_the_first_on_its_map() -> None:
-    found = compare_conditions(
+    contrasts = compare_conditions(
         study({"evo/A": LOW, "evo/B": LOW, "evo+drift/A": HIGH, "evo+lamarckian/B": LOW})
     )
-    pairs = {(row.condition, row.reference) for row in found.rows}
+    pairs = {(row.condition, row.reference) for row in contrasts.rows}
     assert pairs == {("evo+drift/A", "evo/A"), ("evo+lamarckian/B", "evo/B")}
-    assert [row.measure for row in found.rows] == ["mean", "best"] * 2
-    assert found.pairing == "Each condition is compared with the first condition on its map."
+    assert [row.measure for row in contrasts.rows] == ["mean", "best"] * 2
+    assert contrasts.pairing == "Each condition is compared with the first condition on its map."
 
 
 @pytest.mark.parametrize(
@@ -59,29 +59,29 @@ def test_a_multiverse_is_compared_within_each_variant() -> None:
     assert references(named) == {"drift-R1": "evo-R1", "drift-R2": "evo-R2"}
 
 
-def test_all_conditions_are_compared_with_a_baseline_that_is_named() -> None:
-    found = compare_conditions(
+def test_all_conditions_are_compared_with_a_given_baseline() -> None:
+    contrasts = compare_conditions(
         study({"evo/A": LOW, "evo/B": LOW, "evo+drift/B": HIGH}), baseline="evo+drift/B"
     )
-    assert {(row.condition, row.reference) for row in found.rows} == {
+    assert {(row.condition, row.reference) for row in contrasts.rows} == {
         ("evo/A", "evo+drift/B"),
         ("evo/B", "evo+drift/B"),
     }
-    assert found.pairing == "Each condition is compared with evo+drift/B."
+    assert contrasts.pairing == "Each condition is compared with evo+drift/B."
 
 
-def test_the_sentence_names_the_conditions_that_are_compared_across_maps() -> None:
-    found = compare_conditions(
+def test_the_description_names_conditions_compared_across_maps() -> None:
+    contrasts = compare_conditions(
         study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH})
     )
-    assert found.pairing.endswith(
+    assert contrasts.pairing.endswith(
         " A condition that is alone on its map, or has no map, is compared with evo/A: evo/C."
     )
 
 
 def test_a_verdict_needs_a_significant_difference() -> None:
-    found = compare_conditions(study({"a/A": LOW, "b/A": HIGH, "c/A": LOW, "d/A": MIXED}))
-    assert [row.verdict for row in found.rows if row.measure == "mean"] == [
+    contrasts = compare_conditions(study({"a/A": LOW, "b/A": HIGH, "c/A": LOW, "d/A": MIXED}))
+    assert [row.verdict for row in contrasts.rows if row.measure == "mean"] == [
         "higher",
         "undecided",
         "undecided",
@@ -96,15 +96,15 @@ def test_a_verdict_needs_a_significant_difference() -> None:
     assert turned.p_holm == pytest.approx(2 * 2 / 12870)  # exact, and one of two tests
 
 
-def test_the_numbers_of_a_row_are_those_of_the_statistics() -> None:
+def test_a_row_contains_the_fields_of_the_comparison() -> None:
     (mean, _) = compare_conditions(study({"a/A": LOW, "b/A": MIXED})).rows
     row, expected = mean.row(), statistics.compare(MIXED, LOW)
     assert set(row) == set(COLUMNS)
     assert [row[name] for name in expected._fields] == list(expected)
 
 
-def test_too_few_runs_are_named_instead_of_a_verdict() -> None:
-    """The largest difference that four runs can have is 2 / 70 before and 4 / 70 after correction for two tests."""
+def test_the_verdict_is_too_few_runs_if_no_data_could_be_significant() -> None:
+    """The smallest p-value of four runs is 2 / 70, or 4 / 70 after correction for two tests."""
     few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
     assert [row.verdict for row in few.rows] == ["too few runs"] * 2
     assert (
@@ -113,20 +113,20 @@ def test_too_few_runs_are_named_instead_of_a_verdict() -> None:
         == [row.smallest_p_holm for row in few.rows]
     )
     assert (
-        few.too_few
-        == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. At least 5 runs are needed."
+        few.too_few == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
+        "At least 5 runs are needed."
     )
     enough = compare_conditions(study({"a/A": LOW[:5], "b/A": HIGH[:5]}))
     assert [row.verdict for row in enough.rows] == ["higher"] * 2 and enough.too_few == ""
 
 
-def test_what_is_said_before_a_run_is_what_its_report_says() -> None:
+def test_planned_designs_give_the_same_warning_as_the_report() -> None:
     eaten = {"evo/A": LOW[:4], "evo+drift/A": HIGH[:4], "own": LOW[:4]}
     designs = planned_designs(factors(*eaten), 4)
     assert describe_too_few(designs) == compare_conditions(study(eaten)).too_few != ""
 
 
-def test_conditions_without_runs_and_single_ones_are_not_compared() -> None:
+def test_a_condition_without_runs_or_without_a_reference_is_not_compared() -> None:
     assert compare_conditions(study({"evo/A": LOW})).rows == ()
     without = compare_conditions(study({"evo/A": [NOTHING] * 8, "evo+drift/A": LOW, "alone": LOW}))
     assert {(row.condition, row.reference) for row in without.rows} == {("alone", "evo+drift/A")}

@@ -1,4 +1,4 @@
-"""What a population achieved, on studies small enough to work out by hand."""
+"""Tests of fitness measures, on studies that are small enough to compute by hand."""
 
 from __future__ import annotations
 
@@ -7,66 +7,66 @@ import pytest
 import xarray as xr
 
 from baldwinlab.statistics import fitness
-from baldwinlab.statistics.summary import by_condition
+from baldwinlab.statistics.summary import summarize_conditions
 from tests.statistics.studies import study
 
 NAN = float("nan")
 
 
-def by_hand(food: list[list[list[list[float]]]]) -> xr.Dataset:
-    """A study [condition, run, generation, agent] in which an item gives 2 energy."""
+def make_dataset(food: list[list[list[list[float]]]]) -> xr.Dataset:
+    """Return a dataset [condition, run, generation, agent] in which an item gives energy 2."""
     array = np.array(food, np.float64)
     dims = ("condition", "run", "generation", "agent")
     coords = {dim: range(size) for dim, size in zip(dims, array.shape, strict=True)}
     return xr.Dataset({"food_eaten": (dims, array), "energy": (dims, 2 * array)}, coords)
 
 
-def test_best_and_mean_are_of_energy_and_share_is_of_agents() -> None:
-    one = by_hand([[[[0, 1, 5], [0, 0, 0]]]])
-    assert fitness.best(one).values.tolist() == [[[10, 0]]]
-    assert fitness.mean(one).values.tolist() == [[[4, 0]]]
-    np.testing.assert_allclose(fitness.share(one).values, [[[2 / 3, 0]]])
-    assert fitness.most(one).values.tolist() == [[5]]
+def test_best_and_mean_use_energy_and_share_counts_agents() -> None:
+    dataset = make_dataset([[[[0, 1, 5], [0, 0, 0]]]])
+    assert fitness.best(dataset).values.tolist() == [[[10, 0]]]
+    assert fitness.mean(dataset).values.tolist() == [[[4, 0]]]
+    np.testing.assert_allclose(fitness.share(dataset).values, [[[2 / 3, 0]]])
+    assert fitness.largest_gain(dataset).values.tolist() == [[5]]
 
 
-def test_integers_do_as_well() -> None:
-    one = by_hand([[[[0, 1, 5], [0, 0, 0]]]])
-    one["food_eaten"] = one["food_eaten"].astype(np.int32)
-    np.testing.assert_allclose(fitness.share(one).values, [[[2 / 3, 0]]])
+def test_share_accepts_integers() -> None:
+    dataset = make_dataset([[[[0, 1, 5], [0, 0, 0]]]])
+    dataset["food_eaten"] = dataset["food_eaten"].astype(np.int32)
+    np.testing.assert_allclose(fitness.share(dataset).values, [[[2 / 3, 0]]])
 
 
 def test_final_and_initial_average_over_their_window() -> None:
-    one = by_hand([[[[1], [2], [3], [4]]]])
-    assert fitness.final(one, "mean", last=2).values.tolist() == [[7]]
-    assert fitness.initial(one, "mean", first=2).values.tolist() == [[3]]
+    dataset = make_dataset([[[[1], [2], [3], [4]]]])
+    assert fitness.final(dataset, "mean", last=2).values.tolist() == [[7]]
+    assert fitness.initial(dataset, "mean", first=2).values.tolist() == [[3]]
     assert (
-        fitness.final(one, "mean", last=99).values.tolist()
-        == fitness.initial(one, "mean", 99).values.tolist()
+        fitness.final(dataset, "mean", last=99).values.tolist()
+        == fitness.initial(dataset, "mean", 99).values.tolist()
         == [[5]]
     )
 
 
-def test_a_condition_with_fewer_generations_ends_with_its_own_last() -> None:
-    two = by_hand([[[[1], [2], [3], [4]]], [[[5], [6], [NAN], [NAN]]]])
+def test_a_shorter_condition_ends_with_its_last_generation() -> None:
+    two = make_dataset([[[[1], [2], [3], [4]]], [[[5], [6], [NAN], [NAN]]]])
     assert fitness.final(two, "mean", last=1).values.tolist() == [[8], [12]]
 
 
 def test_missing_runs_and_agents_stay_missing() -> None:
-    two = by_hand([[[[1, NAN]], [[NAN, NAN]]]])
+    two = make_dataset([[[[1, NAN]], [[NAN, NAN]]]])
     for measure in fitness.MEASURES:
-        found = fitness.final(two, measure).values[0]
-        assert np.isfinite(found[0]) and np.isnan(found[1])
+        comparison = fitness.final(two, measure).values[0]
+        assert np.isfinite(comparison[0]) and np.isnan(comparison[1])
 
 
 @pytest.mark.parametrize("window", [fitness.final, fitness.initial])
 def test_a_window_has_at_least_one_generation(window: object) -> None:
     assert callable(window)
     with pytest.raises(ValueError, match="at least 1"):
-        window(by_hand([[[[1]]]]), "mean", 0)
+        window(make_dataset([[[[1]]]]), "mean", 0)
 
 
-def test_the_summary_has_a_row_for_each_condition_and_measure_that_there_is() -> None:
-    rows = by_condition(study({"one": [1, 2, 3, 4], "two": [NAN]}))
+def test_the_summary_has_a_row_per_condition_with_runs_and_measure() -> None:
+    rows = summarize_conditions(study({"one": [1, 2, 3, 4], "two": [NAN]}))
     assert [(row["condition"], row["measure"]) for row in rows] == [
         ("one", "best"),
         ("one", "mean"),
@@ -90,22 +90,20 @@ def test_the_summary_has_a_row_for_each_condition_and_measure_that_there_is() ->
     )
 
 
-def test_an_interval_of_what_is_never_negative_ends_at_nought() -> None:
+def test_an_interval_of_nonnegative_values_ends_at_zero() -> None:
     average, low, high = fitness.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
     assert (float(average), float(low)) == (10, 0) and high > 30
     _, low, _ = fitness.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
     assert low < 0
 
 
-def test_the_interval_of_a_share_ends_at_one_also_over_a_window() -> None:
+def test_the_interval_of_a_share_ends_at_one() -> None:
     ate = [[[1, 1, 1, 1], [1, 1, 1, 0]], [[1, 1, 1, 1], [1, 1, 1, 1]], [[1, 1, 0, 0], [1, 1, 1, 1]]]
     study = xr.Dataset({"energy": (("run", "generation", "agent"), np.asarray(ate, float))})
     for shares in (fitness.share(study), fitness.final(study, "share")):
         average, _, high = fitness.interval_of_mean(shares)
         assert (average < 1).all() and (high == 1).all()
-    assert (
-        fitness.interval_of_mean(fitness.mean(study))[2] > 1
-    ).all()  # of what may be more, it is
+    assert (fitness.interval_of_mean(fitness.mean(study))[2] > 1).all()
 
 
 def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
@@ -119,7 +117,7 @@ def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
     assert (float(low), float(high)) == (1, 6)
 
 
-def test_of_fewer_than_six_values_a_median_has_no_interval_and_missing_ones_do_not_count() -> None:
+def test_the_median_of_fewer_than_six_values_has_no_interval() -> None:
     values = xr.DataArray([[1.0, 2, 3, 4, 5, NAN], [1, 2, 3, 4, 5, 6]], dims=("generation", "run"))
     middle, low, high = fitness.interval_of_median(values)
     assert middle.values.tolist() == [3, 3.5]
@@ -127,18 +125,18 @@ def test_of_fewer_than_six_values_a_median_has_no_interval_and_missing_ones_do_n
     np.testing.assert_array_equal(high, [NAN, 6])
 
 
-def test_the_typical_run_is_the_one_in_the_middle() -> None:
-    assert fitness.typical_run(study({"mine": [9, 1, 5, 100, NAN]}), "mine") in (0, 2)
-    with pytest.raises(ValueError, match="no run of mine"):
-        fitness.typical_run(study({"mine": [NAN]}), "mine")
+def test_the_typical_run_is_nearest_to_the_median() -> None:
+    assert fitness.typical_run(study({"evo": [9, 1, 5, 100, NAN]}), "evo") in (0, 2)
+    with pytest.raises(ValueError, match="no run of evo"):
+        fitness.typical_run(study({"evo": [NAN]}), "evo")
 
 
-def test_curves_that_a_study_keeps_are_those_of_its_agents_and_go_with_a_condition_of_it() -> None:
-    two = by_hand([[[[1, 4], [2, 2]]], [[[3, NAN], [NAN, NAN]]]])
-    kept = fitness.with_curves(two)
-    for measure, of in fitness.MEASURES.items():
-        xr.testing.assert_equal(of(kept), of(two))
+def test_stored_curves_equal_computed_ones() -> None:
+    two = make_dataset([[[[1, 4], [2, 2]]], [[[3, NAN], [NAN, NAN]]]])
+    stored = fitness.with_curves(two)
+    for measure, compute in fitness.MEASURES.items():
+        xr.testing.assert_equal(compute(stored), compute(two))
         assert (
-            of(kept.drop_dims("agent")).sel(condition=1).values.tolist()[0][0]
-            == of(two).values[1, 0, 0]
+            compute(stored.drop_dims("agent")).sel(condition=1).values.tolist()[0][0]
+            == compute(two).values[1, 0, 0]
         ), measure

@@ -1,4 +1,4 @@
-"""The smallest p-value of a number of runs, against SciPy and all outcomes there are."""
+"""Tests of the smallest p-value of a number of runs, against SciPy and all outcomes."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def test_wilcoxon_has_no_smaller_p_value_with_any_signs_of_the_differences(runs:
 
 @pytest.mark.parametrize("runs", [2, 5, 9, 14, 20, 30])
 def test_ties_allow_no_smaller_p_value(runs: int) -> None:
-    """All runs of a condition alike, where the p-value is of the normal approximation when there are many."""
+    """All runs of a condition are equal. For many runs, p is the normal approximation."""
     assert statistics.compare([1.0] * runs, [0.0] * runs).p >= Design(runs, runs).smallest_p
     assert statistics.signed_rank(np.ones(runs)) >= Design(runs, runs, "Wilcoxon").smallest_p
 
 
-def test_the_log_rank_test_has_no_known_minimum() -> None:
+def test_the_log_rank_test_has_no_minimum() -> None:
     assert Design(3, 3, "log-rank").smallest_p == 0
 
 
@@ -82,27 +82,27 @@ def test_one_run_less_than_required_is_too_few(tests: int, kind: str) -> None:
     assert smallest[1] < 0.05 <= smallest[0]
 
 
-def test_a_sentence_says_how_many_runs_are_needed() -> None:
+def test_the_description_states_the_required_number_of_runs() -> None:
     assert describe_too_few([Design(6, 6, "Wilcoxon")] * 9) == (
-        "With 6 runs and 9 tests, the smallest corrected p-value is 0.28. At least 9 runs are needed."
+        "With 6 runs and 9 tests, the smallest corrected p-value is 0.28. "
+        "At least 9 runs are needed."
     )
     assert describe_too_few([Design(8, 8, "Wilcoxon")] * 28) == (
-        "With 8 runs and 28 tests, the smallest corrected p-value is 0.22. At least 11 runs are needed."
+        "With 8 runs and 28 tests, the smallest corrected p-value is 0.22. "
+        "At least 11 runs are needed."
     )
-    assert (
-        describe_too_few([Design(1, 1)])
-        == "With 1 run and 1 test, the smallest corrected p-value is 1. At least 4 runs are needed."
+    assert describe_too_few([Design(1, 1)]) == (
+        "With 1 run and 1 test, the smallest corrected p-value is 1. At least 4 runs are needed."
     )
     assert describe_too_few([Design(11, 11, "Wilcoxon")] * 28) == describe_too_few([]) == ""
 
 
-def test_tests_that_can_be_significant_are_told_from_those_that_cannot() -> None:
-    assert (
-        describe_too_few([Design(2, 8), Design(30, 30)]) == ""
-    )  # 2 / 45, corrected for one test after the other
-    sentence = describe_too_few([Design(2, 5), Design(30, 30)])
-    assert sentence == (
-        "1 of these tests cannot be significant. With 2 to 5 runs and 2 tests, the smallest corrected p-value is 0.095. "
+def test_the_description_counts_only_tests_that_cannot_be_significant() -> None:
+    # 2 / 45 is corrected for one test after the other.
+    assert describe_too_few([Design(2, 8), Design(30, 30)]) == ""
+    assert describe_too_few([Design(2, 5), Design(30, 30)]) == (
+        "1 of these tests cannot be significant. "
+        "With 2 to 5 runs and 2 tests, the smallest corrected p-value is 0.095. "
         "At least 5 runs are needed."
     )
 
