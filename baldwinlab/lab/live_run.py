@@ -33,10 +33,10 @@ class InPieces(cpu.Batch):
         super().__init__(experiment, seed, runs)
         self._look, self._steps = look, steps_at_once(experiment, len(runs))
 
-    def live(self, first_step: int, last_step: int) -> None:
+    def simulate(self, first_step: int, last_step: int) -> None:
         for first in range(first_step, last_step, self._steps):
             self._look()
-            super().live(first, min(first + self._steps, last_step))
+            super().simulate(first, min(first + self._steps, last_step))
 
 
 class LiveRun:

@@ -19,7 +19,7 @@ from __future__ import annotations
 import inspect
 from collections import namedtuple
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -33,10 +33,13 @@ from baldwinlab.parts.renamed import refuse_old_names
 ZERO, ONE = np.float32(0), np.float32(1)
 
 
-_FieldsMeta: Any = type(Fields)
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
+else:
+    FieldsMeta = type(Fields)
 
 
-class _PartMeta(_FieldsMeta):  # type: ignore[misc]
+class PartMeta(FieldsMeta):
     """Check the names in a part's class before pydantic does."""
 
     def __new__(mcs, class_name: str, bases: Any, namespace: Any, /, **options: Any) -> Any:
@@ -44,7 +47,7 @@ class _PartMeta(_FieldsMeta):  # type: ignore[misc]
         return super().__new__(mcs, class_name, bases, namespace, **options)
 
 
-class Part(Fields, metaclass=_PartMeta):
+class Part(Fields, metaclass=PartMeta):
     """A piece of a model. Its fields are the experiment's; `name` is what chooses it.
 
     arrays   by name, declared with `per_agent` or `per_world`; rows are numbers or "weights", "units", "inputs", "actions"

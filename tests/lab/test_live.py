@@ -123,7 +123,7 @@ def test_a_live_run_stops_within_a_second_in_the_middle_of_a_life(endless: LiveR
 def test_a_live_run_pauses_within_a_second_in_the_middle_of_a_life(
     endless: LiveRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lived, really = [0], Batch.live
+    lived, really = [0], Batch.simulate
 
     def counted(batch: Batch, first: int, last: int) -> None:
         lived[0] += 1
