@@ -1,9 +1,11 @@
-"""Build the documentation's site: `python -m scripts.documentation [FOLDER] [NOTEBOOKS]`, by `make docs` into site/.
+"""Build the documentation site: `python -m scripts.documentation [FOLDER] [NOTEBOOKS]`.
 
-Its pages are Markdown files of this repository, laid out for Sphinx as they lie here, so that a link between two files is one
-between two pages; with what `reference` makes of the code, and laboratories that run in the page. Any warning of Sphinx's, such
-as of a link that leads nowhere or a page that stands in no section, is a fault. NOTEBOOKS is where
-`scripts.notebooks` has written the notebooks with what their cells gave.
+`make docs` writes the site to site/.
+The pages are Markdown files of this repository.
+Sphinx reads them under their paths, so that a link between two files becomes a link between two pages.
+`scripts.reference` generates further pages from the code, and `scripts.glossary` links the terms of the glossary.
+Every warning of Sphinx is an error, for example a dead link or a page that is in no section.
+NOTEBOOKS is the folder to which `scripts.notebooks` has written the executed notebooks.
 """
 
 from __future__ import annotations
@@ -27,23 +29,27 @@ from baldwinlab.version import __version__
 from scripts import reference
 
 ROOT: Final = Path(__file__).parents[1]
-TREE: Final = ROOT / "docs" / "navigation.toml"
+NAVIGATION: Final = ROOT / "docs" / "navigation.toml"
 STYLE: Final = ROOT / "docs" / "site.css"
 ICON: Final = ROOT / "baldwinlab" / "lab" / "static" / "icon.svg"
-MADE: Final = ".buildinfo"  # which Sphinx leaves in what it makes
+SPHINX_MARK: Final = ".buildinfo"
+"""The file by which a folder is recognized as one that Sphinx wrote."""
 
 SPHINX: Final = {
     "project": "baldwinlab",
     "html_title": f"baldwinlab {__version__}",
-    "extensions": ["myst_parser"],
+    "extensions": ["myst_parser", "scripts.glossary"],
     "myst_heading_anchors": 6,
     "myst_enable_extensions": ["attrs_block"],
     "nitpicky": True,
-    "smartquotes": False,  # a command's -- stays what it is
-    "highlight_language": "text",  # of indented blocks
+    # The two dashes of an option stay two dashes.
+    "smartquotes": False,
+    # The language of code blocks that name none.
+    "highlight_language": "text",
     "html_theme": "furo",
     "html_copy_source": False,
-    "html_show_search_summary": False,  # for which a browser would fetch pages, as it must not from file://
+    # For a summary, the search fetches pages, which a browser refuses for files on disk.
+    "html_show_search_summary": False,
     "html_show_copyright": False,
     "html_static_path": [str(STYLE)],
     "html_css_files": [STYLE.name],
@@ -52,46 +58,66 @@ SPHINX: Final = {
 
 
 def build(out: Path, notebooks: Path | None = None) -> bool:
-    """Make the site in a folder, anew; whether all is well, else the folder stays as it was.
+    """Build the site in a folder.
 
-    `notebooks` holds pages of executed notebooks.
+    Parameters
+    ----------
+    out
+        Folder of the site.
+        It is replaced if the build succeeds, and stays as it is if the build fails.
+    notebooks
+        Folder with one HTML page per executed notebook, or None.
 
-    Raises RefusedError for a folder that holds anything else, and where the extra `docs` is missing.
+    Returns
+    -------
+    bool
+        Whether Sphinx built the site without a warning.
+
+    Raises
+    ------
+    RefusedError
+        If `out` contains files that are not a site, or if the extra `docs` is not installed.
     """
-    if out.exists() and any(out.iterdir()) and not (out / MADE).exists():
+    if out.exists() and any(out.iterdir()) and not (out / SPHINX_MARK).exists():
         raise RefusedError(
-            f"{out}: holds something else than the site; give another folder, or an empty one"
+            f"{out}: the folder contains files that are not a site. Give another or an empty folder."
         )
     with tempfile.TemporaryDirectory() as folder:
-        source, files, made = (Path(folder) / name for name in ("source", "files", "site"))
-        tree = tomllib.loads(TREE.read_text("utf-8"))
-        lay_out(source, tree)
-        add_laboratories(source, files, tree["laboratories"])
+        source = Path(folder) / "source"
+        files = Path(folder) / "files"
+        site = Path(folder) / "site"
+        navigation = tomllib.loads(NAVIGATION.read_text("utf-8"))
+        write_sources(source, navigation)
+        add_laboratories(source, files, navigation["laboratories"])
         for page in sorted(notebooks.glob("*.html")) if notebooks else ():
             add_notebook(source, files, page)
-        well = is_made(source, made, html_extra_path=[str(files)])
-        if well:
+        succeeded = run_sphinx(source, site, html_extra_path=[str(files)])
+        if succeeded:
             shutil.rmtree(out, ignore_errors=True)
-            shutil.copytree(made, out)
-        return well
+            shutil.copytree(site, out)
+        return succeeded
 
 
-def is_made(source: Path, out: Path, **settings: Any) -> bool:
-    """Make HTML of a folder of Markdown; whether there was nothing to complain of.
+def run_sphinx(source: Path, out: Path, **settings: Any) -> bool:
+    """Convert a folder of Markdown to HTML and return whether there was no warning.
 
-    Raises RefusedError where the extra is missing.
+    Raises
+    ------
+    RefusedError
+        If the extra `docs` is not installed.
     """
     try:
-        from sphinx.application import Sphinx  # here, because only the extra has it
+        # Only the extra `docs` installs Sphinx.
+        from sphinx.application import Sphinx
         from sphinx.util.docutils import docutils_namespace
     except ImportError:
         raise missing_extra("docs", "the site") from None
-    with tempfile.TemporaryDirectory() as trees, docutils_namespace():
+    with tempfile.TemporaryDirectory() as doctrees, docutils_namespace():
         app = Sphinx(
             source,
             None,
             out,
-            trees,
+            doctrees,
             "html",
             SPHINX | settings,
             None,
@@ -102,55 +128,79 @@ def is_made(source: Path, out: Path, **settings: Any) -> bool:
     return app.statuscode == 0
 
 
-def lay_out(source: Path, tree: dict[str, Any]) -> None:
-    """All pages with what they show, in a folder, as they lie here."""
-    made = reference.pages()
-    for path, text in made.items():
+def write_sources(source: Path, navigation: dict[str, Any]) -> None:
+    """Write all pages and pictures to the folder that Sphinx reads."""
+    generated = reference.pages()
+    for path, text in generated.items():
         _write(source / path, text)
-    for file in (ROOT / "docs").glob(
-        "*.md"
-    ):  # those of no section, too, so that Sphinx complains of them
-        _write(source / file.relative_to(ROOT), file.read_text("utf-8"))
+    # Sphinx also gets the pages that are in no section, so that it reports them.
+    for file in (ROOT / "docs").rglob("*.md"):
+        _write(source / file.relative_to(ROOT), page_text(file))
     contents = []
-    for section in tree["sections"]:
-        pages = [page for pattern in section["pages"] for page in expanded(pattern, made)]
+    for title, pages in sections(navigation, generated).items():
         for page in pages:
-            if _document(page) not in made:
-                _write(source / _document(page), markdown_of(ROOT / page))
-        contents.append(_toctree(section["title"], pages))
+            if _document(page) not in generated:
+                _write(source / _document(page), page_text(ROOT / page))
+        contents.append(_toctree(title, pages))
     _write(source / "index.md", (ROOT / "README.md").read_text("utf-8") + "\n".join(contents))
-    for picture in [
+    pictures = [
         *(ROOT / "docs" / "pictures").iterdir(),
         *(ROOT / "baldwinlab" / "papers").glob("*/*.png"),
-    ]:
+    ]
+    for picture in pictures:
         copy = source / picture.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(picture, copy)
 
 
-def expanded(pattern: str, made: dict[str, str]) -> list[str]:
-    """The files that a pattern of the tree means; papers by year."""
-    if "*" not in pattern:
-        return [pattern]
-    found = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern))
-    years = list(papers())
-    return sorted(found, key=lambda path: years.index(path) if path in years else -1)
+def sections(navigation: dict[str, Any], generated: dict[str, str]) -> dict[str, list[str]]:
+    """Return the pages of each section, by its title.
+
+    A page that is named in full is in the section that names it.
+    A pattern adds the other pages that it matches.
+    """
+    patterns = [pattern for section in navigation["sections"] for pattern in section["pages"]]
+    taken = {pattern for pattern in patterns if "*" not in pattern}
+    result: dict[str, list[str]] = {}
+    for section in navigation["sections"]:
+        pages: list[str] = []
+        for pattern in section["pages"]:
+            matches = [pattern] if "*" not in pattern else matching_pages(pattern, generated)
+            pages += [page for page in matches if page == pattern or page not in taken]
+            taken.update(matches)
+        result[section["title"]] = pages
+    return result
 
 
-def papers() -> dict[str, str]:
-    """What each paper is called in the tree, by the path of its page and in the order of years."""
+def matching_pages(pattern: str, generated: dict[str, str]) -> list[str]:
+    """Return the pages that a pattern matches: in the order of years for papers, else by name."""
+    files = {path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern)}
+    files |= {page for page in generated if Path(page).match(pattern)}
+    # An example is a file, and its generated page has the suffix .md in addition.
+    files -= {f"{file}.md" for file in files}
+    years = list(paper_labels())
+    return sorted(files, key=lambda path: (years.index(path) if path in years else -1, path))
+
+
+def paper_labels() -> dict[str, str]:
+    """Return the label of each paper in the navigation, by the path of its page and by year."""
     return {
-        (paper.folder / "README.md").relative_to(ROOT).as_posix(): reference.short(paper)
-        for paper in reference.by_year()
+        (paper.folder / "README.md").relative_to(ROOT).as_posix(): reference.short_citation(paper)
+        for paper in reference.papers_by_year()
     }
 
 
-def markdown_of(path: Path) -> str:
-    """A page as Markdown: a notebook's text is that of its cells, in percent format or MyST's."""
+def page_text(path: Path) -> str:
+    """Return a page as Markdown.
+
+    A notebook is converted: its code cells become code blocks.
+    The tables that the page asks for are inserted.
+    """
     text = path.read_text("utf-8")
     if path.suffix == ".py":
         return "\n".join(_cells(text))
-    return re.sub(r"^```\{code-cell\}.*\n(:.*\n)*", "```python\n", text, flags=re.MULTILINE)
+    text = re.sub(r"^```\{code-cell\}.*\n(:.*\n)*", "```python\n", text, flags=re.MULTILINE)
+    return reference.insert_tables(text)
 
 
 def _cells(text: str) -> Iterator[str]:
@@ -162,40 +212,46 @@ def _cells(text: str) -> Iterator[str]:
             yield f"```python\n{body.strip()}\n```\n"
 
 
-def add_laboratories(source: Path, files: Path, wanted: list[dict[str, Any]]) -> None:
-    """Put a laboratory after the introduction of each page that is to have one."""
-    for each in wanted:
-        page, presets = source / each["page"], [load(name) for name in each["experiments"]]
-        name = f"laboratories/{re.sub('[^a-z0-9]+', '-', page.relative_to(source).with_suffix('').as_posix().lower())}.html"
+def add_laboratories(source: Path, files: Path, laboratories: list[dict[str, Any]]) -> None:
+    """Insert a running laboratory after the introduction of each page that declares one."""
+    for laboratory in laboratories:
+        page = source / laboratory["page"]
+        presets = [load(name) for name in laboratory["experiments"]]
+        stem = page.relative_to(source).with_suffix("").as_posix().lower()
+        name = f"laboratories/{re.sub('[^a-z0-9]+', '-', stem)}.html"
         (files / name).parent.mkdir(parents=True, exist_ok=True)
         (files / name).write_bytes(live_page(presets))
-        address = os.path.relpath(files / name, files / Path(each["page"]).parent).replace(
-            os.sep, "/"
-        )
+        folder = files / Path(laboratory["page"]).parent
+        address = os.path.relpath(files / name, folder).replace(os.sep, "/")
         introduction, heading, rest = page.read_text("utf-8").partition("\n## ")
         _write(page, f"{introduction}\n{_frame(address, presets[0])}\n{heading}{rest}")
 
 
 def add_notebook(source: Path, files: Path, executed: Path) -> None:
-    """Put the page of an executed notebook beside that of its text, whose first lines lead there."""
-    there = re.sub(r'href="(\.\./[^"]+)\.md', r'href="\1.html', executed.read_text("utf-8"))
-    _write(files / "executed" / executed.name, there)
+    """Add the page of an executed notebook, and link it at the top of the page of its text."""
+    html = re.sub(r'href="(\.\./[^"]+)\.md', r'href="\1.html', executed.read_text("utf-8"))
+    _write(files / "executed" / executed.name, html)
     page = source / "notebooks" / f"{executed.stem}.md"
-    link = f'<p><a href="../executed/{executed.name}">The same with what its cells give</a>: curves, tables, lives that play.</p>'
-    title, heading, rest = page.read_text("utf-8").partition("\n# ")
-    head, _, text = rest.partition("\n")
-    _write(page, f"{title}{heading}{head}\n\n{link}\n{text}")
+    link = (
+        f'<p><a href="../executed/{executed.name}">This notebook with its results</a>: '
+        "curves, tables and animations.</p>"
+    )
+    before, heading, rest = page.read_text("utf-8").partition("\n# ")
+    title, _, text = rest.partition("\n")
+    _write(page, f"{before}{heading}{title}\n\n{link}\n{text}")
 
 
 def _frame(address: str, first: Experiment) -> str:
+    title = f"Evolution of {first.name}"
     return (
-        f'<div class="laboratory"><iframe src="{address}" title="{first.name} evolves" loading="lazy"></iframe>\n'
-        f'<p>Press <em>start</em>: evolution runs here, in your browser. <a href="{address}">Open it by itself</a>.</p></div>\n'
+        f'<div class="laboratory"><iframe src="{address}" title="{title}" loading="lazy"></iframe>\n'
+        "<p>Press <em>start</em> to run evolution in your browser. "
+        f'<a href="{address}">Open the laboratory as a page</a>.</p></div>\n'
     )
 
 
 def _toctree(title: str, pages: list[str]) -> str:
-    labels = papers()
+    labels = paper_labels()
     lines = [
         f"{labels[page]} <{_document(page)[:-3]}>" if page in labels else _document(page)[:-3]
         for page in pages
@@ -204,7 +260,7 @@ def _toctree(title: str, pages: list[str]) -> str:
 
 
 def _document(page: str) -> str:
-    """The path of a page's Markdown."""
+    """Return the path of the Markdown of a page."""
     return page if page.endswith(".md") else f"{page}.md"
 
 
@@ -215,7 +271,7 @@ def _write(path: Path, text: str) -> None:
 
 if __name__ == "__main__":
     try:
-        given = [Path(argument) for argument in sys.argv[1:3]]
-        sys.exit(not build(*(given or [ROOT / "site"])))
+        arguments = [Path(argument) for argument in sys.argv[1:3]]
+        sys.exit(not build(*(arguments or [ROOT / "site"])))
     except (BaldwinLabError, OSError) as error:
         sys.exit(str(error))

@@ -100,7 +100,7 @@ Last = Annotated[
     Whole, Parameter(help="a run counts with its average over so many last generations")
 ]
 Baseline = Annotated[
-    str, Parameter(help="the condition with which all others are compared; see docs/results.md")
+    str, Parameter(help="the condition with which all others are compared; see docs/reference/file-formats.md")
 ]
 SET = "change fields: --set learning.rate=0.05 population.size=30; `baldwinlab show EXPERIMENT` lists all fields"
 Assignments = Annotated[

@@ -1,7 +1,7 @@
 """Counter-based random numbers: Philox4x32-10.
 
-A random number is a pure function of (seed, run, generation, purpose, index, draw), so nothing depends on the order in
-which threads, batches or runs come to be computed, and any moment can be recomputed without what came before it.
+A random number is a pure function of seed, run, generation, purpose, index and draw.
+Therefore no result depends on the order of threads, batches or runs, and any lifetime can be simulated again alone.
 
 Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC'11.
 """
@@ -16,9 +16,9 @@ import numpy.typing as npt
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import compiled, entry
 
-# What a number is for. The values are part of every stored result: never renumber, only append.
+# Purposes of random numbers. Stored results depend on the values: append, but never renumber.
 BIRTHPLACE: Final = 0  # index: agent; draw: attempt
-FOOD: Final = 1  # index: item; draw: how often it has appeared before
+FOOD: Final = 1  # index: item; draw: number of earlier positions of the item
 ACTION_WEIGHTS: Final = 2  # index: agent; draw: weight
 REINFORCEMENT_WEIGHTS: Final = 3  # index: agent; draw: weight
 SELECTION: Final = 4  # index: child; draw: 0
@@ -28,12 +28,13 @@ HEADING: Final = 7  # index: agent; draw: 0
 MOTOR: Final = 8  # index: agent; draw: step
 DRIFT: Final = 9  # index: agent; draw: weight
 TEACHER: Final = 10  # index: child; draw: 0
-FOUNDER: Final = 11  # of models that are parts: index: agent; draw: as the model likes
-LIFE: Final = 12  # of models that are parts: index: agent; draw: as the model likes
+FOUNDER: Final = 11  # founders of a model; index: agent; draw: chosen by the model
+LIFE: Final = 12  # lifetimes of a model or part; index: agent; draw: chosen by the part
 AGE: Final = 13  # index: agent; draw: 0
-MODULE_WEIGHTS: Final = (
-    64  # and the number of any other module in a genome; index: agent; draw: weight
-)
+# 64 + the number of a further module in the genome; index: agent; draw: weight
+MODULE_WEIGHTS: Final = 64
+# the first of the purposes that only custom parts use
+FIRST_CUSTOM: Final = 1024
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 
@@ -47,7 +48,20 @@ _UNIT = np.float32(2.0**-24)
 def philox(
     c0: Word, c1: Word, c2: Word, c3: Word, k0: Word, k1: Word
 ) -> tuple[Word, Word, Word, Word]:
-    """Four random 32-bit words from a counter of four words and a key of two."""
+    """Return four random words from a counter of four words and a key of two.
+
+    Parameters
+    ----------
+    c0, c1, c2, c3 : int
+        Counter: draw, index, generation, purpose.
+    k0, k1 : int
+        Key: seed, run.
+
+    Returns
+    -------
+    tuple of uint32
+        Four random words of 32 bits.
+    """
     c0, c1, c2, c3 = np.uint32(c0), np.uint32(c1), np.uint32(c2), np.uint32(c3)
     k0, k1 = np.uint32(k0), np.uint32(k1)
     for _ in range(10):
@@ -64,13 +78,13 @@ def philox(
 
 @compiled
 def unit(word: Word) -> np.float32:
-    """A float32 in [0, 1), a multiple of 2**-24, from a random word."""
+    """Convert a random word to a float32 in [0, 1), a multiple of 2**-24."""
     return np.float32(np.uint32(word) >> np.uint32(8)) * _UNIT
 
 
 @compiled
 def uniform(word: Word) -> np.float64:
-    """A float64 in the open interval (0, 1), on a grid of 2**-32 with an offset of half a step, from a random word."""
+    """Convert a random word to a float64 in (0, 1): (word + 1/2) * 2**-32."""
     return (np.float64(word) + 0.5) * 2.0**-32
 
 
@@ -78,7 +92,7 @@ def uniform(word: Word) -> np.float64:
 def draw_uniforms(
     seed: int, run: int, generation: int, purpose: int, index: int, out: npt.NDArray[np.float64]
 ) -> None:
-    """Fill `out` [draw, 4] with the uniform numbers of one index."""
+    """Fill `out` [draw, 4] with the uniform random numbers of one index."""
     for draw in range(out.shape[0]):
         words = philox(draw, index, generation, purpose, seed, run)
         out[draw, 0] = uniform(words[0])
@@ -109,7 +123,7 @@ def _fill(seed: int, run: int, generation: int, purpose: int, out: npt.NDArray[n
 def words(
     seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]
 ) -> npt.NDArray[np.uint32]:
-    """Random words [index, draw, 4] for every index below `shape[0]` and every draw below `shape[1]`."""
+    """Return random words [index, draw, 4] for all indices and draws of `shape`."""
     out = poison.empty((*shape, 4), np.uint32)
     _fill(seed, run, generation, purpose, out)
     return out
@@ -118,7 +132,22 @@ def words(
 def uniforms(
     seed: int, run: int, generation: int, purpose: int, shape: tuple[int, int]
 ) -> npt.NDArray[np.float64]:
-    """Uniform numbers [index, draw, 4] in (0, 1), as `uniform` makes them."""
+    """Return uniform random numbers of a purpose.
+
+    Parameters
+    ----------
+    seed, run, generation : int
+        Key and generation.
+    purpose : int
+        Purpose, for example `LIFE`.
+    shape : tuple of int
+        Number of indices and number of draws.
+
+    Returns
+    -------
+    float64 [index, draw, 4]
+        Numbers in (0, 1).
+    """
     out = poison.empty((*shape, 4))
     _draw_all(seed, run, generation, purpose, out)
     return out

@@ -1,7 +1,23 @@
-"""What the engine works on: a `Model` that never changes and a `State` that does, both flat and typed.
+"""Data that compiled hooks work on: `Model`, which is constant in a lifetime, and `State`, which changes.
 
-A batch is several worlds of the same experiment, which live through the same generation side by side. Agents are *lanes*:
-lane = world * agents + agent, padded to whole bundles; the lanes past the last agent compute, harmlessly, and touch nothing.
+A batch simulates several worlds of the same experiment and generation at the same time.
+
+Conventions:
+
+- Each agent has a *lane*, its column in the arrays `[row, lane]`.
+  The lane of an agent is `world * model.agents + agent`.
+- The number of lanes is a multiple of the width of a SIMD block.
+  The lanes after the last agent are computed, and their results are not used.
+- x grows to the right and y grows downwards. Positions lie in [0, width) and [0, height).
+- A heading is a whole number of turns of 9 degrees, clockwise from +x, in [0, 40).
+- The map is a torus: opposite edges are connected.
+- The position `NOWHERE` (1e9) is out of reach of all sensors and agents.
+  In a trace, a negative x means that an item or agent is not on the map.
+- Input k of the network is the row k of `activations`, in the order of `senses.kinds`.
+  The outputs are the last rows.
+- The weights of a module are numbered layer by layer, from the inputs.
+  Within a layer, the source unit is the slower index and the target unit is the faster index.
+  With biases, the biases of a layer follow its weights.
 """
 
 from __future__ import annotations
@@ -18,93 +34,232 @@ Floats = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int32]
 Counts = npt.NDArray[np.int64]
 
-HEADING_COUNT: Final = 40  # a turn is 9 degrees, so headings are whole multiples of it
-FOOD: Final = "food"  # the kind of the world's own items
-STRIDE: Final = 2.0  # the longest move in one step
-NOWHERE: Final = 1e9  # a coordinate that nothing sees or touches
+HEADING_COUNT: Final = 40
+"""Number of headings: an agent turns by 9 degrees."""
+FOOD: Final = "food"
+"""Kind of the items that the experiment declares as food."""
+STRIDE: Final = 2.0
+"""Longest move in one step, in units of length."""
+NOWHERE: Final = 1e9
+"""Coordinate out of reach of all sensors and agents."""
 
 
 class Model(NamedTuple):
+    """Constants of a batch, derived from the experiment.
+
+    Attributes
+    ----------
+    worlds : int
+        Number of worlds in the batch.
+    agents : int
+        Number of agents in each world.
+    width, height : float32
+        Size of the map, in units of length.
+    start : float32 [3]
+        Disc of the birthplaces: x and y of the center, and the radius.
+    random_headings : bool
+        Whether headings at birth are random. Otherwise they are 0.
+    region_kind : int64 [region]
+        Number of the kind of the items of a region. Food is 0.
+    regions : float32 [region, 4]
+        Rectangle of a region: left edge, width, upper edge, height.
+    region_items : int64 [region + 1]
+        Number of the first item of each region. The last entry is the number of all items.
+    region_cells : int64 [region + 1]
+        Number of the first grid cell of each region. The last entry is the number of all cells.
+    grid : int64 [region, 2]
+        Number of columns and rows of the grid cells of a region.
+    cell_size : float32 [region, 2]
+        Width and height of a grid cell.
+    images : int64 [region]
+        Number of images of the torus from which a region can be reached: 1 or 9.
+    cosine, sine : float32 [40]
+        Cosine and sine of each heading.
+    visual_radius : float32
+        Visual range, in units of length.
+    alert_radius : float32
+        Distance beyond which an agent cannot touch an item after its next move.
+    open_boundaries : bool
+        Whether an item at exactly 15 or 345 degrees is in no sector. Otherwise it is in the front sector.
+    square_contact : bool
+        Whether contact is tested in a square instead of a circle.
+    reach : float32
+        Distance of contact between an agent and an item, in units of length.
+    action_noise : float32
+        Probability that a random action replaces the chosen one.
+    inputs : int
+        Number of inputs of the network.
+    learning_steps : int
+        Number of steps, from birth, in which agents learn.
+    rate : float
+        Learning rate, per step.
+    evolved_rate : bool
+        Whether a gene changes the learning rate.
+    least_near : float32
+        1/2 if a sense depends on more than items, so that it is evaluated in every step. Otherwise 0.
+    always_alert : int
+        1 if there are items that no sense looks for. Otherwise 0.
+    """
+
     worlds: int
-    agents: int  # in each world
+    agents: int
     width: np.float32
     height: np.float32
-    start: Floats  # x, y, radius
+    start: Floats
     random_headings: bool
-    region_kind: Counts  # [region], the number of its items' kind; 0 is food
-    regions: Floats  # [region, (left, width, upper, height)]
-    region_items: Counts  # [region + 1], the number of each region's first item, and of all items
-    region_cells: Counts  # [region + 1], the number of each region's first cell, and of all cells
-    grid: Counts  # [region, (columns, rows)] of its cells
-    cell_size: Floats  # [region, (width, height)]
-    images: Counts  # [region], from how many images of the torus it may be reached: 1, or 9
-    cosine: Floats  # [heading]
-    sine: Floats  # [heading]
+    region_kind: Counts
+    regions: Floats
+    region_items: Counts
+    region_cells: Counts
+    grid: Counts
+    cell_size: Floats
+    images: Counts
+    cosine: Floats
+    sine: Floats
     visual_radius: np.float32
-    alert_radius: (
-        np.float32
-    )  # nothing farther than this when sensed can be touched after the next move
+    alert_radius: np.float32
     open_boundaries: bool
     square_contact: bool
     reach: np.float32
     action_noise: np.float32
     inputs: int
     learning_steps: int
-    rate: float  # of learning
-    evolved_rate: bool  # whether a gene changes it
-    least_near: (
-        np.float32
-    )  # 1/2 where a sense tells of more than items, so that it is always asked, else 0
-    always_alert: int  # 1 where there are items that no sense looks for
+    rate: float
+    evolved_rate: bool
+    least_near: np.float32
+    always_alert: int
 
 
 class State(NamedTuple):
-    keys: npt.NDArray[np.uint32]  # [world, (seed, run)]
-    generation: npt.NDArray[np.uint32]  # [1]
-    genome: Floats  # [world, agent, module, weight], with which they were born who live
-    genes: Floats  # [module and weight, lane], those of the modules beside the action module; where there are none, of that
-    origin: Integers  # [world, agent, (fitter, other)], of which of the life's first newborns they descend who live
-    born: Integers  # [world, agent], who were born in an agent's place after the first
-    eaten_before: Integers  # [region, lane], by those who died in its place
-    places: Floats  # [(x, y), lane]
-    beside_x: Floats  # [region, lane], the agent's place, or the same a map's span off, whichever is nearest to the region
-    beside_y: Floats  # [region, lane]
-    near: Floats  # [1, lane], 1 if any region of items is near, 1/2 if senses are asked all the same, else 0
-    awake: Integers  # [1, lane], scratch: from a world's first lane on, the agents of whom `near` is not 0
-    heading: Floats  # [1, lane], in turns of 9 degrees
-    code: Integers  # [1, lane], which inputs are 1, as bits, or 0 where any is real-valued; -1 before the first look
-    alert: Integers  # [1, lane], whether an item is near enough to be touched after the next move
-    action: Floats  # [1, lane], the number of the action done
-    eaten_in_life: (
-        Integers  # [region, lane], so far in this life, by all who lived in the agent's place
-    )
-    item_x: Floats  # [world, item]
-    item_y: Floats  # [world, item]
-    appearances: Counts  # [world, item], how many places have been drawn for it before
-    touched: Integers  # [world, item], the step in which the item was last eaten; -1 for never
-    slot_x: Floats  # [world, slot], the items in the order of their cells; behind each region's last, NOWHERE
-    slot_y: Floats  # [world, slot]
-    slot_item: Counts  # [world, slot], which item it is
-    cell_slots: Integers  # [world, cell + region], the first slot of each cell, and behind a region's last the slot after it
-    cell_next: Integers  # [world, cell], scratch: the next slot to fill
-    item_cell: (
-        Integers  # [world, item], the cell that each was found in when they were last put in order
-    )
-    stale: Integers  # [world, region], whether items have moved and are to be put in order
-    weights: Floats  # [weight, lane], the action module's, as they stand
-    activations: Floats  # [unit, lane], the action module's; the first rows are the inputs, the last the outputs
-    errors: Floats  # [unit, lane]
-    targets: Floats  # [action, lane], what the outputs are to become
-    rate: Floats  # [1, lane], of learning
-    recall: Any  # the parts: what is looked up instead of asked,
+    """Arrays of a batch, and the parts of the experiment.
+
+    `ARRAYS` declares the owner, shape and type of each array.
+
+    Attributes
+    ----------
+    keys
+        Key of the random numbers of a world: seed and run.
+    generation
+        Number of the generation.
+    genome
+        Genomes of the agents at birth.
+    genes
+        Genes of the modules after the action module, one module after another.
+        With a single module: the genes of the action module.
+        Set at birth, before `load_genes`.
+    origin
+        The two agents of the start of the lifetime from which an agent descends, the fitter first.
+    born
+        Number of births in the place of an agent since the start of the lifetime. 0 at the start.
+    eaten_before
+        Items eaten by the earlier agents of the same place. 0 at the start.
+    places
+        Position of an agent: x and y. Set at birth, before `init_agent`.
+    beside_x, beside_y
+        Position of an agent, in the image of the torus that is nearest to the region.
+    near
+        1 if a region of items is near. 1/2 if senses are evaluated in every step. Otherwise 0.
+        1 at birth.
+    awake
+        Scratch. The agents of a world with `near` above 0, from the first lane of the world on.
+    heading
+        Heading of an agent, in turns of 9 degrees. Set at birth, before `init_agent`.
+    code
+        Inputs as bits, the first input lowest. 0 if an input is real-valued.
+        -1 at birth, before the first sensing.
+    alert
+        1 if an item is near enough to be touched after the next move. Otherwise 0.
+    action
+        Number of the action of this step. Undefined at birth.
+    eaten_in_life
+        Items eaten in this lifetime, by all agents of the place. 0 at the start.
+    item_x, item_y
+        Position of an item.
+    appearances
+        Number of positions drawn for an item.
+    touched
+        Step in which an item was eaten the last time. -1 if it was not eaten.
+    slot_x, slot_y
+        Positions of the items, sorted by grid cell.
+        The slots after the last item of a region contain `NOWHERE`.
+    slot_item
+        Number of the item in a slot.
+    cell_slots
+        First slot of each grid cell. The entry after the last cell of a region is the next free slot.
+    cell_next
+        Scratch. The next slot to fill of each cell.
+    item_cell
+        Grid cell of an item when the items were last sorted.
+    stale
+        1 if items of a region have moved since they were sorted. Otherwise 0.
+    weights
+        Current weights of the action module. Set from the genome at birth, before `load_genes`.
+    activations
+        Activations of the action module: first the inputs, last the outputs. 0 at birth.
+    errors
+        Scratch of learning: the error of each unit. Undefined at birth.
+    targets
+        Targets of the outputs, for learning. Undefined at birth.
+        With a module "reinforcement", each step sets them to the outputs of this module.
+    rate
+        Learning rate of an agent. Set from the genome at birth, before `load_genes`.
+    recall
+        Lookup table of network outputs, of the engine.
+    network
+        The network, a part.
+    rule
+        The learning rule, a part.
+    body
+        The body, a part.
+    senses
+        The senses, a tuple of parts.
+    features
+        The world features, a tuple of parts.
+    """
+
+    keys: npt.NDArray[np.uint32]
+    generation: npt.NDArray[np.uint32]
+    genome: Floats
+    genes: Floats
+    origin: Integers
+    born: Integers
+    eaten_before: Integers
+    places: Floats
+    beside_x: Floats
+    beside_y: Floats
+    near: Floats
+    awake: Integers
+    heading: Floats
+    code: Integers
+    alert: Integers
+    action: Floats
+    eaten_in_life: Integers
+    item_x: Floats
+    item_y: Floats
+    appearances: Counts
+    touched: Integers
+    slot_x: Floats
+    slot_y: Floats
+    slot_item: Counts
+    cell_slots: Integers
+    cell_next: Integers
+    item_cell: Integers
+    stale: Integers
+    weights: Floats
+    activations: Floats
+    errors: Floats
+    targets: Floats
+    rate: Floats
+    recall: Any
     network: Any
     rule: Any
     body: Any
-    senses: Any  # and tuples of parts
+    senses: Any
     features: Any
 
 
-WRITTEN_BY_LAUNCHERS: Final = ("keys", "generation", "genome")  # before a lifetime begins
+WRITTEN_BY_LAUNCHERS: Final = ("keys", "generation", "genome")
+"""Arrays that are set before a lifetime starts."""
 ARRAYS: Final[Mapping[str, Array]] = {
     "keys": per_world(2, dtype="uint32"),
     "generation": Array("batch", (1,), "uint32"),
